@@ -1,0 +1,255 @@
+"""Chains parent-child-grandchild in which a twist error can show itself [Choi26 §3.1, §4.1.1].
+
+Names only find the hands and feet; the joints above them follow from the hierarchy. So 'Shoulder'
+may mean the collar in one rig and the upper arm in another without harm.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from twistcore.motion import Motion, Skeleton
+from twistcore.rotation import Array, normalise
+
+SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
+
+_HANDS = ("wrist", "hand")
+_FEET = ("ankle", "foot")
+_TOES = ("toe", "ball", "foot")
+_HELPER = re.compile(r"twist|roll|share", re.I)
+_ZERO = 1e-6  # of the skeleton's height: shorter offsets have no direction
+_COLLINEAR = np.cos(np.radians(20.0))
+_VARYING = np.cos(np.radians(1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Parent P, child C, grandchild G by joint index, and their bone directions.
+
+    name: the parent joint's name; axis: unit a, P→C in P's coordinates, (3,) or (frames, 3) where
+    position channels make it vary; arm: unit b, C→G in C's coordinates, likewise; grandchild: −1
+    where b is C's own axis or an End Site; side: 'Left', 'Right' or ''; segment: one of SEGMENTS
+    or ''; warnings: what was assumed.
+    """
+
+    name: str
+    parent: int
+    child: int
+    grandchild: int
+    axis: Array
+    arm: Array
+    side: str = ""
+    segment: str = ""
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def label(self) -> str:
+        """What a table shows: 'Left ForeArm', or the joint's name where the limb is unknown."""
+        return f"{self.side} {self.segment}" if self.segment else self.name
+
+
+def find_chains(motion: Motion) -> tuple[Chain, ...]:
+    """All chains of a clip: the five limb chains of either side, or by topology.
+
+    Empty where no joint has a child and a grandchild at a distance.
+    """
+    skeleton = motion.skeleton
+    named = _limb_joints(skeleton)
+    found: list[Chain] = []
+    for side in ("Left", "Right"):
+        limb = named.get(side, {})
+        for segment, key, below in (
+            ("Shoulder", "shoulder", ("arm", "forearm")),
+            ("Arm", "arm", ("forearm", "hand")),
+            ("ForeArm", "forearm", ("hand", "")),
+            ("UpLeg", "upleg", ("leg", "foot")),
+            ("Leg", "leg", ("foot", "toe")),
+        ):
+            parent, child = limb.get(key, -1), limb.get(below[0], -1)
+            if parent < 0 or child < 0:
+                continue
+            chain = make_chain(motion, parent, child, limb.get(below[1], -1), side, segment)
+            if chain is not None:
+                found.append(chain)
+    return tuple(found) if found else _chains_by_topology(motion)
+
+
+def make_chain(
+    motion: Motion, parent: int, child: int, grandchild: int = -1, side: str = "", segment: str = ""
+) -> Chain | None:
+    """The chain of three joints, or None where P→C has no length and so no axis.
+
+    Without a grandchild b is, for a hand, the unit Z of C's frame [Choi26 §4.1.3] (or the axis of
+    C least parallel to a, if Z lies within 20° of it); for a foot its End Site.
+    """
+    skeleton = motion.skeleton
+    warnings: list[str] = []
+    axis = _direction(motion, child, warnings)
+    if axis is None:
+        return None
+    arm = _direction(motion, grandchild, warnings) if grandchild >= 0 else None
+    if arm is None and segment != "ForeArm" and child in skeleton.end_offsets:
+        end = skeleton.end_offsets[child]
+        if np.linalg.norm(end) > _ZERO * skeleton.height:
+            arm = normalise(end)
+    if arm is None:
+        arm = np.array([0.0, 0.0, 1.0])
+        if abs(np.atleast_2d(axis)[0] @ arm) > _COLLINEAR:
+            arm = np.eye(3)[int(np.argmin(np.abs(np.atleast_2d(axis)[0])))]
+        grandchild = -1
+    name = skeleton.names[parent]
+    return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
+
+
+def uncorrectable_joints(motion: Motion, chain: Chain) -> tuple[str, ...]:
+    """Names among P and its children that lack three rotation channels; empty: correctable."""
+    rotatable = motion.skeleton.rotatable
+    if rotatable is None:
+        return ()
+    joints = (chain.parent, *motion.skeleton.children[chain.parent])
+    return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])
+
+
+def _direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
+    """Unit direction from the parent, (3,), (frames, 3) where it varies, or None at no length."""
+    skeleton = motion.skeleton
+    smallest = _ZERO * skeleton.height
+    offset = motion.translation(joint)
+    if offset.ndim == 2 and not offset.any() and skeleton.offsets[joint].any():
+        warnings.append(
+            f"{skeleton.names[joint]}: the position channels are all zero; its OFFSET is used."
+        )
+        offset = skeleton.offsets[joint]
+    if offset.ndim == 2:
+        if np.linalg.norm(offset, axis=1).min() <= smallest:
+            return None
+        directions = normalise(offset)
+        mean = normalise(directions.mean(axis=0))
+        if (directions @ mean).min() >= _VARYING:
+            return mean
+        warnings.append(f"{skeleton.names[joint]}: the bone's direction varies by more than 1°.")
+        return directions
+    return normalise(offset) if np.linalg.norm(offset) > smallest else None
+
+
+def _limb_joints(skeleton: Skeleton) -> dict[str, dict[str, int]]:
+    """Joint index by side and role, for the limbs whose hand or foot the names give away."""
+    sided = [_side_and_stem(name) for name in skeleton.names]
+    limbs: dict[str, dict[str, int]] = {}
+    for side in ("Left", "Right"):
+        limb: dict[str, int] = {}
+        hand = _named(sided, side, _HANDS)
+        if hand >= 0:
+            limb["hand"] = hand
+            above = _bones_above(skeleton, hand)
+            limb.update(zip(("forearm", "arm", "shoulder"), above, strict=False))
+        foot = _named(sided, side, _FEET)
+        if foot >= 0:
+            limb["foot"] = foot
+            limb.update(zip(("leg", "upleg"), _bones_above(skeleton, foot), strict=False))
+            toes = [j for j in _below(skeleton, foot) if _is(sided[j], side, _TOES)]
+            limb["toe"] = toes[0] if toes else -1
+        limbs[side] = limb
+    _drop_trunk(skeleton, limbs)
+    return limbs
+
+
+def _side_and_stem(name: str) -> tuple[str, str]:
+    """('Left' | 'Right' | '', the rest in lower-case letters)."""
+    bare = name.rpartition(":")[2].removeprefix("CC_Base_")
+    bare = re.sub(r"^(mixamorig\d*_?|bip\d*|valvebiped)[ _.]?(bip\d*[ _.])?", "", bare, flags=re.I)
+    for side, letter in (("Left", "l"), ("Right", "r")):
+        word = side.lower()
+        if re.search(word, bare, re.I):
+            return side, re.sub(r"[^a-z]", "", re.sub(word, "", bare, flags=re.I).lower())
+        token = rf"(?:^|[ _.\-]){letter}(?=$|[ _.\-])"
+        if re.search(token, bare, re.I):
+            return side, re.sub(r"[^a-z]", "", re.sub(token, "", bare, flags=re.I).lower())
+        if re.match(rf"{letter}[A-Z]", bare):
+            return side, re.sub(r"[^a-z]", "", bare[1:].lower())
+        if re.match(rf"{letter.upper()}[A-Z][a-z]", bare):
+            return side, re.sub(r"[^a-z]", "", bare[1:].lower())
+    return "", re.sub(r"[^a-z]", "", bare.lower())
+
+
+def _is(sided: tuple[str, str], side: str, words: tuple[str, ...]) -> bool:
+    return sided[0] == side and any(word in sided[1] for word in words)
+
+
+def _named(sided: list[tuple[str, str]], side: str, words: tuple[str, ...]) -> int:
+    """First joint of a side that is called exactly one of the words, the first word first."""
+    for word in words:
+        for joint, (its_side, stem) in enumerate(sided):
+            if its_side == side and stem in (word, f"{word}joint", f"j{word}"):
+                return joint
+    return -1
+
+
+def _bones_above(skeleton: Skeleton, joint: int) -> list[int]:
+    """Ancestors that end a bone of some length, nearest first, helper joints skipped."""
+    out = []
+    here = joint
+    while (parent := int(skeleton.parents[here])) >= 0:
+        length = np.linalg.norm(skeleton.offsets[here])
+        if length > _ZERO * skeleton.height and not _HELPER.search(skeleton.names[parent]):
+            out.append(parent)
+        here = parent
+    return out
+
+
+def _below(skeleton: Skeleton, joint: int) -> list[int]:
+    """All descendants, nearest first."""
+    out = list(skeleton.children[joint])
+    for j in out:
+        out.extend(skeleton.children[j])
+    return out
+
+
+def _drop_trunk(skeleton: Skeleton, limbs: dict[str, dict[str, int]]) -> None:
+    """A joint above both hands or both feet is the trunk, not a shoulder or a thigh."""
+    for tip in ("hand", "foot"):
+        tips = [limb[tip] for limb in limbs.values() if tip in limb]
+        if len(tips) < 2:
+            continue
+        lines = [set(_ancestors(skeleton, t)) for t in tips]
+        shared = lines[0] & lines[1]
+        for limb in limbs.values():
+            for role in [r for r, j in limb.items() if j in shared]:
+                del limb[role]
+
+
+def _ancestors(skeleton: Skeleton, joint: int) -> list[int]:
+    out = []
+    while (joint := int(skeleton.parents[joint])) >= 0:
+        out.append(joint)
+    return out
+
+
+def _chains_by_topology(motion: Motion) -> tuple[Chain, ...]:
+    """Every limb bone that has a bone below it; limbs hang from a branching of long lines."""
+    skeleton = motion.skeleton
+    reach = np.zeros(len(skeleton), dtype=np.int64)  # bones below, along the longest line
+    main = np.full(len(skeleton), -1, dtype=np.int64)
+    for joint in reversed(range(len(skeleton))):
+        for child in skeleton.children[joint]:
+            length = np.linalg.norm(motion.translation(child), axis=-1).max()
+            bones = int(reach[child]) + int(length > _ZERO * skeleton.height)
+            if bones > reach[joint] or main[joint] < 0:
+                reach[joint], main[joint] = bones, child
+    trunk: set[int] = set()
+    for joint in range(len(skeleton)):
+        if sum(reach[c] >= 2 for c in skeleton.children[joint]) >= 2 or skeleton.parents[joint] < 0:
+            trunk.update((joint, *_ancestors(skeleton, joint)))
+    found = []
+    for joint in range(len(skeleton)):
+        child = int(main[joint])
+        if joint in trunk or child < 0 or int(main[child]) < 0:
+            continue
+        on_line = int(skeleton.parents[joint]) in trunk or main[skeleton.parents[joint]] == joint
+        chain = make_chain(motion, joint, child, int(main[child])) if on_line else None
+        if chain is not None:
+            found.append(chain)
+    return tuple(found)

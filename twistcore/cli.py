@@ -1,0 +1,150 @@
+"""The `twistcore` command: words and exit codes are a contract (0 done, 1 partly, 2 refused)."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from twistcore import __version__, commands
+from twistcore.detection import DEFAULT_METHOD, DETECTORS
+from twistcore.errors import TwistError
+from twistcore.synthesis import PROTOCOLS
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns its exit code. No traceback reaches a person."""
+    arguments = _parser().parse_args(argv)
+    try:
+        code: int = arguments.run(arguments)
+    except TwistError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"{error.filename or 'file'}: {error.strerror}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return 130
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="twistcore", description="Find and remove axial twist errors in BVH motion."
+    )
+    parser.add_argument("--version", action="version", version=f"twistcore {__version__}")
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+
+    info = subparsers.add_parser("info", help="what is in a clip")
+    _clip(info)
+    _json(info)
+    info.set_defaults(run=commands.info)
+
+    detect = subparsers.add_parser("detect", help="find the intervals of twist errors")
+    _clip(detect)
+    _detection(detect)
+    detect.add_argument("--explain", action="store_true", help="say why each interval was found")
+    detect.add_argument(
+        "--fail-over", type=int, metavar="N", help="exit 1 if more than N intervals are found"
+    )
+    _json(detect)
+    detect.set_defaults(run=commands.detect)
+
+    signals = subparsers.add_parser("signals", help="θp, θc, their increments and m(t) as CSV")
+    _clip(signals)
+    signals.add_argument("--csv", type=Path, required=True, metavar="FILE")
+    _chains(signals)
+    signals.set_defaults(run=commands.signals)
+
+    refine = subparsers.add_parser("refine", help="write a corrected BVH")
+    _clip(refine)
+    _output(refine)
+    _detection(refine)
+    refine.add_argument("--min-confidence", type=float, default=0.0, metavar="X")
+    refine.add_argument(
+        "--include-open", action="store_true", help="also correct intervals without a second edge"
+    )
+    refine.add_argument("--report", type=Path, metavar="DIR", help="also write a report")
+    refine.set_defaults(run=commands.refine_clip)
+
+    apply = subparsers.add_parser("apply", help="write what a session has accepted")
+    apply.add_argument("session", type=Path, metavar="SESSION")
+    _clip(apply)
+    _output(apply)
+    apply.set_defaults(run=commands.apply)
+
+    inject = subparsers.add_parser("inject", help="put known twist errors into a clip")
+    _clip(inject)
+    _output(inject)
+    inject.add_argument("--truth", type=Path, required=True, metavar="TRUTH.json")
+    inject.add_argument("--seed", type=int, required=True, metavar="N")
+    inject.add_argument("--protocol", choices=PROTOCOLS, default="P0")
+    inject.set_defaults(run=commands.inject_errors)
+
+    evaluate = subparsers.add_parser("evaluate", help="measure a refinement against the truth")
+    for name, help_text in (
+        ("--truth", "what was injected"),
+        ("--clean", "the clip before injection"),
+        ("--refined", "the clip after refinement"),
+    ):
+        evaluate.add_argument(
+            name, type=Path, required=True, nargs="+", metavar="FILE", help=help_text
+        )
+    _json(evaluate)
+    evaluate.set_defaults(run=commands.evaluate)
+
+    diff = subparsers.add_parser("diff", help="what differs between two clips")
+    diff.add_argument("a", type=Path, metavar="A")
+    diff.add_argument("b", type=Path, metavar="B")
+    _json(diff)
+    diff.set_defaults(run=commands.diff)
+    return parser
+
+
+def _clip(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("clip", type=Path, metavar="CLIP")
+
+
+def _output(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT")
+
+
+def _json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+
+
+def _chains(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--chain", action="append", metavar="NAME", help="only this chain (again for more)"
+    )
+
+
+def _detection(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
+    parser.add_argument("--tau", type=_tau, default=None, metavar="auto|DEG")
+    parser.add_argument("--profile", type=Path, metavar="FILE", help="τ per joint, TOML")
+    parser.add_argument("--fps", type=_positive, default=None, help="instead of the file's rate")
+    _chains(parser)
+
+
+def _tau(text: str) -> float | None:
+    return None if text == "auto" else math.radians(_positive(text))
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0.0):
+        raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
+    return value

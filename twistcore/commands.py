@@ -1,0 +1,349 @@
+"""What each `twistcore` command does; the words are in cli.py."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import json
+import math
+import sys
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twistcore.atomic import write_atomically
+from twistcore.bvh import Clip, read_bvh, write_bvh
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.compare import compare, difference_to_json
+from twistcore.detection import DETECTORS, Interval, resolve_tau
+from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.evaluation import evaluation_to_json, evaluation_to_text, measure, summarise
+from twistcore.refinement import children_off_axis
+from twistcore.report import Report, write_report
+from twistcore.review import Decide, Decision, Review, accepted_motion, read_session, start_review
+from twistcore.review.session import check_belongs
+from twistcore.signals import twist_signals
+from twistcore.synthesis import (
+    Truth,
+    draw_errors,
+    draw_targets,
+    generator,
+    inject,
+    read_truth,
+    write_truth,
+)
+
+_SIGNAL_COLUMNS = (
+    "chain",
+    "frame",
+    "theta_p_deg",
+    "theta_c_deg",
+    "dtheta_p_deg",
+    "dtheta_c_deg",
+    "m_deg",
+    "swing_reliability",
+    "azimuth_reliability",
+)
+
+
+def info(arguments: argparse.Namespace) -> int:
+    """What a clip holds."""
+    clip = read_bvh(arguments.clip)
+    motion, chains = clip.motion, find_chains(clip.motion)
+    document = {
+        "schema": "twistcore.info/1",
+        "clip": str(arguments.clip),
+        "sha256": clip.sha256,
+        "frames": motion.frames,
+        "fps": motion.fps,
+        "seconds": motion.frames * motion.frame_time,
+        "joints": list(motion.skeleton.names),
+        "channels": clip.values.shape[1],
+        "height": motion.skeleton.height,
+        "chains": [_chain_to_json(clip, chain) for chain in chains],
+        "warnings": [*clip.warnings, *(w for chain in chains for w in chain.warnings)],
+    }
+    if arguments.json:
+        _print_json(document)
+        return 0
+    print(f"{arguments.clip}: {motion.frames} frames at {motion.fps:.6g} fps, ", end="")
+    print(f"{len(motion.skeleton)} joints, {clip.values.shape[1]} channels")
+    for entry in document["chains"]:
+        note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
+        print(f"  {entry['label']:<16} {entry['parent']} → {entry['child']}{note}")
+    if not chains:
+        print("  no chain of parent, child and grandchild")
+    for warning in document["warnings"]:
+        print(f"  note: {warning}")
+    return 0
+
+
+def detect(arguments: argparse.Namespace) -> int:
+    """Find intervals."""
+    clip = read_bvh(arguments.clip, fps=arguments.fps)
+    chains = _chosen_chains(clip, arguments.chain)
+    tau, found = _detected(arguments, clip, chains)
+    if arguments.json:
+        _print_json(_detection_to_json(arguments, clip, tau, found))
+    else:
+        for i in found:
+            print(
+                f"{i.chain:<20} {i.start:>7} – {i.stop:<7} {math.degrees(i.delta):>+9.2f}°"
+                f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
+                f"{'  open' if i.open else ''}"
+            )
+        print(f"{len(found)} interval{'' if len(found) == 1 else 's'} in {len(chains)} chains")
+    if not chains:
+        print(f"{arguments.clip}: no chain of parent, child and grandchild", file=sys.stderr)
+        return 1
+    return int(arguments.fail_over is not None and len(found) > arguments.fail_over)
+
+
+def signals(arguments: argparse.Namespace) -> int:
+    """Signals as CSV: one line a chain and frame, degrees."""
+    clip = read_bvh(arguments.clip)
+    chains = _chosen_chains(clip, arguments.chain)
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(_SIGNAL_COLUMNS)
+    for chain in chains:
+        s = twist_signals(clip.motion, chain)
+        angles = np.degrees([s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c, s.strength]).T
+        shares = np.stack([s.swing_reliability, s.azimuth_reliability], axis=1)
+        for frame, row in enumerate(np.hstack([angles, shares]).tolist()):
+            writer.writerow([chain.name, frame, *(f"{v:.6f}" for v in row)])
+    write_atomically(arguments.csv, out.getvalue().encode())
+    return 0 if chains else 1
+
+
+def refine_clip(arguments: argparse.Namespace) -> int:
+    """Write a corrected BVH, and a report if asked."""
+    clip = read_bvh(arguments.clip, fps=arguments.fps)
+    _refuse_overwrite(arguments.output, arguments.clip)
+    chains = _chosen_chains(clip, arguments.chain)
+    tau, found = _detected(arguments, clip, chains)
+    state = start_review(arguments.method, tau, found, [c.name for c in chains])
+    review = Review(state)
+    wanted = tuple(
+        j.id
+        for j in state.intervals
+        if (j.interval.confidence is None or j.interval.confidence >= arguments.min_confidence)
+        and (arguments.include_open or not j.interval.open)
+    )
+    review.do(Decide(wanted, Decision.ACCEPTED))
+    refined = accepted_motion(clip, chains, review.state)
+    write_bvh(clip, refined, arguments.output)
+    if arguments.report:
+        write_report(arguments.report, Report(clip, chains, review.state, refined))
+    print(f"{arguments.output}: {len(wanted)} of {len(found)} intervals corrected")
+    skipped = _tell_uncorrected(clip, chains, [review.state.find(i).interval for i in wanted])
+    if not chains:
+        print(f"{arguments.clip}: no chain of parent, child and grandchild", file=sys.stderr)
+    return int(skipped or not chains)
+
+
+def apply(arguments: argparse.Namespace) -> int:
+    """Replay a session: the same bytes as the program's export."""
+    session = read_session(arguments.session)
+    clip = read_bvh(arguments.clip, fps=session.fps)
+    _refuse_overwrite(arguments.output, arguments.clip)
+    chains = find_chains(clip.motion)
+    check_belongs(session, clip, chains)
+    write_bvh(clip, accepted_motion(clip, chains, session.state), arguments.output)
+    chosen = session.state.chosen()
+    print(f"{arguments.output}: {len(chosen)} of {len(session.state.intervals)} intervals applied")
+    return int(_tell_uncorrected(clip, chains, chosen))
+
+
+def inject_errors(arguments: argparse.Namespace) -> int:
+    """Put errors into a clip and write their truth."""
+    clip = read_bvh(arguments.clip)
+    _refuse_overwrite(arguments.output, arguments.clip)
+    every = find_chains(clip.motion)
+    chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
+    if not chains:
+        raise TwistError(f"{arguments.clip}: no chain that a twist error could be put into")
+    rng = generator(arguments.seed, arguments.clip.name)
+    errors = draw_errors(draw_targets(chains, rng), clip.motion.frames, rng)
+    write_bvh(clip, inject(clip.motion, chains, errors), arguments.output)
+    truth = Truth(
+        arguments.clip.name,
+        arguments.protocol,
+        arguments.seed,
+        clip.motion.frames,
+        clip.motion.fps,
+        errors,
+    )
+    write_truth(arguments.truth, truth)
+    names = ", ".join(sorted({e.chain for e in errors}))
+    print(f"{arguments.output}: {len(errors)} errors in {names or 'no chain'}, ", end="")
+    print(f"protocol {arguments.protocol}, seed {arguments.seed}")
+    return 0
+
+
+def evaluate(arguments: argparse.Namespace) -> int:
+    """Print the table of one or more refined clips."""
+    counts = {len(arguments.truth), len(arguments.clean), len(arguments.refined)}
+    if len(counts) != 1:
+        raise TwistError("--truth, --clean and --refined: expected the same number of files")
+    samples = []
+    for truth, clean, refined in zip(
+        arguments.truth, arguments.clean, arguments.refined, strict=True
+    ):
+        source = read_bvh(clean)
+        chains = find_chains(source.motion)
+        try:
+            samples.append(
+                measure(read_truth(truth), source.motion, read_bvh(refined).motion, chains)
+            )
+        except ClipMismatchError as error:
+            raise ClipMismatchError(f"{refined}: {error}") from None
+    table = summarise(samples)
+    if arguments.json:
+        _print_json(evaluation_to_json(table))
+    else:
+        print(evaluation_to_text(table))
+    return 0
+
+
+def diff(arguments: argparse.Namespace) -> int:
+    """Print what differs between two clips."""
+    a, b = read_bvh(arguments.a), read_bvh(arguments.b)
+    try:
+        difference = compare(a.motion, b.motion)
+    except ClipMismatchError as error:
+        raise ClipMismatchError(f"{arguments.a}, {arguments.b}: {error}") from None
+    if arguments.json:
+        _print_json(difference_to_json(difference, str(arguments.a), str(arguments.b)))
+        return 0
+    for j in difference.joints:
+        print(f"{j.joint:<24} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
+    print(
+        f"{len({j.joint for j in difference.joints})} joints rotate otherwise, in "
+        f"{difference.frames} frames; joints move by at most "
+        f"{difference.max_position_of_height:.1e} of the height"
+    )
+    return 0
+
+
+def _chain_to_json(clip: Clip, chain: Chain) -> dict[str, Any]:
+    names = clip.motion.skeleton.names
+    return {
+        "chain": chain.name,
+        "label": chain.label,
+        "parent": names[chain.parent],
+        "child": names[chain.child],
+        "grandchild": names[chain.grandchild] if chain.grandchild >= 0 else None,
+        "uncorrectable": list(uncorrectable_joints(clip.motion, chain)),
+        "off_axis": children_off_axis(clip.motion, chain),
+    }
+
+
+def _chosen_chains(clip: Clip, names: Sequence[str] | None) -> tuple[Chain, ...]:
+    chains = find_chains(clip.motion)
+    if not names:
+        return chains
+    known = {chain.name for chain in chains}
+    for name in names:
+        if name not in known:
+            raise TwistError(
+                f"{clip.path}: no chain {name!r}; expected one of {', '.join(sorted(known)) or '–'}"
+            )
+    return tuple(chain for chain in chains if chain.name in names)
+
+
+def _detected(
+    arguments: argparse.Namespace, clip: Clip, chains: Sequence[Chain]
+) -> tuple[dict[str, float], list[Interval]]:
+    analysis = DETECTORS[arguments.method].analyse(clip.motion, chains)
+    tau = resolve_tau(analysis, chains, arguments.tau)
+    if arguments.profile:
+        profile = read_profile(arguments.profile)
+        tau.update({name: profile[name] for name in tau if name in profile})
+    return tau, [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
+
+
+def read_profile(path: Path) -> dict[str, float]:
+    """τ in radians by chain name, from a TOML file with a table [chain] holding tau_deg each."""
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        return {name: math.radians(float(t["tau_deg"])) for name, t in document.items()}
+    except OSError as error:
+        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
+    except tomllib.TOMLDecodeError as error:
+        raise FormatError(f"{path}: expected TOML ({error})") from None
+    except (KeyError, TypeError, ValueError):
+        raise FormatError(f"{path}: expected a table with tau_deg for every chain") from None
+
+
+def _detection_to_json(
+    arguments: argparse.Namespace, clip: Clip, tau: dict[str, float], found: list[Interval]
+) -> dict[str, Any]:
+    chains = {chain.name: chain for chain in find_chains(clip.motion)}
+    names = clip.motion.skeleton.names
+    intervals = []
+    for i in found:
+        entry: dict[str, Any] = {
+            "chain": i.chain,
+            "parent": names[chains[i.chain].parent],
+            "child": names[chains[i.chain].child],
+            "start": i.start,
+            "stop": i.stop,
+            "delta_deg": math.degrees(i.delta),
+            "confidence": i.confidence,
+            "open": i.open,
+        }
+        if arguments.explain:
+            entry["residual_deg"] = math.degrees(i.residual)
+            entry["evidence"] = i.evidence
+        intervals.append(entry)
+    return {
+        "schema": "twistcore.detection/1",
+        "clip": str(arguments.clip),
+        "frames": clip.motion.frames,
+        "fps": clip.motion.fps,
+        "method": arguments.method,
+        "tau_deg": {name: math.degrees(t) for name, t in tau.items()},
+        "intervals": intervals,
+    }
+
+
+def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> bool:
+    """Say what could not be corrected, or not without moving a helper joint; True if skipped."""
+    skipped = False
+    used = {interval.chain for interval in chosen}
+    for chain in chains:
+        if chain.name not in used:
+            continue
+        if joints := uncorrectable_joints(clip.motion, chain):
+            skipped = True
+            print(
+                f"{clip.path}: {chain.name} was not corrected: {', '.join(joints)} "
+                "without three rotation channels",
+                file=sys.stderr,
+            )
+        for name, distance in children_off_axis(clip.motion, chain).items():
+            share = 2.0 * distance / clip.motion.skeleton.height
+            if share > 1e-6:
+                print(
+                    f"{clip.path}: {name} lies beside the axis of {chain.name} and follows it "
+                    f"by up to {share:.1e} of the height",
+                    file=sys.stderr,
+                )
+    return skipped
+
+
+def _refuse_overwrite(output: Path, source: Path) -> None:
+    if output.exists() and source.exists() and output.samefile(source):
+        raise TwistError(f"{output}: expected another file than the source, which is never changed")
+    if not output.parent.is_dir():
+        raise TwistError(f"{output}: expected an existing folder to write into")
+
+
+def _print_json(document: dict[str, Any]) -> None:
+    json.dump(document, sys.stdout, indent=1, ensure_ascii=False, allow_nan=False)
+    sys.stdout.write("\n")

@@ -1,0 +1,52 @@
+"""An interval in which a parent's twist is wrong, and its child's makes up for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from twistcore.rotation import Array, wrap
+
+
+@dataclass(frozen=True, eq=False)
+class Interval:
+    """Frames [start, stop) of a chain with the twist error of P in each.
+
+    chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist;
+    confidence: 0…1, or None where the detector has none; open: it may be the other side of the
+    clip that is wrong, so it is not applied unasked; residual: what is left of the offset behind
+    the closing edge, radians; evidence: why it was found, by name, for a person.
+    """
+
+    chain: str
+    start: int
+    stop: int
+    offset: Array
+    confidence: float | None = None
+    open: bool = False
+    residual: float = 0.0
+    evidence: dict[str, Any] | None = None
+
+    @property
+    def frames(self) -> int:
+        """Length in frames."""
+        return self.stop - self.start
+
+    @property
+    def delta(self) -> float:
+        """One number for the interval: the circular median of the offset, radians in (−π, π]."""
+        return circular_median(self.offset)
+
+    def with_offset(self, start: int, offset: Array) -> Interval:
+        """The same interval over other frames and offsets."""
+        return replace(self, start=start, stop=start + len(offset), offset=offset)
+
+
+def circular_median(angles: Array) -> float:
+    """Median of angles that may straddle ±π, radians in (−π, π]; (n,) -> number, 0 for none."""
+    if len(angles) == 0:
+        return 0.0
+    centre = np.angle(np.exp(1j * angles).sum()) if len(angles) > 1 else angles[0]
+    return float(wrap(centre + np.median(wrap(angles - centre))))

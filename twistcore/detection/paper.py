@@ -1,0 +1,79 @@
+"""The detector of [Choi26] §3.3, unchanged: the baseline of every table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.detection.interval import Interval
+from twistcore.motion import Motion
+from twistcore.rotation import Array, wrap
+from twistcore.signals import TwistSignals, twist_signals
+
+DEFAULT_TAU = float(np.radians(5.0))  # the paper names none; BENCHMARKS' re-run of it uses 5°
+
+
+@dataclass(frozen=True, eq=False)
+class PaperAnalysis:
+    """The signals of every chain; a new τ only thresholds them."""
+
+    signals: Mapping[str, TwistSignals]
+
+    def automatic_tau(self, chain: str) -> float:
+        """τ in radians for a chain when nobody names one."""
+        del chain
+        return DEFAULT_TAU
+
+    def strength(self, chain: str) -> Array:
+        """m(t), radians, shape (frames,)."""
+        return self.signals[chain].strength
+
+    def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
+        """Intervals of a chain at τ radians."""
+        return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
+
+
+class PaperDetector:
+    """min(|Δθp|, |Δθc|) ≥ τ where the two turn against each other."""
+
+    name = "paper"
+
+    def analyse(self, motion: Motion, chains: Sequence[Chain]) -> PaperAnalysis:
+        """Everything that does not depend on τ."""
+        return PaperAnalysis({chain.name: twist_signals(motion, chain) for chain in chains})
+
+
+def running_offset(signals: TwistSignals, tau: float) -> Array:
+    """offset(t) = offset(t−1) + err(t), err = sign(Δθp)·m where m ≥ τ; (frames,) [Choi26 §3.3.1].
+
+    Raw: it is not wrapped and, as errors of estimation add up, never returns to zero for sure.
+    """
+    event = signals.strength >= tau
+    return np.cumsum(np.where(event, np.sign(signals.dtheta_p) * signals.strength, 0.0))
+
+
+def intervals_of_offset(chain: str, offset: Array, tau: float) -> tuple[Interval, ...]:
+    """The running sum cut into intervals for a person to judge.
+
+    An event opens one; it closes where |wrap(offset)| < τ. What is left then is its residual and
+    is not carried into the next. Without an end it runs to the last frame, residual and all.
+    """
+    found = []
+    events = np.flatnonzero(np.diff(offset, prepend=0.0) != 0.0)
+    start, base = -1, 0.0
+    for t in events:
+        left = float(wrap(offset[t] - base))
+        if start < 0:
+            start, base = int(t), float(offset[t - 1]) if t > 0 else 0.0
+        elif abs(left) < tau:
+            found.append(
+                Interval(chain, start, int(t), wrap(offset[start:t] - base), residual=left)
+            )
+            start, base = -1, float(offset[t])
+    if start >= 0:
+        rest = wrap(offset[start:] - base)
+        found.append(Interval(chain, start, len(offset), rest, residual=float(rest[-1])))
+    return tuple(found)

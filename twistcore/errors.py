@@ -1,0 +1,30 @@
+"""What can go wrong, worded once for a person."""
+
+from __future__ import annotations
+
+
+class TwistError(Exception):
+    """Base of every error that is meant to be read by a person: one sentence."""
+
+
+class BvhError(TwistError):
+    """A BVH that cannot be read: where, and what was expected there."""
+
+    def __init__(
+        self, path: str, expected: str, *, line: int | None = None, column: int | None = None
+    ) -> None:
+        self.path, self.expected, self.line, self.column = path, expected, line, column
+        place = path
+        if line is not None:
+            place += f", line {line}"
+            if column is not None:
+                place += f", column {column}"
+        super().__init__(f"{place}: {expected}")
+
+
+class ClipMismatchError(TwistError):
+    """Two files that should belong together do not."""
+
+
+class FormatError(TwistError):
+    """A JSON or TOML document of ours that is damaged or of another schema."""

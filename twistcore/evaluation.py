@@ -1,0 +1,183 @@
+"""How well injected errors were taken out, and what else was changed [Choi26 §4.2]."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.errors import ClipMismatchError
+from twistcore.motion import Motion
+from twistcore.rotation import Array, geodesic_angle
+from twistcore.synthesis import Truth, inject
+
+SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left [Choi26 §4.2.1]
+DAMAGE = float(np.radians(1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorFrames:
+    """Error of P in the frames where one was injected, radians in [0, π], one entry a frame."""
+
+    side: str
+    segment: str
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """One clip's result: its error frames by chain, and the change of all pairs without error."""
+
+    errors: tuple[ErrorFrames, ...]
+    clean_change: Array
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table; angles in degrees, shares in per cent."""
+
+    side: str
+    segment: str
+    frames: int
+    mae_before: float
+    mae_after: float
+    rmse_before: float
+    rmse_after: float
+    fsr: float
+
+    @property
+    def rer(self) -> float:
+        """Residual error ratio, per cent [Choi26 §4.2.2]."""
+        return 100.0 * self.mae_after / self.mae_before if self.mae_before else 0.0
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The table: rows by segment, the overall row, and the damage to clean (joint, frame) pairs."""
+
+    rows: tuple[Row, ...]
+    overall: Row
+    damage_share: float
+    damage_mean: float
+
+
+def measure(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
+    """Compare one refined clip with its clean source.
+
+    The input is made again from the clean clip and the truth, so damage is what the refinement
+    changed, not what was injected. Raises ClipMismatchError where the three do not fit.
+    """
+    if clean.frames != refined.frames or clean.frames != truth.frames:
+        raise ClipMismatchError(
+            f"the truth has {truth.frames} frames, the clean clip {clean.frames}, "
+            f"the refined clip {refined.frames}: expected the same clip"
+        )
+    if clean.skeleton.names != refined.skeleton.names:
+        raise ClipMismatchError("the clean and the refined clip have different skeletons")
+    by_name = {chain.name: chain for chain in chains}
+    unknown = sorted({e.chain for e in truth.errors} - by_name.keys())
+    if unknown:
+        raise ClipMismatchError(f"the clip has no chain {unknown[0]!r} that the truth names")
+    dirty = inject(clean, chains, truth.errors)
+    wrong = np.zeros((clean.frames, len(clean.skeleton)), dtype=bool)
+    frames_of: dict[str, set[int]] = {}
+    for error in truth.errors:
+        chain = by_name[error.chain]
+        frames_of.setdefault(chain.name, set()).update(range(error.start, error.stop))
+        wrong[error.start : error.stop, [chain.parent, chain.child]] = True
+    errors = []
+    for name, frames in frames_of.items():
+        chain, at = by_name[name], sorted(frames)
+        p = chain.parent
+        errors.append(
+            ErrorFrames(
+                chain.side,
+                chain.segment or chain.name,
+                geodesic_angle(clean.rotations[at, p], dirty.rotations[at, p]),
+                geodesic_angle(clean.rotations[at, p], refined.rotations[at, p]),
+            )
+        )
+    joints = sorted({j for chain in chains for j in (chain.parent, chain.child)})
+    change = geodesic_angle(dirty.rotations[:, joints], refined.rotations[:, joints])
+    return Sample(tuple(errors), change[~wrong[:, joints]])
+
+
+def summarise(samples: Iterable[Sample]) -> Evaluation:
+    """The table over any number of clips, every error frame counting once."""
+    samples = tuple(samples)
+    every = [e for sample in samples for e in sample.errors]
+    keys = list(dict.fromkeys((e.side, e.segment) for e in every))
+    rows = tuple(
+        _row(side, segment, [e for e in every if (e.side, e.segment) == (side, segment)])
+        for side, segment in sorted(keys, key=lambda k: k[0])
+    )
+    change = np.concatenate([s.clean_change for s in samples]) if samples else np.zeros(0)
+    return Evaluation(
+        rows=rows,
+        overall=_row("", "Overall", every),
+        damage_share=100.0 * float((change > DAMAGE).mean()) if len(change) else 0.0,
+        damage_mean=float(np.degrees(change.mean())) if len(change) else 0.0,
+    )
+
+
+def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> Row:
+    before = np.degrees(np.concatenate([e.before for e in errors])) if errors else np.zeros(0)
+    after = np.degrees(np.concatenate([e.after for e in errors])) if errors else np.zeros(0)
+    if not len(before):
+        return Row(side, segment, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Row(
+        side=side,
+        segment=segment,
+        frames=len(before),
+        mae_before=float(before.mean()),
+        mae_after=float(after.mean()),
+        rmse_before=float(np.sqrt((before**2).mean())),
+        rmse_after=float(np.sqrt((after**2).mean())),
+        fsr=100.0 * float((after <= SUCCESS * before).mean()),
+    )
+
+
+def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
+    """The table as a JSON document; degrees and per cent."""
+
+    def row(r: Row) -> dict[str, Any]:
+        return {
+            "side": r.side,
+            "segment": r.segment,
+            "frames": r.frames,
+            "mae_before_deg": r.mae_before,
+            "mae_after_deg": r.mae_after,
+            "rmse_before_deg": r.rmse_before,
+            "rmse_after_deg": r.rmse_after,
+            "rer_percent": r.rer,
+            "fsr_percent": r.fsr,
+        }
+
+    return {
+        "schema": "twistcore.evaluation/1",
+        "rows": [row(r) for r in evaluation.rows],
+        "overall": row(evaluation.overall),
+        "clean_damage_percent": evaluation.damage_share,
+        "clean_change_mean_deg": evaluation.damage_mean,
+    }
+
+
+def evaluation_to_text(evaluation: Evaluation) -> str:
+    """The table in columns, laid out like the paper's Table 2 with the overall line below."""
+    head = f"{'Side':<6} {'Segment':<12} {'Frames':>7} {'MAE before':>11} {'MAE after':>10} "
+    head += f"{'RMSE after':>11} {'RER %':>7} {'FSR %':>7}"
+    lines = [head, "-" * len(head)]
+    lines += [
+        f"{r.side:<6} {r.segment:<12} {r.frames:>7} {r.mae_before:>10.2f}° {r.mae_after:>9.2f}° "
+        f"{r.rmse_after:>10.2f}° {r.rer:>7.2f} {r.fsr:>7.2f}"
+        for r in (*evaluation.rows, evaluation.overall)
+    ]
+    lines.append(
+        f"Clean-frame damage: {evaluation.damage_share:.3f} % of the clean (joint, frame) pairs "
+        f"changed by more than 1°; mean change {evaluation.damage_mean:.4f}°."
+    )
+    return "\n".join(lines)

@@ -1,0 +1,76 @@
+"""Taking twist errors out of a motion and nothing else [Choi26 Eq. 14-15]."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.detection.interval import Interval
+from twistcore.motion import Motion
+from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle, wrap
+
+_ON_AXIS = np.sin(np.radians(0.5))
+
+
+def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
+    """Sum of the offsets of all intervals, radians in (−π, π], shape (frames,), by chain name."""
+    total: dict[str, Array] = {}
+    for interval in intervals:
+        offset = total.setdefault(interval.chain, np.zeros(frames))
+        offset[interval.start : interval.stop] += interval.offset
+    return {chain: wrap(offset) for chain, offset in total.items()}
+
+
+def refine(motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]) -> Motion:
+    """The motion without the twist errors in `intervals`.
+
+    Intervals of chains that cannot be corrected (see chain.uncorrectable_joints) are left out.
+    """
+    return remove_twist(motion, chains, offsets_by_chain(intervals, motion.frames))
+
+
+def remove_twist(motion: Motion, chains: Sequence[Chain], offsets: Mapping[str, Array]) -> Motion:
+    """q'_P = q_P ⊗ R_a(−offset) and, for every child X of P, q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X.
+
+    offsets: radians, (frames,), by chain name; frames with offset 0 keep their bits. All global
+    rotations below P stay, and all joint positions but those of children beside the axis
+    (:func:`children_off_axis`). Corrections of different chains commute: one multiplies a joint
+    from the right, the other from the left.
+    """
+    rotations = motion.rotations.copy()
+    for chain in chains:
+        offset = offsets.get(chain.name)
+        if offset is None or uncorrectable_joints(motion, chain):
+            continue
+        at = np.flatnonzero(offset)
+        if not len(at):
+            continue
+        axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+        parent = rotations[at, chain.parent]
+        back = quaternion_from_axis_angle(axis, -offset[at])
+        rotations[at, chain.parent] = normalise(multiply(parent, back))
+        # q'_P⁻¹ ⊗ q_P = R_a(offset), whatever q_P is.
+        ahead = quaternion_from_axis_angle(axis, offset[at])
+        for child in motion.skeleton.children[chain.parent]:
+            rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
+    return motion.with_rotations(rotations)
+
+
+def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
+    """Children of P (and its End Sites) beside the bone axis, whose place a correction moves.
+
+    Distance from the axis by joint name, in the file's unit; empty for an ordinary limb.
+    """
+    out = {}
+    skeleton = motion.skeleton
+    axis = np.atleast_2d(chain.axis)
+    for child in skeleton.children[chain.parent]:
+        if child == chain.child:
+            continue
+        place = np.atleast_2d(motion.translation(child))
+        away = float(np.linalg.norm(np.cross(place, axis), axis=-1).max())
+        if away > _ON_AXIS * max(float(np.linalg.norm(place, axis=-1).max()), 1e-12):
+            out[skeleton.names[child]] = away
+    return out

@@ -1,0 +1,32 @@
+"""A person's judgement of the intervals: state, commands with undo, session file."""
+
+from twistcore.review.commands import Annotate, Command, Decide, Edit, Insert, Redetect, Remove
+from twistcore.review.model import Decision, Judged, ReviewState, start_review
+from twistcore.review.review import Review
+from twistcore.review.session import (
+    Session,
+    accepted_motion,
+    read_session,
+    session_bytes,
+    write_session,
+)
+
+__all__ = [
+    "Annotate",
+    "Command",
+    "Decide",
+    "Decision",
+    "Edit",
+    "Insert",
+    "Judged",
+    "Redetect",
+    "Remove",
+    "Review",
+    "ReviewState",
+    "Session",
+    "accepted_motion",
+    "read_session",
+    "session_bytes",
+    "start_review",
+    "write_session",
+]

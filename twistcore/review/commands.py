@@ -1,0 +1,246 @@
+"""What a person does to a review, as data: each command turns one state into the next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Protocol
+
+from twistcore.detection import Interval
+from twistcore.review.model import Decision, Judged, ReviewState, as_written
+
+
+class Command(Protocol):
+    """An edit with a text for the menu; `apply` raises and changes nothing if it cannot be done."""
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        ...
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        ...
+
+    def continues(self, earlier: Command) -> bool:
+        """True if this is the next step of the same drag, to be undone together with it."""
+        ...
+
+
+@dataclass(frozen=True)
+class Decide:
+    """Set the verdict on intervals."""
+
+    ids: tuple[int, ...]
+    decision: Decision
+    reviewer: str = ""
+    decided_at: str = ""
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        verb = {
+            Decision.ACCEPTED: "Accept",
+            Decision.REJECTED: "Reject",
+            Decision.UNDECIDED: "Reset",
+        }[self.decision]
+        return f"{verb} {_count(len(self.ids))}"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        undecided = self.decision == Decision.UNDECIDED
+        by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
+        return _replace(state, self.ids, decision=self.decision, reviewer=by, decided_at=at)
+
+    def continues(self, earlier: Command) -> bool:
+        """Verdicts are steps of their own."""
+        del earlier
+        return False
+
+
+@dataclass(frozen=True, eq=False)
+class Edit:
+    """Give an interval other frames or another offset; equal `drag` numbers are one drag."""
+
+    id: int
+    interval: Interval
+    drag: int = 0
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        return f"Edit interval {self.id}"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        old = state.find(self.id)
+        if self.interval.start < 0 or self.interval.stop <= self.interval.start:
+            raise ValueError("an interval has at least one frame")
+        if self.interval.chain != old.interval.chain:
+            raise ValueError("an edit does not move an interval to another chain")
+        return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
+
+    def continues(self, earlier: Command) -> bool:
+        """The same drag of the same interval."""
+        return (
+            isinstance(earlier, Edit)
+            and self.drag != 0
+            and (earlier.id, earlier.drag) == (self.id, self.drag)
+        )
+
+
+@dataclass(frozen=True)
+class Annotate:
+    """Set the note of an interval."""
+
+    id: int
+    note: str
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        return f"Note on interval {self.id}"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        return _replace(state, (self.id,), note=self.note)
+
+    def continues(self, earlier: Command) -> bool:
+        """Notes are steps of their own."""
+        del earlier
+        return False
+
+
+@dataclass(frozen=True, eq=False)
+class Insert:
+    """Add a hand-made interval."""
+
+    interval: Interval
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        return "New interval"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        new = Judged(state.next_id, as_written(self.interval), by_hand=True)
+        return state.with_intervals((*state.intervals, new), next_id=state.next_id + 1)
+
+    def continues(self, earlier: Command) -> bool:
+        """Insertions are steps of their own."""
+        del earlier
+        return False
+
+
+@dataclass(frozen=True)
+class Remove:
+    """Take a hand-made interval away; a detected one is rejected, not removed."""
+
+    id: int
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        return f"Remove interval {self.id}"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        if not state.find(self.id).by_hand:
+            raise ValueError("only hand-made intervals can be removed")
+        return state.with_intervals(j for j in state.intervals if j.id != self.id)
+
+    def continues(self, earlier: Command) -> bool:
+        """Removals are steps of their own."""
+        del earlier
+        return False
+
+
+@dataclass(frozen=True, eq=False)
+class Redetect:
+    """A new τ (radians, by chain name) with what the detector finds in those chains at it.
+
+    Found intervals are matched to the earlier ones of their chain by overlap, the largest first.
+    What nobody touched is replaced or goes; what a person decided or edited stays, and says so if
+    the detector no longer supports it.
+    """
+
+    tau: Mapping[str, float]
+    found: tuple[Interval, ...]
+    method: str = ""
+    drag: int = 0
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        if self.method:
+            return f"Detect with {self.method}"
+        name = next(iter(self.tau)) if len(self.tau) == 1 else "all chains"
+        return f"Set τ of {name}"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        chains = set(self.tau)
+        out = [j for j in state.intervals if j.interval.chain not in chains]
+        next_id = state.next_id
+        for chain in self.tau:
+            found = [as_written(i) for i in self.found if i.chain == chain]
+            merged, next_id = _match(state.of_chain(chain), found, next_id)
+            out += merged
+        tau = MappingProxyType({**state.tau, **self.tau})
+        state = replace(state, tau=tau, method=self.method or state.method)
+        return state.with_intervals(out, next_id=next_id)
+
+    def continues(self, earlier: Command) -> bool:
+        """The same drag of the same τ line."""
+        return (
+            isinstance(earlier, Redetect)
+            and self.drag != 0
+            and earlier.drag == self.drag
+            and set(earlier.tau) == set(self.tau)
+        )
+
+
+def _match(
+    earlier: tuple[Judged, ...], found: list[Interval], next_id: int
+) -> tuple[list[Judged], int]:
+    overlaps = sorted(
+        (
+            (min(j.interval.stop, f.stop) - max(j.interval.start, f.start), -k, -n)
+            for k, j in enumerate(earlier)
+            for n, f in enumerate(found)
+        ),
+        reverse=True,
+    )
+    partner: dict[int, int] = {}
+    taken: set[int] = set()
+    for overlap, minus_k, minus_n in overlaps:
+        if overlap > 0 and -minus_k not in partner and -minus_n not in taken:
+            partner[-minus_k] = -minus_n
+            taken.add(-minus_n)
+    out = []
+    for k, judged in enumerate(earlier):
+        if judged.kept:
+            out.append(replace(judged, supported=judged.by_hand or k in partner))
+        elif k in partner:
+            out.append(replace(judged, interval=found[partner[k]], supported=True))
+    for n, interval in enumerate(found):
+        if n not in taken:
+            out.append(Judged(next_id, interval))
+            next_id += 1
+    return out, next_id
+
+
+def _replace(state: ReviewState, ids: tuple[int, ...], **changes: object) -> ReviewState:
+    for interval_id in ids:
+        state.find(interval_id)
+    wanted = set(ids)
+    return state.with_intervals(
+        replace(j, **changes) if j.id in wanted else j  # type: ignore[arg-type]
+        for j in state.intervals
+    )
+
+
+def _count(n: int) -> str:
+    return "interval" if n == 1 else f"{n} intervals"

@@ -1,0 +1,122 @@
+"""The state of a review: immutable, so that an undo is the state before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from types import MappingProxyType
+
+import numpy as np
+
+from twistcore.detection import Interval
+from twistcore.rotation import Array, wrap
+
+
+class Decision(StrEnum):
+    """A person's verdict on an interval."""
+
+    UNDECIDED = "undecided"
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """An interval under review.
+
+    id: stays the same for the life of the review; by_hand: made by a person; edited: its frames
+    or offset were; supported: the detector still finds it at the present τ; reviewer, decided_at
+    (ISO 8601), note: as entered.
+    """
+
+    id: int
+    interval: Interval
+    decision: Decision = Decision.UNDECIDED
+    by_hand: bool = False
+    edited: bool = False
+    supported: bool = True
+    reviewer: str = ""
+    decided_at: str = ""
+    note: str = ""
+
+    @property
+    def kept(self) -> bool:
+        """A person has put work into it: re-detection must not take it away."""
+        return self.by_hand or self.edited or bool(self.note) or self.decision != Decision.UNDECIDED
+
+
+@dataclass(frozen=True, eq=False)
+class ReviewState:
+    """method: detector; tau: radians by chain name; intervals by chain order and start."""
+
+    method: str
+    tau: Mapping[str, float]
+    intervals: tuple[Judged, ...] = ()
+    next_id: int = 1
+    chain_order: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+
+    def find(self, interval_id: int) -> Judged:
+        """The interval of an id; KeyError where there is none."""
+        for judged in self.intervals:
+            if judged.id == interval_id:
+                return judged
+        raise KeyError(interval_id)
+
+    def of_chain(self, chain: str) -> tuple[Judged, ...]:
+        """Intervals of one chain by start."""
+        return tuple(j for j in self.intervals if j.interval.chain == chain)
+
+    def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
+        """Accepted intervals; with `undecided`, those nobody has rejected."""
+        wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
+        return tuple(j.interval for j in self.intervals if j.decision in wanted)
+
+    def with_intervals(
+        self, intervals: Iterable[Judged], next_id: int | None = None
+    ) -> ReviewState:
+        """The same review with other intervals, put in order."""
+        order = self.chain_order
+        ordered = sorted(
+            intervals,
+            key=lambda j: (order.get(j.interval.chain, len(order)), j.interval.start, j.id),
+        )
+        return replace(
+            self, intervals=tuple(ordered), next_id=self.next_id if next_id is None else next_id
+        )
+
+
+def start_review(
+    method: str, tau: Mapping[str, float], found: Iterable[Interval], chains: Iterable[str]
+) -> ReviewState:
+    """A review in which nothing is decided yet."""
+    order = MappingProxyType({name: k for k, name in enumerate(chains)})
+    judged = [Judged(k, as_written(interval)) for k, interval in enumerate(found, start=1)]
+    state = ReviewState(method, MappingProxyType(dict(tau)), chain_order=order)
+    return state.with_intervals(judged, next_id=len(judged) + 1)
+
+
+def as_written(interval: Interval) -> Interval:
+    """The interval with its offset as a session file holds it: degrees with nine decimals.
+
+    So the program and `twistcore apply` correct by the very same numbers.
+    """
+    degrees = np.round(np.degrees(wrap(interval.offset)), 9)
+    return replace(interval, offset=np.radians(degrees))
+
+
+def resized(interval: Interval, start: int, stop: int) -> Interval:
+    """The interval over [start, stop): kept offsets stay, new frames get the nearest one."""
+    at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
+    return interval.with_offset(start, interval.offset[at])
+
+
+def levelled(interval: Interval, delta: float) -> Interval:
+    """The interval moved by whole to a new median offset `delta`, radians."""
+    return interval.with_offset(interval.start, wrap(interval.offset + (delta - interval.delta)))
+
+
+def constant(chain: str, start: int, stop: int, delta: float) -> Interval:
+    """An interval with one offset, radians, in all its frames."""
+    offset: Array = np.full(stop - start, delta)
+    return Interval(chain, start, stop, offset)

@@ -1,0 +1,68 @@
+"""The history of a review: do, undo, redo."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from twistcore.review.commands import Command
+from twistcore.review.model import ReviewState
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    command: Command
+    before: ReviewState
+    after: ReviewState
+
+
+class Review:
+    """The present state and how it came about. A command is kept only once it has succeeded."""
+
+    def __init__(self, state: ReviewState) -> None:
+        self.state = state
+        self._done: list[_Step] = []
+        self._undone: list[_Step] = []
+        self._saved: ReviewState = state
+
+    def do(self, command: Command) -> None:
+        """Carry out a command; a step of a drag joins the one before it."""
+        after = command.apply(self.state)
+        if self._done and command.continues(self._done[-1].command):
+            self._done[-1] = _Step(command, self._done[-1].before, after)
+        else:
+            self._done.append(_Step(command, self.state, after))
+        self._undone.clear()
+        self.state = after
+
+    def undo(self) -> None:
+        """Take the last command back; nothing to undo is no error."""
+        if self._done:
+            step = self._done.pop()
+            self._undone.append(step)
+            self.state = step.before
+
+    def redo(self) -> None:
+        """Do the last undone command again; nothing to redo is no error."""
+        if self._undone:
+            step = self._undone.pop()
+            self._done.append(step)
+            self.state = step.after
+
+    @property
+    def undo_text(self) -> str:
+        """Name of what undo takes back, or ''."""
+        return self._done[-1].command.text if self._done else ""
+
+    @property
+    def redo_text(self) -> str:
+        """Name of what redo does again, or ''."""
+        return self._undone[-1].command.text if self._undone else ""
+
+    @property
+    def saved(self) -> bool:
+        """True if nothing has changed since the session was written or opened."""
+        return self.state is self._saved
+
+    def mark_saved(self) -> None:
+        """The present state is now on disk."""
+        self._saved = self.state

@@ -1,0 +1,151 @@
+"""The session file: a review that can be closed, reopened and replayed without the program."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from twistcore.atomic import write_atomically
+from twistcore.bvh import Clip
+from twistcore.chain import Chain
+from twistcore.detection import Interval
+from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.motion import Motion
+from twistcore.refinement import refine
+from twistcore.review.model import Decision, Judged, ReviewState
+
+SCHEMA = "twistcore.session/1"
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """A review and the clip it belongs to: the path as saved and the SHA-256 of its bytes."""
+
+    clip: str
+    sha256: str
+    fps: float
+    state: ReviewState
+
+
+def session_bytes(clip: Clip, state: ReviewState) -> bytes:
+    """The session as JSON; angles in degrees with nine decimals, times in frames."""
+    document = {
+        "schema": SCHEMA,
+        "clip": str(clip.path),
+        "sha256": clip.sha256,
+        "fps": clip.motion.fps,
+        "method": state.method,
+        "tau_deg": {name: round(float(np.degrees(t)), 9) for name, t in state.tau.items()},
+        "next_id": state.next_id,
+        "intervals": [_interval_to_json(j) for j in state.intervals],
+    }
+    return (json.dumps(document, indent=1, ensure_ascii=False) + "\n").encode()
+
+
+def write_session(path: Path, clip: Clip, state: ReviewState) -> None:
+    """Write the session, atomically."""
+    write_atomically(path, session_bytes(clip, state))
+
+
+def read_session(path: Path) -> Session:
+    """Read a session; raises TwistError or FormatError in one sentence."""
+    try:
+        document: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise TwistError(f"{path}: expected a session file, but there is no such file") from None
+    except OSError as error:
+        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise FormatError(f"{path}: expected JSON ({error})") from None
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        raise FormatError(f"{path}: expected a document with schema {SCHEMA!r}")
+    try:
+        tau = {name: float(np.radians(t)) for name, t in document["tau_deg"].items()}
+        state = ReviewState(
+            method=document["method"],
+            tau=MappingProxyType(tau),
+            intervals=tuple(_interval_from_json(j) for j in document["intervals"]),
+            next_id=document["next_id"],
+            chain_order=MappingProxyType({name: k for k, name in enumerate(tau)}),
+        )
+        return Session(document["clip"], document["sha256"], document["fps"], state)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None
+
+
+def accepted_motion(
+    clip: Clip, chains: Sequence[Chain], state: ReviewState, *, undecided: bool = False
+) -> Motion:
+    """The clip's motion corrected by the accepted intervals: what an export writes."""
+    return refine(clip.motion, chains, state.chosen(undecided=undecided))
+
+
+def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
+    """Raise ClipMismatchError unless the session was made on these very bytes."""
+    if session.sha256 != clip.sha256:
+        raise ClipMismatchError(
+            f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"
+        )
+    names = {chain.name for chain in chains}
+    for judged in session.state.intervals:
+        interval = judged.interval
+        if interval.chain not in names:
+            raise ClipMismatchError(f"{clip.path}: the session names a chain {interval.chain!r}")
+        if interval.stop > clip.motion.frames:
+            raise ClipMismatchError(f"{clip.path}: an interval ends behind the clip's last frame")
+
+
+def _interval_to_json(judged: Judged) -> dict[str, Any]:
+    interval = judged.interval
+    degrees = [round(float(d), 9) for d in np.degrees(interval.offset)]
+    level = len(set(degrees)) == 1
+    return {
+        "id": judged.id,
+        "chain": interval.chain,
+        "start": interval.start,
+        "stop": interval.stop,
+        "offset_deg": degrees[0] if level else degrees,
+        "confidence": interval.confidence,
+        "open": interval.open,
+        "residual_deg": round(float(np.degrees(interval.residual)), 9),
+        "decision": judged.decision.value,
+        "by_hand": judged.by_hand,
+        "edited": judged.edited,
+        "supported": judged.supported,
+        "reviewer": judged.reviewer,
+        "decided_at": judged.decided_at,
+        "note": judged.note,
+    }
+
+
+def _interval_from_json(entry: Mapping[str, Any]) -> Judged:
+    start, stop = int(entry["start"]), int(entry["stop"])
+    offset = np.radians(np.broadcast_to(np.asarray(entry["offset_deg"], float), (stop - start,)))
+    if start < 0 or stop <= start:
+        raise ValueError(f"an interval from {start} to {stop}")
+    interval = Interval(
+        entry["chain"],
+        start,
+        stop,
+        offset,
+        confidence=entry["confidence"],
+        open=entry["open"],
+        residual=float(np.radians(entry["residual_deg"])),
+    )
+    return Judged(
+        entry["id"],
+        interval,
+        Decision(entry["decision"]),
+        by_hand=entry["by_hand"],
+        edited=entry["edited"],
+        supported=entry["supported"],
+        reviewer=entry["reviewer"],
+        decided_at=entry["decided_at"],
+        note=entry["note"],
+    )

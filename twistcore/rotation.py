@@ -1,0 +1,176 @@
+"""Unit quaternions, swing-twist and angles.
+
+Quaternions are Hamilton, scalar first ``(w, x, y, z)``; they act on column vectors and compose like
+matrices: ``multiply(p, q)`` rotates by q, then by p. Angles are radians. Leading axes broadcast.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+_AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2}
+
+
+def wrap(angle: ArrayLike) -> Array:
+    """Angle moved by full turns into (−π, π], same shape."""
+    a = np.asarray(angle, dtype=np.float64)
+    wrapped: Array = a - 2.0 * np.pi * np.ceil((a - np.pi) / (2.0 * np.pi))
+    return wrapped
+
+
+def multiply(p: ArrayLike, q: ArrayLike) -> Array:
+    """Hamilton product p ⊗ q, shapes (…, 4)."""
+    p, q = np.asarray(p, dtype=np.float64), np.asarray(q, dtype=np.float64)
+    pw, px, py, pz = (p[..., i] for i in range(4))
+    qw, qx, qy, qz = (q[..., i] for i in range(4))
+    out = np.empty((*np.broadcast_shapes(p.shape[:-1], q.shape[:-1]), 4))
+    out[..., 0] = pw * qw - px * qx - py * qy - pz * qz
+    out[..., 1] = pw * qx + px * qw + py * qz - pz * qy
+    out[..., 2] = pw * qy - px * qz + py * qw + pz * qx
+    out[..., 3] = pw * qz + px * qy - py * qx + pz * qw
+    return out
+
+
+def conjugate(q: ArrayLike) -> Array:
+    """Inverse of unit quaternions, shape (…, 4)."""
+    inverse: Array = np.asarray(q, dtype=np.float64) * np.array([1.0, -1.0, -1.0, -1.0])
+    return inverse
+
+
+def rotate(q: ArrayLike, v: ArrayLike) -> Array:
+    """Vectors v, shape (…, 3), rotated by unit quaternions q, shape (…, 4)."""
+    q, v = np.asarray(q, dtype=np.float64), np.asarray(v, dtype=np.float64)
+    u = q[..., 1:]
+    t = 2.0 * np.cross(u, v)
+    return v + q[..., :1] * t + np.cross(u, t)
+
+
+def normalise(v: ArrayLike) -> Array:
+    """Vectors or quaternions scaled to unit length along the last axis; length must not be 0."""
+    v = np.asarray(v, dtype=np.float64)
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
+    """R_axis(angle): unit axis (…, 3), angle in radians (…) -> quaternion (…, 4)."""
+    axis, half = np.asarray(axis, dtype=np.float64), 0.5 * np.asarray(angle, dtype=np.float64)
+    shape = np.broadcast_shapes(axis.shape[:-1], half.shape)
+    out = np.empty((*shape, 4))
+    out[..., 0] = np.cos(half)
+    out[..., 1:] = np.sin(half)[..., None] * axis
+    return out
+
+
+def matrix_from_quaternion(q: ArrayLike) -> Array:
+    """Rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
+    q = np.asarray(q, dtype=np.float64)
+    w, x, y, z = (q[..., i] for i in range(4))
+    out = np.empty((*q.shape[:-1], 3, 3))
+    out[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    out[..., 0, 1] = 2.0 * (x * y - w * z)
+    out[..., 0, 2] = 2.0 * (x * z + w * y)
+    out[..., 1, 0] = 2.0 * (x * y + w * z)
+    out[..., 1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    out[..., 1, 2] = 2.0 * (y * z - w * x)
+    out[..., 2, 0] = 2.0 * (x * z - w * y)
+    out[..., 2, 1] = 2.0 * (y * z + w * x)
+    out[..., 2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    return out
+
+
+def quaternion_from_euler(order: str, angles: ArrayLike) -> Array:
+    """Intrinsic rotations about the axes named in `order` (such as 'ZYX', 1-3 letters).
+
+    Angles in radians, shape (…, len(order)), in the order of the letters: R = R_1 · R_2 · R_3.
+    Returns (…, 4).
+    """
+    angles = np.asarray(angles, dtype=np.float64)
+    out = np.zeros((*angles.shape[:-1], 4))
+    out[..., 0] = 1.0
+    half = 0.5 * angles
+    c, s = np.cos(half), np.sin(half)
+    for k, letter in enumerate(order):
+        # q ⊗ (cos, sin·e_i) needs 8 products, not 16: only two components of the factor are set.
+        i = _AXIS_INDEX[letter]
+        j, m = (i + 1) % 3, (i + 2) % 3
+        w, x, y, z = out[..., 0], out[..., 1 + i], out[..., 1 + j], out[..., 1 + m]
+        ck, sk = c[..., k], s[..., k]
+        w, x, y, z = w * ck - x * sk, x * ck + w * sk, y * ck + z * sk, z * ck - y * sk
+        out[..., 0], out[..., 1 + i], out[..., 1 + j], out[..., 1 + m] = w, x, y, z
+    return out
+
+
+def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
+    """Angles of the intrinsic rotations about three distinct axes, radians, shape (…, 3).
+
+    The middle angle is in [−π/2, π/2]. The other solution is (φ1 + π, π − φ2, φ3 + π). In gimbal
+    lock (cos φ2 ≈ 0) only φ1 ± φ3 is determined; callers that need a held φ3 ask
+    :func:`euler_with_third_held`.
+    """
+    i, j, k = (_AXIS_INDEX[letter] for letter in order)
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    m = matrix_from_quaternion(q)
+    # R = R_i(φ1) R_j(φ2) R_k(φ3): row i is (cosφ2 cosφ3, −s cosφ2 sinφ3, s sinφ2) in (i, j, k).
+    cos2 = np.hypot(m[..., i, i], m[..., i, j])
+    out = np.empty((*m.shape[:-2], 3))
+    out[..., 0] = np.arctan2(-sign * m[..., j, k], m[..., k, k])
+    out[..., 1] = np.arctan2(sign * m[..., i, k], cos2)
+    out[..., 2] = np.arctan2(-sign * m[..., i, j], m[..., i, i])
+    return out
+
+
+def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
+    """Angles (…, 3) with the third angle given, exact in gimbal lock where it is free."""
+    third = np.asarray(third, dtype=np.float64)
+    unwound = multiply(q, conjugate(quaternion_from_euler(order[2], third[..., None])))
+    i, j, k = (_AXIS_INDEX[letter] for letter in order)
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    m = matrix_from_quaternion(unwound)
+    out = np.empty((*m.shape[:-2], 3))
+    # R_i(φ1) R_j(φ2): column j is R_i e_j, row i is e_i R_j.
+    out[..., 0] = np.arctan2(sign * m[..., k, j], m[..., j, j])
+    out[..., 1] = np.arctan2(sign * m[..., i, k], m[..., i, i])
+    out[..., 2] = third
+    return out
+
+
+def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
+    """Twist about the unit axis (…, 3): θ = wrap(2·atan2(v·a, w)) in (−π, π] [Choi26 Eq. 8].
+
+    Eq. 8 as printed takes the norm of the vector part and so loses the sign; this form keeps it.
+    A swing of exactly 180° leaves the twist undefined; the result is then 0, never NaN: ask
+    :func:`twist_reliability`.
+    """
+    q = np.asarray(q, dtype=np.float64)
+    along = np.einsum("...i,...i->...", q[..., 1:], np.asarray(axis, dtype=np.float64))
+    return wrap(2.0 * np.arctan2(along, q[..., 0]))
+
+
+def twist_reliability(q: ArrayLike, axis: ArrayLike) -> Array:
+    """√(w² + (v·a)²) in [0, 1]: 0 where a swing of 180° leaves the twist undefined."""
+    q = np.asarray(q, dtype=np.float64)
+    along = np.einsum("...i,...i->...", q[..., 1:], np.asarray(axis, dtype=np.float64))
+    reliability: Array = np.hypot(q[..., 0], along)
+    return reliability
+
+
+def swing_twist(q: ArrayLike, axis: ArrayLike) -> tuple[Array, Array]:
+    """Swing and twist, each (…, 4), with q = swing ⊗ twist [Choi26 Eq. 2-7].
+
+    twist = R_a(θ); swing = q ⊗ twist⁻¹ turns a into w = q a q⁻¹ by the smallest angle. (Eq. 7 as
+    printed, q ⊗ swing⁻¹, is the twist about w: the same angle, another quaternion.)
+    """
+    twist = quaternion_from_axis_angle(axis, twist_angle(q, axis))
+    return multiply(q, conjugate(twist)), twist
+
+
+def geodesic_angle(p: ArrayLike, q: ArrayLike) -> Array:
+    """Angle of the rotation between p and q, radians in [0, π], shapes (…, 4) -> (…)."""
+    d = multiply(conjugate(p), q)
+    angle: Array = 2.0 * np.arctan2(np.linalg.norm(d[..., 1:], axis=-1), np.abs(d[..., 0]))
+    return angle

@@ -1,0 +1,71 @@
+"""What [Choi26] measures in a chain: θp, θc, their increments and m(t)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.motion import Motion
+from twistcore.rotation import Array, rotate, twist_angle, twist_reliability, wrap
+
+
+@dataclass(frozen=True, eq=False)
+class TwistSignals:
+    """Signals of one chain, radians, each of shape (frames,); increments are 0 in frame 0.
+
+    theta_p: twist of P about a, in (−π, π] (Eq. 8); theta_c: running sum of the child's azimuth
+    increments; dtheta_p, dtheta_c: increments in (−π, π] (Eq. 9, 12); strength: m(t) (Eq. 1, 13);
+    swing_reliability: √(w² + (v·a)²), 0 where θp is undefined; azimuth_reliability: ‖v⊥‖/‖v‖,
+    0 where the limb is straight and θc is undefined.
+    """
+
+    theta_p: Array
+    theta_c: Array
+    dtheta_p: Array
+    dtheta_c: Array
+    strength: Array
+    swing_reliability: Array
+    azimuth_reliability: Array
+
+
+def twist_signals(motion: Motion, chain: Chain) -> TwistSignals:
+    """Signals of a chain over the whole clip [Choi26 Eq. 8-13]."""
+    axis = chain.axis
+    q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
+    theta_p = twist_angle(q_p, axis)
+    dtheta_p = _increments(theta_p)
+    v = rotate(q_c, chain.arm)
+    across = v - np.einsum("...i,...i->...", v, np.broadcast_to(axis, v.shape))[:, None] * axis
+    dtheta_c = azimuth_increments(across, axis)
+    return TwistSignals(
+        theta_p=theta_p,
+        theta_c=np.cumsum(dtheta_c),
+        dtheta_p=dtheta_p,
+        dtheta_c=dtheta_c,
+        strength=counter_rotation(dtheta_p, dtheta_c),
+        swing_reliability=twist_reliability(q_p, axis),
+        azimuth_reliability=np.linalg.norm(across, axis=-1),
+    )
+
+
+def azimuth_increments(across: Array, axis: Array) -> Array:
+    """Δθc of the projected vectors v⊥, shape (frames, 3), about the unit axis [Choi26 Eq. 12]."""
+    out = np.zeros(len(across))
+    before, now = across[:-1], across[1:]
+    a = np.broadcast_to(axis, across.shape)[1:]
+    out[1:] = np.arctan2(
+        np.einsum("ij,ij->i", np.cross(before, now), a), np.einsum("ij,ij->i", before, now)
+    )
+    return out
+
+
+def counter_rotation(dtheta_p: Array, dtheta_c: Array) -> Array:
+    """m = min(|Δθp|, |Δθc|) where Δθp·Δθc < 0, else 0 [Choi26 Eq. 1, 13]."""
+    opposite = dtheta_p * dtheta_c < 0.0
+    return np.where(opposite, np.minimum(np.abs(dtheta_p), np.abs(dtheta_c)), 0.0)
+
+
+def _increments(angle: Array) -> Array:
+    return wrap(np.diff(angle, prepend=angle[:1]))
