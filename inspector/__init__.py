@@ -1,0 +1,1 @@
+"""Twist Inspector: the desktop program around twistcore."""

@@ -1,0 +1,332 @@
+"""The one observable: clip, review, cursor, selection. Views listen and hold no truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from inspector.background import Task
+from twistcore.bvh import Clip, read_bvh
+from twistcore.chain import Chain, find_chains
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, resolve_tau
+from twistcore.motion import Motion, forward_kinematics
+from twistcore.refinement import offsets_by_chain, remove_twist
+from twistcore.review import (
+    Command,
+    Decide,
+    Decision,
+    Edit,
+    Judged,
+    Redetect,
+    Review,
+    accepted_motion,
+    start_review,
+)
+from twistcore.rotation import Array
+from twistcore.signals import TwistSignals, twist_signals
+
+
+class Show(StrEnum):
+    """Which poses the 3D view shows."""
+
+    BEFORE = "before"
+    AFTER = "after"
+    BOTH = "both"
+
+
+@dataclass(frozen=True, eq=False)
+class Analysed:
+    """Everything about a clip that does not change while it is reviewed."""
+
+    clip: Clip
+    chains: tuple[Chain, ...]
+    analysis: Analysis
+    signals: dict[str, TwistSignals]
+    rotations: Array  # global, (frames, joints, 4)
+    positions: Array  # (frames, joints, 3)
+    review: Review
+
+    @property
+    def motion(self) -> Motion:
+        """The motion as read."""
+        return self.clip.motion
+
+
+def analyse(path: Path, method: str = DEFAULT_METHOD) -> Analysed:
+    """Read and analyse a clip; raises TwistError. Safe to call in any thread."""
+    clip = read_bvh(path)
+    chains = find_chains(clip.motion)
+    analysis = DETECTORS[method].analyse(clip.motion, chains)
+    tau = resolve_tau(analysis, chains)
+    found = [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
+    rotations, positions = forward_kinematics(clip.motion)
+    return Analysed(
+        clip=clip,
+        chains=chains,
+        analysis=analysis,
+        signals={c.name: twist_signals(clip.motion, c) for c in chains},
+        rotations=rotations,
+        positions=positions,
+        review=Review(start_review(method, tau, found, [c.name for c in chains])),
+    )
+
+
+class Document(QObject):
+    """State of the program. Every change goes through a method here and ends in a signal."""
+
+    opened = Signal()  # another clip, or none: everything is new
+    opening = Signal(str)  # a clip is being read: its name
+    intervals_changed = Signal()  # the review's state: intervals, decisions or τ
+    chain_changed = Signal()  # the selected chain
+    interval_changed = Signal()  # the selected interval
+    frame_changed = Signal(int)
+    show_changed = Signal()
+    message = Signal(str, bool)  # a sentence for the person; True if something went wrong
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.data: Analysed | None = None
+        self.chain = ""
+        self.interval_id: int | None = None
+        self.frame = 0
+        self.show = Show.BOTH
+        self.reviewer = ""
+        self._offsets: dict[str, Array] = {}
+        self._task: Task | None = None
+        self._drag = 0
+
+    # -- opening ------------------------------------------------------------------------------
+
+    def open(self, path: Path) -> None:
+        """Read and analyse a clip in the background; the old one stays until the new is there."""
+        if self._task is not None:
+            self._task.cancel()
+        self._task = Task(lambda: analyse(path), self)
+        self._task.finished.connect(self.show_clip)
+        self._task.failed.connect(self._open_failed)
+        self.opening.emit(path.name)
+        self._task.start()
+
+    def show_clip(self, data: Analysed) -> None:
+        """Make an analysed clip the present one."""
+        self._task = None
+        self.data = data
+        self.frame = 0
+        self.interval_id = None
+        intervals = self.review.state.intervals
+        self.chain = intervals[0].interval.chain if intervals else ""
+        if not self.chain and data.chains:
+            self.chain = data.chains[0].name
+        self._offsets = self._sum_of_offsets()
+        self.opened.emit()
+        for warning in data.clip.warnings:
+            self.message.emit(f"{data.clip.name}: {warning}", False)
+        if not data.chains:
+            self.message.emit(
+                f"{data.clip.name}: no chain of parent, child and grandchild; nothing to detect.",
+                False,
+            )
+
+    def _open_failed(self, error: Exception) -> None:
+        self._task = None
+        self.message.emit(str(error), True)
+
+    # -- what views read ----------------------------------------------------------------------
+
+    @property
+    def review(self) -> Review:
+        """The review of the open clip."""
+        assert self.data is not None
+        return self.data.review
+
+    @property
+    def intervals(self) -> tuple[Judged, ...]:
+        """All intervals of the open clip, by chain and start; empty without a clip."""
+        return self.review.state.intervals if self.data else ()
+
+    @property
+    def interval(self) -> Judged | None:
+        """The selected interval."""
+        for judged in self.intervals:
+            if judged.id == self.interval_id:
+                return judged
+        return None
+
+    @property
+    def frames(self) -> int:
+        """Number of frames; 0 without a clip."""
+        return self.data.motion.frames if self.data else 0
+
+    def find_chain(self, name: str) -> Chain:
+        """A chain of the open clip by name; KeyError where there is none."""
+        for chain in self.data.chains if self.data else ():
+            if chain.name == name:
+                return chain
+        raise KeyError(name)
+
+    def offset(self, chain: str) -> Array:
+        """Twist error of a chain's parent by all intervals not rejected, radians, (frames,)."""
+        return self._offsets.get(chain, np.zeros(self.frames))
+
+    def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
+        """Global rotations (joints, 4) and positions (joints, 3) of a frame.
+
+        After: with every interval corrected that is not rejected, so that an undecided one can be
+        judged by what accepting it would do.
+        """
+        assert self.data is not None
+        if not after:
+            return self.data.rotations[frame], self.data.positions[frame]
+        offsets = {name: o[frame : frame + 1] for name, o in self._offsets.items()}
+        if not any(o[0] for o in offsets.values()):
+            return self.data.rotations[frame], self.data.positions[frame]
+        one = self.data.motion.sliced(frame, frame + 1)
+        chains = [_at_frame(c, frame) for c in self.data.chains]
+        rotations, positions = forward_kinematics(remove_twist(one, chains, offsets))
+        return rotations[0], positions[0]
+
+    def signals_after(self, chain: str) -> TwistSignals:
+        """The chain's signals with every interval corrected that is not rejected."""
+        assert self.data is not None
+        refined = remove_twist(self.data.motion, self.data.chains, self._offsets)
+        return twist_signals(refined, self.find_chain(chain))
+
+    # -- cursor and selection -----------------------------------------------------------------
+
+    def go_to(self, frame: int) -> None:
+        """Move the playhead; frames outside the clip become its first or last."""
+        frame = max(0, min(int(frame), self.frames - 1))
+        if self.data and frame != self.frame:
+            self.frame = frame
+            self.frame_changed.emit(frame)
+
+    def select_chain(self, name: str) -> None:
+        """Select a chain; a selected interval of another chain is let go."""
+        if name == self.chain:
+            return
+        self.find_chain(name)
+        self.chain = name
+        self.chain_changed.emit()
+        if (selected := self.interval) and selected.interval.chain != name:
+            self.select_interval(None)
+
+    def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
+        """Select an interval and its chain; with `jump` the playhead goes to its start."""
+        if interval_id is not None:
+            judged = self.review.state.find(interval_id)
+            self.chain, old_chain = judged.interval.chain, self.chain
+            changed = interval_id != self.interval_id
+            self.interval_id = interval_id
+            if self.chain != old_chain:
+                self.chain_changed.emit()
+            if changed:
+                self.interval_changed.emit()
+            if jump:
+                self.go_to(judged.interval.start)
+        elif self.interval_id is not None:
+            self.interval_id = None
+            self.interval_changed.emit()
+
+    def step_interval(self, direction: int, *, undecided: bool = False) -> None:
+        """Select the next (+1) or previous (−1) interval in the table's order, round the end."""
+        chosen = [
+            j
+            for j in self.intervals
+            if not undecided or j.decision == Decision.UNDECIDED or j.id == self.interval_id
+        ]
+        if not chosen:
+            return
+        ids = [j.id for j in chosen]
+        if self.interval_id in ids:
+            at = (ids.index(self.interval_id) + direction) % len(ids)
+        else:
+            at = 0 if direction > 0 else -1
+        self.select_interval(ids[at], jump=True)
+
+    def set_show(self, show: Show) -> None:
+        """Show before, after or both."""
+        if show != self.show:
+            self.show = show
+            self.show_changed.emit()
+
+    # -- the review ---------------------------------------------------------------------------
+
+    def do(self, command: Command) -> None:
+        """Carry out a command of the review."""
+        if self.data is None:
+            return
+        try:
+            self.review.do(command)
+        except (KeyError, ValueError) as error:
+            self.message.emit(f"{command.text}: {error}", True)
+            return
+        self._review_changed()
+
+    def undo(self) -> None:
+        """Take the last command back."""
+        if self.data:
+            self.review.undo()
+            self._review_changed()
+
+    def redo(self) -> None:
+        """Do the last undone command again."""
+        if self.data:
+            self.review.redo()
+            self._review_changed()
+
+    def decide(self, decision: Decision, ids: Sequence[int] = ()) -> None:
+        """Judge intervals, or the selected one, then go on to the next undecided."""
+        chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
+        if not chosen:
+            self.message.emit("Select an interval first (N goes to the next).", False)
+            return
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        self.do(Decide(chosen, decision, self.reviewer, now))
+        if decision != Decision.UNDECIDED:
+            self.step_interval(+1, undecided=True)
+
+    def begin_drag(self) -> int:
+        """A number for the commands of one drag, which are undone together."""
+        self._drag += 1
+        return self._drag
+
+    def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
+        """Give an interval other frames (kept inside the clip) or another offset."""
+        self.do(Edit(interval_id, interval, drag))
+
+    def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
+        """Set τ, radians, of a chain (the selected one if none is named) and detect again."""
+        name = chain or self.chain
+        if self.data and name:
+            found = self.data.analysis.intervals(name, tau)
+            self.do(Redetect({name: tau}, found, drag=drag))
+
+    def accepted_motion(self, *, undecided: bool = False) -> Motion:
+        """The motion that an export writes."""
+        assert self.data is not None
+        return accepted_motion(
+            self.data.clip, self.data.chains, self.review.state, undecided=undecided
+        )
+
+    def _review_changed(self) -> None:
+        self._offsets = self._sum_of_offsets()
+        if self.interval_id is not None and self.interval is None:
+            self.interval_id = None
+            self.interval_changed.emit()
+        self.intervals_changed.emit()
+
+    def _sum_of_offsets(self) -> dict[str, Array]:
+        return offsets_by_chain(self.review.state.chosen(undecided=True), self.frames)
+
+
+def _at_frame(chain: Chain, frame: int) -> Chain:
+    """The chain with the bone axis of one frame, where it varies."""
+    if chain.axis.ndim == 1:
+        return chain
+    return replace(chain, axis=chain.axis[frame : frame + 1])

@@ -1,0 +1,144 @@
+"""Colours and fonts: one accent, orange = before, blue = after, light and dark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QGuiApplication, QPalette
+from PySide6.QtWidgets import QApplication
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Colours by role as '#rrggbb'. Text roles have a contrast of 4.5:1 or more on `surface`."""
+
+    dark: bool
+    window: str  # behind panels
+    surface: str  # tables, plots, the 3D view
+    raised: str  # buttons, headers
+    line: str  # borders, grid
+    text: str
+    soft: str  # secondary text
+    accent: str  # selection, focus, playhead
+    on_accent: str
+    before: str  # the clip as it is: orange
+    after: str  # the clip as corrected: blue
+    tau: str  # the τ line
+    accepted: str
+    rejected: str
+    undecided: str
+    bone: str  # joints without a chain
+    warning: str
+
+
+LIGHT = Theme(
+    dark=False,
+    window="#eef1f4",
+    surface="#ffffff",
+    raised="#f7f9fa",
+    line="#d3dae1",
+    text="#18202a",
+    soft="#556170",
+    accent="#5b3fc4",
+    on_accent="#ffffff",
+    before="#b85c00",
+    after="#1668b3",
+    tau="#b3261e",
+    accepted="#1b7040",
+    rejected="#a3342b",
+    undecided="#6b5b00",
+    bone="#a9b4c0",
+    warning="#8a4b00",
+)
+DARK = Theme(
+    dark=True,
+    window="#15191f",
+    surface="#1c2129",
+    raised="#262d37",
+    line="#3a4350",
+    text="#e7ecf2",
+    soft="#a6b1bf",
+    accent="#a693ff",
+    on_accent="#14101f",
+    before="#ff9d3d",
+    after="#62b1f5",
+    tau="#ff7b72",
+    accepted="#6fce95",
+    rejected="#ff938a",
+    undecided="#d9c65a",
+    bone="#6d7988",
+    warning="#ffb45e",
+)
+
+
+def system_theme() -> Theme:
+    """Light or dark as the system asks."""
+    scheme = QGuiApplication.styleHints().colorScheme()
+    return DARK if scheme == Qt.ColorScheme.Dark else LIGHT
+
+
+def apply_theme(app: QApplication, theme: Theme) -> None:
+    """Give the program Fusion with the theme's palette and style sheet."""
+    app.setStyle("Fusion")
+    palette = QPalette()
+    role = QPalette.ColorRole
+    for target, colour in (
+        (role.Window, theme.window),
+        (role.WindowText, theme.text),
+        (role.Base, theme.surface),
+        (role.AlternateBase, theme.raised),
+        (role.Text, theme.text),
+        (role.Button, theme.raised),
+        (role.ButtonText, theme.text),
+        (role.BrightText, theme.text),
+        (role.ToolTipBase, theme.raised),
+        (role.ToolTipText, theme.text),
+        (role.PlaceholderText, theme.soft),
+        (role.Highlight, theme.accent),
+        (role.HighlightedText, theme.on_accent),
+        (role.Link, theme.accent),
+        (role.Light, theme.raised),
+        (role.Midlight, theme.raised),
+        (role.Mid, theme.line),
+        (role.Dark, theme.line),
+        (role.Shadow, theme.line),
+        (role.Accent, theme.accent),
+    ):
+        palette.setColor(target, QColor(colour))
+    faint = QColor(theme.soft)
+    faint.setAlpha(150)
+    for target in (role.Text, role.WindowText, role.ButtonText):
+        palette.setColor(QPalette.ColorGroup.Disabled, target, faint)
+    app.setPalette(palette)
+    app.setStyleSheet(_STYLE.format(**vars(theme)))
+
+
+def figures_font(size: float = 0.0) -> QFont:
+    """The system's fixed-pitch font: numbers that stand in columns."""
+    font = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+    font.setPointSizeF(size or QGuiApplication.font().pointSizeF())
+    return font
+
+
+_STYLE = """
+QDockWidget {{ font-weight: 600; }}
+QDockWidget::title {{ background: {window}; padding: 6px 8px; }}
+QDockWidget > QWidget {{ font-weight: 400; }}
+QMainWindow::separator {{ background: {line}; width: 3px; height: 3px; }}
+QMainWindow::separator:hover {{ background: {accent}; }}
+QHeaderView::section {{ background: {raised}; color: {soft}; border: 0;
+  border-bottom: 1px solid {line}; padding: 4px 6px; }}
+QTableView {{ gridline-color: transparent; border: 1px solid {line};
+  selection-background-color: {accent}; selection-color: {on_accent}; }}
+QToolBar {{ background: {window}; border: 0; border-bottom: 1px solid {line};
+  spacing: 2px; padding: 3px 6px; }}
+QStatusBar {{ background: {window}; border-top: 1px solid {line}; color: {soft}; }}
+QStatusBar::item {{ border: 0; }}
+QStatusBar QLabel {{ color: {soft}; padding: 0 8px; }}
+QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; padding: 4px; }}
+#bar {{ background: {raised}; border: 1px solid {line}; border-radius: 4px; }}
+#bar[wrong="true"] {{ border: 1px solid {rejected}; }}
+#bar QLabel {{ color: {text}; }}
+#soft {{ color: {soft}; }}
+"""
