@@ -1,0 +1,425 @@
+#!/usr/bin/env python3
+"""Set up, run, test and check Twist Inspector from a checkout, on a bare machine too.
+
+    python3 dev.py setup            make .venv, install everything that is missing
+    python3 dev.py run [ARGS]       open the program; without a screen, a demonstration into out/
+    python3 dev.py test [ARGS]      pytest, e.g. dev.py test -k chain
+    python3 dev.py check            lint, format, types, import contracts
+    python3 dev.py bench [NAME]     every benchmark, or the one named
+    python3 dev.py shot             take the pictures of docs/ from the real window
+
+Every command sets up first; when nothing is to do that takes a moment. ARGS go to the program
+started. Only the standard library is used here, since nothing else is installed yet.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import hashlib
+import importlib.util
+import os
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+ROOT = Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
+PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
+STAMP = VENV / "twist-inspector.stamp"
+OUT = ROOT / "out"
+OLDEST_PYTHON = (3, 11)
+
+# What Qt and VTK load from the system, and the Debian package that brings it. They are looked up
+# by soname, not in a package database, so that the check is right on every distribution.
+LIBRARIES = {
+    "libGL.so.1": "libgl1",
+    "libEGL.so.1": "libegl1",
+    "libxkbcommon.so.0": "libxkbcommon0",
+    "libglib-2.0.so.0": "libglib2.0-0",
+    "libfontconfig.so.1": "libfontconfig1",
+    "libdbus-1.so.3": "libdbus-1-3",
+    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
+    "libxcb-cursor.so.0": "libxcb-cursor0",
+    "libxcb-icccm.so.4": "libxcb-icccm4",
+    "libxcb-keysyms.so.1": "libxcb-keysyms1",
+    "libxcb-shape.so.0": "libxcb-shape0",
+}
+# The virtual screen, and the software OpenGL driver that draws on it.
+XVFB_PACKAGES = ["xvfb", "libgl1-mesa-dri"]
+FONT_PACKAGE = "fonts-dejavu-core"  # with no font at all Qt draws boxes for letters
+
+
+class SetupError(Exception):
+    """Something a person has to mend; the text says what, in words."""
+
+
+# --- system libraries ---------------------------------------------------------------------------
+
+
+def has_screen() -> bool:
+    """Whether windows can be shown as things are."""
+    if not sys.platform.startswith("linux"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def is_loadable(soname: str) -> bool:
+    """Whether the dynamic linker finds a library."""
+    try:
+        ctypes.CDLL(soname)
+    except OSError:
+        return False
+    return True
+
+
+def has_font() -> bool:
+    """Whether any scalable font is installed where fontconfig looks."""
+    data = os.environ.get("XDG_DATA_DIRS") or "/usr/local/share:/usr/share"
+    home = Path.home()
+    folders = [Path(folder) / "fonts" for folder in data.split(":")]
+    folders += [home / ".local/share/fonts", home / ".fonts"]
+    files = (file for folder in folders if folder.is_dir() for file in folder.rglob("*"))
+    return any(file.suffix.lower() in {".ttf", ".otf", ".ttc", ".pfb"} for file in files)
+
+
+def missing_system() -> dict[str, str]:
+    """What the system lacks: library, program or font -> the Debian package that brings it."""
+    if not sys.platform.startswith("linux"):
+        return {}
+    missing = {so: package for so, package in LIBRARIES.items() if not is_loadable(so)}
+    if not has_screen() and not shutil.which("Xvfb"):
+        missing |= {package: package for package in XVFB_PACKAGES}
+    if not has_font():
+        missing["a font"] = FONT_PACKAGE
+    return missing
+
+
+def install_packages(packages: Sequence[str]) -> None:
+    """Install Debian packages, or say which command does it where this user may not."""
+    install = ["apt-get", "install", "-y", "--no-install-recommends", *packages]
+    if not shutil.which("apt-get"):
+        raise SetupError(
+            f"This system lacks what these Debian packages bring: {' '.join(packages)}.\n"
+            "Install their counterparts with your package manager, then try again."
+        )
+    if os.geteuid() != 0:
+        raise SetupError(
+            "Some system packages are missing. This one command installs them; then try again:\n"
+            f"  sudo apt-get update && sudo {' '.join(install)}"
+        )
+    say(f"Installing system packages: {' '.join(packages)}")
+    env = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
+    # An index that cannot be refreshed may still be good enough: the install is what counts.
+    quietly(["apt-get", "update"], env)
+    problem = quietly(install, env)
+    if problem:
+        raise SetupError(f"The system packages could not be installed. apt-get said:\n{problem}")
+
+
+def ensure_system() -> None:
+    """Bring the libraries, the virtual screen and a font where they are missing."""
+    missing = missing_system()
+    if missing:
+        install_packages(sorted(set(missing.values())))
+    still = missing_system() if missing else {}
+    if still:
+        raise SetupError(f"Still not found after the installation: {', '.join(still)}.")
+
+
+# --- the Python environment ---------------------------------------------------------------------
+
+
+def venv_version() -> str:
+    """The full version of the interpreter in .venv; empty where it is absent or broken."""
+    code = f"import sys; print(sys.version if sys.version_info >= {OLDEST_PYTHON} else '')"
+    try:
+        done = subprocess.run([PYTHON, "-c", code], capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return done.stdout.strip()
+
+
+def fingerprint() -> str:
+    """Changes whenever the installation has to be repeated, a moved checkout included."""
+    parts = [(ROOT / "pyproject.toml").read_text("utf-8"), venv_version(), str(ROOT)]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+def make_venv(uv: str | None) -> None:
+    """Create .venv, in place of one whose interpreter no longer starts."""
+    say("Making .venv")
+    command = [uv, "venv", "--clear", "--python", sys.executable, str(VENV)] if uv else None
+    if command and not quietly(command):
+        return
+    if not importlib.util.find_spec("ensurepip"):  # Debian ships it apart from Python
+        install_packages([f"python{sys.version_info[0]}.{sys.version_info[1]}-venv"])
+    problem = quietly([sys.executable, "-m", "venv", "--clear", str(VENV)])
+    if problem:
+        raise SetupError(f".venv could not be made. Python said:\n{problem}")
+
+
+def install_project(uv: str | None) -> None:
+    """Install the project, editable, with its tools: by uv where possible, else by pip."""
+    say("Installing the Python packages (about 350 MB the first time)")
+    python, target = str(PYTHON), ["--editable", f"{ROOT}[dev]"]
+    with_uv = ["pip", "install", "--python", python, *target]
+    if uv and not quietly([uv, *with_uv]):
+        return
+    pip = [python, "-m", "pip"]
+    if quietly([*pip, "--version"]):  # an environment that uv made has no pip
+        quietly([python, "-m", "ensurepip"])
+    # uv installs several times faster than pip, so that fetching it first pays off.
+    got_uv = not uv and not quietly([*pip, "install", "--retries", "1", "uv"])
+    if got_uv and not quietly([python, "-m", "uv", *with_uv]):
+        return
+    # pip has the last word: it knows settings, such as a mirror in pip.conf, that uv does not.
+    problem = quietly([*pip, "install", "--retries", "2", *target])
+    if problem:
+        raise SetupError(
+            "The Python packages could not be installed; is this machine offline?\n"
+            f"pip's last lines:\n{problem}"
+        )
+
+
+def ensure_venv() -> None:
+    """Make .venv and install into it, unless the stamp says that this is done."""
+    if STAMP.exists() and STAMP.read_text("utf-8") == fingerprint():
+        return
+    uv = shutil.which("uv")
+    if not venv_version():
+        make_venv(uv)
+    install_project(uv)
+    STAMP.write_text(fingerprint(), "utf-8")  # last: an interrupted set-up is repeated
+
+
+# --- starting programs --------------------------------------------------------------------------
+
+
+def say(text: str) -> None:
+    """Tell the person; at once, also into a pipe."""
+    print(text, flush=True)
+
+
+def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
+    """Run a command unseen. Empty if it succeeded, else the last lines of what it said."""
+    try:
+        done = subprocess.run(
+            command, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
+        )
+    except OSError as error:
+        return f"  {error}"
+    if done.returncode == 0:
+        return ""
+    lines = done.stdout.decode(errors="replace").strip().splitlines()
+    return "\n".join(f"  {line}" for line in lines[-6:]) or f"  exit status {done.returncode}"
+
+
+def start(command: Sequence[str], env: dict[str, str], cwd: Path = ROOT) -> int:
+    """Run a command in the foreground and return its exit status.
+
+    Ctrl+C reaches the command itself, so the first is left to it; the second ends it.
+    """
+    child = subprocess.Popen(command, env=env, cwd=cwd)
+    interrupted = False
+    while True:
+        try:
+            status = child.wait()
+        except KeyboardInterrupt:
+            if interrupted:
+                child.terminate()
+            interrupted = True
+        except SystemExit:  # we were told to end: so is the command
+            child.terminate()
+            child.wait()
+            raise
+        else:
+            return status if status >= 0 else 128 - status
+
+
+@contextlib.contextmanager
+def screen() -> Iterator[dict[str, str]]:
+    """The environment for a program with windows; a virtual screen where there is no real one."""
+    env = os.environ | {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
+    if has_screen():
+        yield env
+        return
+    reader, writer = os.pipe()
+    command = ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1920x1080x24"]
+    command += ["+extension", "GLX", "+render", "-noreset"]
+    with tempfile.TemporaryDirectory(prefix="twist-inspector-") as scratch:
+        # A session of its own, so that Ctrl+C does not take the screen from under the program.
+        server = subprocess.Popen(
+            command,
+            pass_fds=[writer],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        try:
+            os.close(writer)
+            env |= {"DISPLAY": f":{read_line(reader, seconds=30)}", "QT_QPA_PLATFORM": "xcb"}
+            env.setdefault("XDG_RUNTIME_DIR", scratch)  # Qt complains without one
+            yield env
+        finally:
+            os.close(reader)
+            server.terminate()
+            server.wait()
+
+
+def read_line(descriptor: int, seconds: float) -> str:
+    """The number that Xvfb writes once it is ready."""
+    line = b""
+    while not line.endswith(b"\n"):
+        ready, _, _ = select.select([descriptor], [], [], seconds)
+        chunk = os.read(descriptor, 16) if ready else b""
+        if not chunk:
+            raise SetupError(
+                "The virtual screen (Xvfb) did not start; run Xvfb by hand to see why."
+            )
+        line += chunk
+    return line.decode().strip()
+
+
+# --- commands -----------------------------------------------------------------------------------
+
+
+def default_clip() -> Path:
+    """The sample with injected errors: the one whose truth lies beside it."""
+    clips = sorted((ROOT / "assets").glob("*.truth.json"))
+    names = [clip.with_name(clip.name.removesuffix(".truth.json") + ".bvh") for clip in clips]
+    preferred = ROOT / "assets/walk_injected.bvh"
+    for clip in [preferred, *names]:
+        if clip.exists():
+            return clip
+    raise SetupError("No sample clip in assets/; name a BVH file: python3 dev.py run CLIP")
+
+
+def command_run(args: list[str]) -> int:
+    """Open the program; where nobody can see it, let it show itself and leave the results."""
+    args = args or [str(default_clip())]
+    unattended = not has_screen() and not {"--demo", "--screenshot", "--help", "-h"} & set(args)
+    if unattended:
+        say("No screen here: the program runs on a virtual one and demonstrates a review.")
+        args = [*args, "--demo", str(OUT)]
+    began = time.time() - 1  # some file systems keep whole seconds
+    with screen() as env:
+        status = start([str(PYTHON), "-m", "inspector", *args], env, Path.cwd())
+    if unattended and status == 0:
+        tell_results(began)
+    return status
+
+
+def tell_results(began: float) -> None:
+    """Say in plain words what a demonstration left in out/."""
+    kinds = {
+        ".png": "picture of the window",
+        ".bvh": "corrected motion: only what was accepted has changed",
+        ".html": "report, to be opened in a browser",
+        ".csv": "report as a table",
+        ".json": "report or session, for programs",
+    }
+    say(f"Left in {OUT}:")
+    for file in sorted(OUT.rglob("*")):
+        if file.suffix in kinds and file.stat().st_mtime >= began:
+            say(f"  {file.relative_to(OUT).as_posix():<32} {kinds[file.suffix]}")
+    say("With a screen, the same command opens the window.")
+
+
+def command_test(args: list[str]) -> int:
+    """Run pytest."""
+    with screen() as env:
+        return start([str(PYTHON), "-m", "pytest", *args], env)
+
+
+def command_check(args: list[str]) -> int:
+    """Run every check, also after one failed, so that one run shows all that is wrong."""
+    if args:
+        raise SetupError(f"check takes no arguments, but got: {' '.join(args)}")
+    python = str(PYTHON)
+    checks = {
+        "ruff check": [python, "-m", "ruff", "check"],
+        "ruff format": [python, "-m", "ruff", "format", "--check"],
+        "mypy": [python, "-m", "mypy"],
+        "import contracts": [str(BIN / "lint-imports")],
+    }
+    failed = []
+    for name, command in checks.items():
+        say(f"--- {name}")
+        if start(command, dict(os.environ)):
+            failed.append(name)
+    say(f"Failed: {', '.join(failed)}." if failed else "All checks passed.")
+    return 1 if failed else 0
+
+
+def command_bench(args: list[str]) -> int:
+    """Run every benchmark, or the one named, with the remaining arguments."""
+    names = sorted(file.stem for file in (ROOT / "benchmarks").glob("[!_]*.py"))
+    if args and not args[0].startswith("-"):
+        if args[0] not in names:
+            raise SetupError(f"No benchmark {args[0]!r}; there are: {', '.join(names) or 'none'}.")
+        names, args = args[:1], args[1:]
+    status = 0
+    with screen() as env:
+        for name in names:
+            say(f"--- {name}")
+            status |= start([str(PYTHON), "-m", f"benchmarks.{name}", *args], env)
+    return status
+
+
+def command_shot(args: list[str]) -> int:
+    """Take the pictures of the documentation from the real window."""
+    with screen() as env:
+        return start([str(PYTHON), "-m", "inspector.shots", *args], env)
+
+
+COMMANDS = {
+    "run": command_run,
+    "test": command_test,
+    "check": command_check,
+    "bench": command_bench,
+    "shot": command_shot,
+}
+
+
+def main(argv: list[str]) -> int:
+    """Set up what is missing, then do what was asked. Exit 2 where a person has to act."""
+    if sys.version_info < OLDEST_PYTHON:
+        say("Twist Inspector needs Python 3.11 or newer; this is Python " + sys.version.split()[0])
+        return 2
+    name = argv[0] if argv else "--help"
+    if name in {"-h", "--help", "help"}:
+        say(__doc__.strip())
+        return 0
+    if name != "setup" and name not in COMMANDS:
+        say(f"No command {name!r}. There are: setup, {', '.join(COMMANDS)}.")
+        return 2
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the screen is put away
+    try:
+        if name != "check":  # the checks load neither Qt nor VTK
+            ensure_system()
+        ensure_venv()
+        if name == "setup":
+            say(f"Ready. {PYTHON.parent} has everything; try: python3 dev.py run")
+            return 0
+        return COMMANDS[name](argv[1:])
+    except SetupError as error:
+        say(str(error))
+    except KeyboardInterrupt:
+        say("Interrupted.")
+        return 130
+    return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

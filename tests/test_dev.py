@@ -1,0 +1,212 @@
+"""dev.py: what it does when something is missing, and that it leaves nothing running."""
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import dev
+
+needs_xvfb = pytest.mark.skipif(
+    not sys.platform.startswith("linux") or not dev.shutil.which("Xvfb"), reason="needs Xvfb"
+)
+
+
+@pytest.fixture
+def no_screen(monkeypatch):
+    """A machine without a display."""
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+
+
+@pytest.fixture
+def bare_project(tmp_path, monkeypatch):
+    """An empty checkout; the interpreter of its .venv is the one that runs the test."""
+    (tmp_path / "pyproject.toml").write_text("[project]")
+    (tmp_path / ".venv").mkdir()
+    monkeypatch.setattr(dev, "ROOT", tmp_path)
+    monkeypatch.setattr(dev, "STAMP", tmp_path / ".venv/stamp")
+    monkeypatch.setattr(dev, "PYTHON", Path(sys.executable))
+    return tmp_path
+
+
+def gone(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    return False
+
+
+def screen_answers(display: str) -> bool:
+    """Whether an X server listens there. Xvfb keeps no lock file once it chose its own number."""
+    with socket.socket(socket.AF_UNIX) as client:
+        return client.connect_ex(f"/tmp/.X11-unix/X{display.removeprefix(':')}") == 0
+
+
+def test_an_old_python_is_told_in_one_sentence(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "version_info", (3, 9, 2))
+    assert dev.main(["run"]) == 2
+    assert "needs Python 3.11" in capsys.readouterr().out
+
+
+def test_an_unknown_command_names_the_known(capsys):
+    assert dev.main(["rnu"]) == 2
+    assert "run, test, check" in capsys.readouterr().out
+
+
+def test_missing_libraries_name_their_packages(monkeypatch, no_screen):
+    monkeypatch.setattr(dev, "is_loadable", lambda soname: "xcb-cursor" not in soname)
+    monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
+    monkeypatch.setattr(dev, "has_font", lambda: False)
+    packages = set(dev.missing_system().values())
+    assert packages == {"libxcb-cursor0", "xvfb", "libgl1-mesa-dri", "fonts-dejavu-core"}
+
+
+def test_without_root_the_one_command_is_printed(monkeypatch):
+    monkeypatch.setattr(dev.shutil, "which", lambda _program: "apt-get")
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    with pytest.raises(dev.SetupError, match=r"sudo apt-get install .* libgl1 xvfb"):
+        dev.install_packages(["libgl1", "xvfb"])
+
+
+def test_without_apt_the_packages_are_named(monkeypatch):
+    monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
+    with pytest.raises(dev.SetupError, match="libxcb-cursor0"):
+        dev.install_packages(["libxcb-cursor0"])
+
+
+def test_a_failed_installation_is_told_with_its_last_lines(bare_project, monkeypatch, capsys):
+    monkeypatch.setattr(dev, "ensure_system", lambda: None)
+    monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
+    monkeypatch.setattr(dev, "quietly", lambda *_: "  ERROR: no route to host")
+    assert dev.main(["setup"]) == 2
+    told = capsys.readouterr().out
+    assert "offline?" in told
+    assert told.endswith("ERROR: no route to host\n")
+    assert not dev.STAMP.exists()
+
+
+def test_setup_repeats_only_when_the_project_changed(bare_project, monkeypatch):
+    installed = []
+    monkeypatch.setattr(dev, "install_project", installed.append)
+    dev.ensure_venv()
+    dev.ensure_venv()
+    assert len(installed) == 1
+    (bare_project / "pyproject.toml").write_text("[project] # changed")
+    dev.ensure_venv()
+    assert len(installed) == 2
+
+
+def test_a_working_venv_is_adopted_and_a_broken_one_made_again(bare_project, monkeypatch):
+    made = []
+    monkeypatch.setattr(dev, "make_venv", made.append)
+    monkeypatch.setattr(dev, "install_project", lambda _uv: None)
+    dev.ensure_venv()
+    assert not made
+    monkeypatch.setattr(dev, "PYTHON", bare_project / "no-python")
+    dev.ensure_venv()
+    assert len(made) == 1
+
+
+def test_quietly_returns_the_last_lines_of_a_failure():
+    code = "import sys; [print('line', n) for n in range(9)]; sys.exit(3)"
+    assert dev.quietly([sys.executable, "-c", "print('fine')"]) == ""
+    assert dev.quietly([sys.executable, "-c", code]).splitlines()[-1] == "  line 8"
+    assert "no-such-program" in dev.quietly(["no-such-program"])
+
+
+def test_start_passes_the_exit_status_on():
+    exits = [sys.executable, "-c", "import sys; sys.exit(5)"]
+    killed = [sys.executable, "-c", "import os; os.kill(os.getpid(), 15)"]
+    assert dev.start(exits, dict(os.environ)) == 5
+    assert dev.start(killed, dict(os.environ)) == 128 + signal.SIGTERM
+
+
+def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):
+    monkeypatch.setattr(dev, "ROOT", tmp_path)
+    (tmp_path / "assets").mkdir()
+    with pytest.raises(dev.SetupError, match="name a BVH file"):
+        dev.default_clip()
+    (tmp_path / "assets/dance.bvh").touch()
+    (tmp_path / "assets/run_injected.bvh").touch()
+    (tmp_path / "assets/run_injected.truth.json").touch()
+    assert dev.default_clip().name == "run_injected.bvh"
+    (tmp_path / "assets/walk_injected.bvh").touch()
+    assert dev.default_clip().name == "walk_injected.bvh"
+
+
+def test_without_a_screen_run_demonstrates_and_tells_what_it_left(
+    tmp_path, monkeypatch, no_screen, capsys
+):
+    out = tmp_path / "out"
+    started = []
+
+    def demonstrate(command, env, cwd):
+        started.append(command)
+        (out / "report").mkdir(parents=True)
+        (out / "inspector.png").touch()
+        (out / "report/index.html").touch()
+        return 0
+
+    monkeypatch.setattr(dev, "OUT", out)
+    monkeypatch.setattr(dev, "start", demonstrate)
+    monkeypatch.setattr(dev, "screen", lambda: contextlib.nullcontext({}))
+    assert dev.command_run(["clip.bvh"]) == 0
+    assert started[0][1:] == ["-m", "inspector", "clip.bvh", "--demo", str(out)]
+    told = capsys.readouterr().out
+    assert "inspector.png" in told
+    assert "report/index.html" in told
+
+
+def test_a_real_screen_is_used_as_it_is(monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":77")
+    with dev.screen() as env:
+        assert env["DISPLAY"] == ":77"
+
+
+@needs_xvfb
+def test_the_virtual_screen_is_put_away_also_after_ctrl_c(no_screen):
+    with contextlib.suppress(KeyboardInterrupt), dev.screen() as env:
+        assert env["QT_QPA_PLATFORM"] == "xcb"
+        assert screen_answers(env["DISPLAY"])
+        raise KeyboardInterrupt
+    assert not screen_answers(env["DISPLAY"])
+
+
+@needs_xvfb
+def test_a_screen_that_does_not_start_is_told(no_screen, monkeypatch, tmp_path):
+    fake = tmp_path / "Xvfb"
+    fake.write_text("#!/bin/sh\nexit 1\n")
+    fake.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    with pytest.raises(dev.SetupError, match="did not start"), dev.screen():
+        pass
+
+
+@needs_xvfb
+def test_ending_dev_py_ends_program_and_screen(no_screen, tmp_path):
+    code = (
+        "import dev, signal, sys\n"
+        "signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))\n"
+        "tell = 'import os, time; print(os.getpid(), os.environ[\"DISPLAY\"], flush=True);'\n"
+        "with dev.screen() as env:\n"
+        "    dev.start([sys.executable, '-c', tell + 'time.sleep(60)'], env)\n"
+    )
+    env = {name: value for name, value in os.environ.items() if "DISPLAY" not in name}
+    with subprocess.Popen(
+        [sys.executable, "-c", code], env=env, cwd=dev.ROOT, stdout=subprocess.PIPE, text=True
+    ) as process:
+        program, display = process.stdout.readline().split()
+        answered = screen_answers(display)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(20) == 143
+    assert answered
+    assert gone(int(program))
+    assert not screen_answers(display)
