@@ -89,8 +89,9 @@ def has_font() -> bool:
     home = Path.home()
     folders = [Path(folder) / "fonts" for folder in data.split(":")]
     folders += [home / ".local/share/fonts", home / ".fonts"]
-    files = (file for folder in folders if folder.is_dir() for file in folder.rglob("*"))
-    return any(file.suffix.lower() in {".ttf", ".otf", ".ttc", ".pfb"} for file in files)
+    # os.walk passes over folders that are absent or that this user may not read.
+    files = (file for folder in folders for _, _, names in os.walk(folder) for file in names)
+    return any(file.lower().endswith((".ttf", ".otf", ".ttc", ".pfb")) for file in files)
 
 
 def missing_system() -> dict[str, str]:
@@ -171,7 +172,7 @@ def make_venv(uv: str | None) -> None:
 
 def install_project(uv: str | None) -> None:
     """Install the project, editable, with its tools: by uv where possible, else by pip."""
-    say("Installing the Python packages (about 350 MB the first time)")
+    say("Installing the Python packages (several hundred MB the first time)")
     python, target = str(PYTHON), ["--editable", f"{ROOT}[dev]"]
     with_uv = ["pip", "install", "--python", python, *target]
     if uv and not quietly([uv, *with_uv]):
@@ -212,7 +213,7 @@ def say(text: str) -> None:
 
 
 def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
-    """Run a command unseen. Empty if it succeeded, else the last lines of what it said."""
+    """Run a command unseen. Empty if it succeeded, else the last lines that say why not."""
     try:
         done = subprocess.run(
             command, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
@@ -221,8 +222,10 @@ def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
         return f"  {error}"
     if done.returncode == 0:
         return ""
-    lines = done.stdout.decode(errors="replace").strip().splitlines()
-    return "\n".join(f"  {line}" for line in lines[-6:]) or f"  exit status {done.returncode}"
+    lines = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
+    reasons = [line for line in lines if line.lstrip().startswith(("ERROR:", "E:"))]  # pip, apt
+    told = (reasons or lines)[-6:]
+    return "\n".join(f"  {line.strip()}" for line in told) or f"  exit status {done.returncode}"
 
 
 def start(command: Sequence[str], env: dict[str, str], cwd: Path = ROOT) -> int:

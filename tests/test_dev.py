@@ -115,10 +115,21 @@ def test_a_working_venv_is_adopted_and_a_broken_one_made_again(bare_project, mon
     assert len(made) == 1
 
 
-def test_quietly_returns_the_last_lines_of_a_failure():
+def test_a_font_is_found_in_any_folder_of_the_system(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_DIRS", f"{tmp_path}/absent:{tmp_path}")
+    monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
+    assert not dev.has_font()
+    (tmp_path / "fonts/truetype").mkdir(parents=True)
+    (tmp_path / "fonts/truetype/DejaVuSans.TTF").touch()
+    assert dev.has_font()
+
+
+def test_quietly_returns_what_says_why():
     code = "import sys; [print('line', n) for n in range(9)]; sys.exit(3)"
     assert dev.quietly([sys.executable, "-c", "print('fine')"]) == ""
     assert dev.quietly([sys.executable, "-c", code]).splitlines()[-1] == "  line 8"
+    code = "import sys; print('ERROR: no such version'); print(' note: see above'); sys.exit(1)"
+    assert dev.quietly([sys.executable, "-c", code]) == "  ERROR: no such version"
     assert "no-such-program" in dev.quietly(["no-such-program"])
 
 
