@@ -94,11 +94,20 @@ def has_font() -> bool:
     return any(file.lower().endswith((".ttf", ".otf", ".ttc", ".pfb")) for file in files)
 
 
-def missing_system() -> dict[str, str]:
-    """What the system lacks: library, program or font -> the Debian package that brings it."""
+def missing_system(*, windows: bool) -> dict[str, str]:
+    """What the system lacks: library, program or font -> the Debian package that brings it.
+
+    Unless `windows` are to be opened, only what making .venv takes is looked for.
+    """
     if not sys.platform.startswith("linux"):
         return {}
-    missing = {so: package for so, package in LIBRARIES.items() if not is_loadable(so)}
+    missing = {}
+    if not (PYTHON.exists() or shutil.which("uv") or importlib.util.find_spec("ensurepip")):
+        # Debian ships this part of Python apart.
+        missing["ensurepip"] = f"python{sys.version_info[0]}.{sys.version_info[1]}-venv"
+    if not windows:
+        return missing
+    missing |= {so: package for so, package in LIBRARIES.items() if not is_loadable(so)}
     if not has_screen() and not shutil.which("Xvfb"):
         missing |= {package: package for package in XVFB_PACKAGES}
     if not has_font():
@@ -128,12 +137,13 @@ def install_packages(packages: Sequence[str]) -> None:
         raise SetupError(f"The system packages could not be installed. apt-get said:\n{problem}")
 
 
-def ensure_system() -> None:
+def ensure_system(*, windows: bool) -> None:
     """Bring the libraries, the virtual screen and a font where they are missing."""
-    missing = missing_system()
+    missing = missing_system(windows=windows)
     if missing:
         install_packages(sorted(set(missing.values())))
-    still = missing_system() if missing else {}
+    importlib.invalidate_caches()  # Python itself may have just become complete
+    still = missing_system(windows=windows) if missing else {}
     if still:
         raise SetupError(f"Still not found after the installation: {', '.join(still)}.")
 
@@ -163,8 +173,6 @@ def make_venv(uv: str | None) -> None:
     command = [uv, "venv", "--clear", "--python", sys.executable, str(VENV)] if uv else None
     if command and not quietly(command):
         return
-    if not importlib.util.find_spec("ensurepip"):  # Debian ships it apart from Python
-        install_packages([f"python{sys.version_info[0]}.{sys.version_info[1]}-venv"])
     problem = quietly([sys.executable, "-m", "venv", "--clear", str(VENV)])
     if problem:
         raise SetupError(f".venv could not be made. Python said:\n{problem}")
@@ -409,8 +417,7 @@ def main(argv: list[str]) -> int:
         return 2
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the screen is put away
     try:
-        if name != "check":  # the checks load neither Qt nor VTK
-            ensure_system()
+        ensure_system(windows=name != "check")
         ensure_venv()
         if name == "setup":
             say(f"Ready. {PYTHON.parent} has everything; try: python3 dev.py run")

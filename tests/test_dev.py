@@ -65,8 +65,18 @@ def test_missing_libraries_name_their_packages(monkeypatch, no_screen):
     monkeypatch.setattr(dev, "is_loadable", lambda soname: "xcb-cursor" not in soname)
     monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
     monkeypatch.setattr(dev, "has_font", lambda: False)
-    packages = set(dev.missing_system().values())
+    packages = set(dev.missing_system(windows=True).values())
     assert packages == {"libxcb-cursor0", "xvfb", "libgl1-mesa-dri", "fonts-dejavu-core"}
+    assert not dev.missing_system(windows=False)
+
+
+def test_a_python_without_venv_is_completed(monkeypatch, no_screen, bare_project):
+    monkeypatch.setattr(dev, "PYTHON", bare_project / "no-python")
+    monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
+    monkeypatch.setattr(dev.importlib.util, "find_spec", lambda _module: None)
+    (package,) = dev.missing_system(windows=False).values()
+    assert package.endswith("-venv")
+    assert package in dev.missing_system(windows=True).values()
 
 
 def test_without_root_the_one_command_is_printed(monkeypatch):
@@ -83,7 +93,7 @@ def test_without_apt_the_packages_are_named(monkeypatch):
 
 
 def test_a_failed_installation_is_told_with_its_last_lines(bare_project, monkeypatch, capsys):
-    monkeypatch.setattr(dev, "ensure_system", lambda: None)
+    monkeypatch.setattr(dev, "ensure_system", lambda *, windows: None)
     monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
     monkeypatch.setattr(dev, "quietly", lambda *_: "  ERROR: no route to host")
     assert dev.main(["setup"]) == 2
