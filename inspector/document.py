@@ -60,7 +60,11 @@ class Analysed:
 
 def analyse(path: Path, method: str = DEFAULT_METHOD) -> Analysed:
     """Read and analyse a clip; raises TwistError. Safe to call in any thread."""
-    clip = read_bvh(path)
+    return analysed(read_bvh(path), method)
+
+
+def analysed(clip: Clip, method: str = DEFAULT_METHOD) -> Analysed:
+    """Analyse a clip that is in memory already."""
     chains = find_chains(clip.motion)
     analysis = DETECTORS[method].analyse(clip.motion, chains)
     tau = resolve_tau(analysis, chains)
