@@ -93,7 +93,7 @@ def test_without_apt_the_packages_are_named(monkeypatch):
 
 
 def test_a_failed_installation_is_told_with_its_last_lines(bare_project, monkeypatch, capsys):
-    monkeypatch.setattr(dev, "ensure_system", lambda *, windows: None)
+    monkeypatch.setattr(dev, "ensure_system", lambda **_: None)
     monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
     monkeypatch.setattr(dev, "quietly", lambda *_: "  ERROR: no route to host")
     assert dev.main(["setup"]) == 2
