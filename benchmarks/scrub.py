@@ -1,0 +1,150 @@
+"""What a frame costs in the 3D view: setting it and repainting, against a window of bare tubes.
+
+    python benchmarks/scrub.py [--clip CLIP] [--frames N] [--json]
+
+Both windows are 1280×411, repainted synchronously, in turns in one run, so that the load of the
+machine weighs on both alike.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QWidget
+from pyvistaqt import QtInteractor
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from inspector.document import Analysed, Document, Show, analyse
+from inspector.theme import DARK
+from inspector.viewport import Viewport, driver
+from twistcore.detection import Interval
+from twistcore.review import Insert
+
+SIZE = (1280, 411)
+CLIP = Path(__file__).resolve().parent.parent / "assets" / "walk.bvh"
+TARGET_MS, TARGET_RATIO = 25.0, 1.5
+
+
+class Tubes(QWidget):
+    """The least that a 3D view of a skeleton can do: one tube a bone, no roll, no ground."""
+
+    def __init__(self, data: Analysed) -> None:
+        super().__init__()
+        self._data = data
+        skeleton = data.motion.skeleton
+        lines = [(2, int(p), j) for j, p in enumerate(skeleton.parents) if p >= 0]
+        lines = [x for x in lines if np.linalg.norm(skeleton.offsets[x[2]]) > 1e-6]
+        self._ends = np.array(lines)[:, 1:]
+        self._ring = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+        radius = 0.02 * skeleton.height
+        self._circle = radius * np.stack([np.cos(self._ring), np.sin(self._ring)], axis=1)
+        faces = []
+        for k in range(len(lines)):
+            for i in range(12):
+                m = (i + 1) % 12
+                faces += [4, 24 * k + i, 24 * k + m, 24 * k + 12 + m, 24 * k + 12 + i]
+        self._mesh = pv.PolyData(self._points(0), faces=faces)
+        self.view = QtInteractor(self, auto_update=False, multi_samples=driver.multisamples())
+        self.view.resize(*SIZE)
+        self.view.add_mesh(self._mesh, color="#cccccc", render=False)
+        self.view.reset_camera(render=False)
+
+    def _points(self, frame: int) -> np.ndarray:
+        start, stop = (self._data.positions[frame][self._ends[:, k]] for k in (0, 1))
+        axis = stop - start
+        axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+        u = np.cross(axis, [0.31, 0.83, 0.46])
+        u /= np.linalg.norm(u, axis=1, keepdims=True)
+        v = np.cross(axis, u)
+        ring = self._circle[None, :, :1] * u[:, None] + self._circle[None, :, 1:] * v[:, None]
+        both = np.stack([start[:, None] + ring, stop[:, None] + ring], axis=1)
+        return both.reshape(-1, 3).astype(np.float32)
+
+    def show_frame(self, frame: int) -> None:
+        """Move the tubes and repaint."""
+        self._mesh.points[:] = self._points(frame)
+        self._mesh.GetPoints().Modified()
+        self._mesh.Modified()
+        self.view.repaint()
+
+
+def time_of(action: object, *arguments: int) -> float:
+    """Milliseconds of a call."""
+    start = time.perf_counter()
+    action(*arguments)  # type: ignore[operator]
+    return 1e3 * (time.perf_counter() - start)
+
+
+def measure(clip: Path, frames: int) -> dict[str, float | str | int]:
+    """Median and 95th percentile of both windows, milliseconds."""
+    data = analyse(clip)
+    document = Document()
+    document.show_clip(data)
+    viewport, tubes = Viewport(document, DARK), Tubes(data)
+    for window in (viewport, tubes):
+        window.resize(*SIZE)
+        window.show()
+        QTest.qWaitForWindowExposed(window)
+        QTest.qWait(300)
+    if data.chains:  # half of the frames have a ghost
+        whole = Interval(
+            data.chains[0].name, 0, document.frames // 2, np.full(document.frames // 2, 1.0)
+        )
+        document.do(Insert(whole))
+    document.set_show(Show.BOTH)
+
+    def scrub(frame: int) -> None:
+        document.go_to(frame)
+        viewport.refresh()
+        viewport.view.repaint()
+
+    chosen = np.linspace(1, document.frames - 1, frames).astype(int)
+    ours, bare = [], []
+    for k, frame in enumerate(np.random.default_rng(1).permutation(chosen)):
+        one, other = time_of(scrub, int(frame)), time_of(tubes.show_frame, int(frame))
+        if k >= 5:  # the first frames compile shaders
+            ours.append(one)
+            bare.append(other)
+    viewport.close()
+    tubes.view.close()
+    tubes.close()
+    return {
+        "clip": clip.name,
+        "driver": driver.renderer_name(),
+        "frames": len(ours),
+        "view_median_ms": round(float(np.median(ours)), 2),
+        "view_p95_ms": round(float(np.percentile(ours, 95)), 2),
+        "tubes_median_ms": round(float(np.median(bare)), 2),
+        "ratio": round(float(np.median(ours) / np.median(bare)), 2),
+    }
+
+
+def main() -> int:
+    """Print the table; exit 1 if a target is missed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--clip", type=Path, default=CLIP)
+    parser.add_argument("--frames", type=int, default=200)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    _app = QApplication.instance() or QApplication([])
+    result = measure(options.clip, options.frames)
+    if options.json:
+        print(json.dumps(result))
+    else:
+        for name, value in result.items():
+            print(f"{name:>16}  {value}")
+    good = result["view_median_ms"] <= TARGET_MS and result["ratio"] <= TARGET_RATIO
+    print("" if options.json else f"{'target':>16}  {'met' if good else 'MISSED'}")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

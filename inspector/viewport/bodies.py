@@ -1,0 +1,225 @@
+"""Bodies of a skeleton: wedges in which roll is plain to see, rigidly attached to joints.
+
+The body of the bone P→C hangs on P, as the bone itself does: a twist error of P rolls it.
+Everything is built once per clip as one soup of vertices in joint coordinates; a frame is one
+gather of rotation matrices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.motion import Motion
+from twistcore.rotation import Array, matrix_from_quaternion, normalise
+
+Index = NDArray[np.int64]
+
+FRONT, BACK, SIDE, STRIPE, JOINT = range(5)  # what a vertex belongs to; its colour follows
+_SHORTEST = 1e-4  # of the height: a shorter bone gets no body
+
+# The wedge along its bone: (where 0…1, half the width, half the thickness); widths and thickness
+# in units of the bone's width. It is widest near the parent, so the bone's direction shows too.
+_STATIONS = ((0.03, 0.42, 0.20), (0.16, 1.0, 0.36), (0.97, 0.46, 0.17))
+# The stripe is a rail on one edge, thinner than it: from the side the wedge's own colour is seen
+# on either hand of it, and a turn by 180° shows in the outline.
+_RAIL = (0.80, 1.24)
+_RAIL_THICK = 0.42
+
+
+@dataclass(frozen=True, eq=False)
+class Bone:
+    """A straight piece from a joint to its child or End Site.
+
+    parent: the joint whose rotation it has; child: −1 at an End Site; tip: (3,) in the parent's
+    coordinates; normal: the unit normal of its front face, there too; width: half of it.
+    """
+
+    parent: int
+    child: int
+    tip: Array
+    normal: Array
+    width: float
+
+
+@dataclass(frozen=True, eq=False)
+class Soup:
+    """Polygons whose vertices are rigidly attached to joints.
+
+    vertices: (V, 3) in joint coordinates; joint, bone, part: (V,), bone −1 on the spheres of
+    joints; faces: VTK's padded list of polygons; edges: its list of lines.
+    """
+
+    vertices: Array
+    joint: Index
+    bone: Index
+    part: Index
+    faces: Index
+    edges: Index
+
+
+def find_bones(motion: Motion, up: Array) -> tuple[Bone, ...]:
+    """Every bone with a length, sized by it; End Sites included."""
+    skeleton = motion.skeleton
+    pieces = [(int(p), j, _offset(motion, j)) for j, p in enumerate(skeleton.parents) if p >= 0]
+    pieces += [(joint, -1, np.asarray(offset)) for joint, offset in skeleton.ends]
+    bones = []
+    for parent, child, tip in pieces:
+        length = float(np.linalg.norm(tip))
+        if length < _SHORTEST * skeleton.height:
+            continue
+        # Thin enough to keep its direction, broad enough to have a face.
+        width = np.clip(0.15 * length, 0.009 * skeleton.height, 0.026 * skeleton.height)
+        width = min(float(width), 0.35 * length)
+        bones.append(Bone(parent, child, tip, _front(tip / length, up), width))
+    return tuple(bones)
+
+
+def build_soup(bones: tuple[Bone, ...], *, grown: float = 1.0, joints: bool = True) -> Soup:
+    """The wedges of all bones, across the bone `grown` times as large, and spheres at joints."""
+    builder = _Builder()
+    for number, bone in enumerate(bones):
+        _add_wedge(builder, number, bone, grown)
+    if joints:
+        radius: dict[int, float] = {}
+        for bone in bones:
+            for joint in (bone.parent, bone.child):
+                radius[joint] = max(radius.get(joint, 0.0), 0.50 * bone.width)
+        radius.pop(-1, None)
+        for joint, r in radius.items():
+            for triangle in _ICOSPHERE:
+                builder.polygon(r * triangle, joint, -1, JOINT)
+    return builder.soup()
+
+
+def place(soup: Soup, rotations: Array, positions: Array) -> Array:
+    """Vertices in the world, (V, 3), from global rotations (joints, 4), positions (joints, 3)."""
+    matrices = matrix_from_quaternion(rotations)
+    turned = np.matmul(matrices[soup.joint], soup.vertices[:, :, None])[:, :, 0]
+    world: Array = turned + positions[soup.joint]
+    return world
+
+
+def collapse(points: Array, soup: Soup, positions: Array, drawn: NDArray[np.bool_]) -> Array:
+    """Points (V, 3) with every bone that is not `drawn`, (bones,), shrunk to its joint.
+
+    A triangle without area is never rasterised: cheaper than rebuilding the mesh, and with no
+    transparent pixel to shade.
+    """
+    hidden = ~drawn[soup.bone] & (soup.bone >= 0)
+    points[hidden] = positions[soup.joint[hidden]]
+    return points
+
+
+def _offset(motion: Motion, joint: int) -> Array:
+    """The joint's place in its parent's coordinates, (3,): the median where channels move it."""
+    offset = motion.translation(joint)
+    if offset.ndim == 2:
+        still: Array = np.median(offset, axis=0)
+        return still if still.any() else motion.skeleton.offsets[joint]
+    return offset
+
+
+def _front(axis: Array, up: Array) -> Array:
+    """The unit normal of the front face: forward in the rest pose, or up for a bone that points so.
+
+    All rotations are zero in the rest pose, so P's coordinates are the world's there.
+    """
+    forward = np.array([0.0, 0.0, 1.0]) if up[1] > 0.5 else np.array([0.0, -1.0, 0.0])
+    normal = forward - (forward @ axis) * axis
+    if np.linalg.norm(normal) < 0.5:
+        normal = up - (up @ axis) * axis
+    return normalise(normal)
+
+
+def _add_wedge(builder: _Builder, number: int, bone: Bone, grown: float) -> None:
+    """Three stations of a flattened box, with a ridge along one of its edges."""
+    v = np.cross(bone.normal, normalise(bone.tip))  # across the face; the stripe is on +v
+    n, w = bone.normal, bone.width * grown
+
+    def ring(at: float, low: float, high: float, thick: float) -> Array:
+        centre = at * bone.tip
+        corners = [(high, thick), (low, thick), (low, -thick), (high, -thick)]
+        return np.array([centre + w * (x * v + y * n) for x, y in corners])
+
+    rings = [ring(at, -half, half, thick) for at, half, thick in _STATIONS]
+    stripe = [
+        ring(at, _RAIL[0] * half, _RAIL[1] * half, _RAIL_THICK * thick)
+        for at, half, thick in _STATIONS
+    ]
+    for shape, parts in ((rings, (FRONT, SIDE, BACK, SIDE)), (stripe, (STRIPE,) * 4)):
+        for lower, upper in pairwise(shape):
+            for k, part in enumerate(parts):
+                m = (k + 1) % 4
+                corners = np.array([lower[k], lower[m], upper[m], upper[k]])
+                builder.polygon(corners, bone.parent, number, part)
+        cap = SIDE if parts[1] == SIDE else STRIPE
+        builder.polygon(shape[0][::-1], bone.parent, number, cap)
+        builder.polygon(shape[-1], bone.parent, number, cap)
+    for k in range(4):  # the outline of the wedge, for the ghost
+        builder.line([r[k] for r in rings], bone.parent, number, SIDE)
+    for r in rings:
+        builder.line([*r, r[0]], bone.parent, number, SIDE)
+
+
+class _Builder:
+    """Collects polygons that share no vertex: every face has a colour of its own."""
+
+    def __init__(self) -> None:
+        self._vertices: list[Array] = []
+        self._tags: list[tuple[int, int, int]] = []
+        self._faces: list[int] = []
+        self._edges: list[int] = []
+
+    def polygon(self, corners: Array, joint: int, bone: int, part: int) -> None:
+        self._faces += self._add(list(corners), joint, bone, part)
+
+    def line(self, corners: list[Array], joint: int, bone: int, part: int) -> None:
+        self._edges += self._add(corners, joint, bone, part)
+
+    def _add(self, corners: list[Array], joint: int, bone: int, part: int) -> list[int]:
+        first = len(self._vertices)
+        self._vertices += corners
+        self._tags += [(joint, bone, part)] * len(corners)
+        return [len(corners), *range(first, first + len(corners))]
+
+    def soup(self) -> Soup:
+        tags = np.array(self._tags, dtype=np.int64).reshape(-1, 3)
+        return Soup(
+            np.array(self._vertices).reshape(-1, 3),
+            tags[:, 0],
+            tags[:, 1],
+            tags[:, 2],
+            np.array(self._faces, dtype=np.int64),
+            np.array(self._edges, dtype=np.int64),
+        )
+
+
+def _icosphere() -> Array:
+    """A unit icosahedron once subdivided, as triangles (80, 3, 3)."""
+    g = (1.0 + 5.0**0.5) / 2.0
+    corners = normalise(
+        [(s, t * g, 0.0) for s in (-1, 1) for t in (-1, 1)]
+        + [(0.0, s, t * g) for s in (-1, 1) for t in (-1, 1)]
+        + [(t * g, 0.0, s) for s in (-1, 1) for t in (-1, 1)]
+    )
+    gap = np.linalg.norm(corners[:, None] - corners[None], axis=-1)
+    near = (gap > 0.1) & (gap < 1.1)
+    out = []
+    for i in range(12):
+        for j in range(i + 1, 12):
+            for k in range(j + 1, 12):
+                if not (near[i, j] and near[j, k] and near[i, k]):
+                    continue
+                a, b, c = corners[[i, j, k]]
+                if np.cross(b - a, c - a) @ a < 0.0:
+                    b, c = c, b
+                ab, bc, ca = normalise(a + b), normalise(b + c), normalise(c + a)
+                out += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.array(out)
+
+
+_ICOSPHERE = _icosphere()

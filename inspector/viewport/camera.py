@@ -1,0 +1,168 @@
+"""A camera that orbits a point and keeps up up; projection, presets and where roll shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.motion import Skeleton
+from twistcore.rotation import Array, normalise
+
+VIEW_ANGLE = np.radians(28.0)  # vertical field of view
+_STEEPEST = np.radians(89.0)
+_VIEWS = {  # degrees round the figure from its front, degrees above the horizon
+    "front": (0.0, 4.0),
+    "side": (90.0, 4.0),
+    "back": (180.0, 4.0),
+    "top": (0.0, 89.0),
+    "iso": (32.0, 14.0),
+}
+VIEWS = tuple(_VIEWS)
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitCamera:
+    """Where the camera looks from.
+
+    target: the point in the middle, (3,); azimuth, elevation: radians; distance: the file's length
+    unit; up, ahead: unit vectors (3,), ahead being azimuth 0 and orthogonal to up.
+    """
+
+    target: Array
+    azimuth: float
+    elevation: float
+    distance: float
+    up: Array
+    ahead: Array
+
+    @property
+    def direction(self) -> Array:
+        """Unit vector from the target to the camera, (3,)."""
+        level = np.cos(self.azimuth) * self.ahead + np.sin(self.azimuth) * self.sideways
+        towards: Array = np.cos(self.elevation) * level + np.sin(self.elevation) * self.up
+        return towards
+
+    @property
+    def sideways(self) -> Array:
+        """The level unit vector of azimuth 90°, (3,)."""
+        return np.cross(self.up, self.ahead)
+
+    @property
+    def position(self) -> Array:
+        """Where the camera is, (3,)."""
+        return self.target + self.distance * self.direction
+
+    @property
+    def axes(self) -> Array:
+        """Right, up and backwards as seen, rows of a rotation matrix (3, 3)."""
+        back = self.direction
+        right = normalise(np.cross(self.up, back))
+        return np.stack([right, np.cross(back, right), back])
+
+    def orbited(self, azimuth: float, elevation: float) -> OrbitCamera:
+        """Turned about the target by two angles, radians; never over the top."""
+        steep = float(np.clip(self.elevation + elevation, -_STEEPEST, _STEEPEST))
+        return replace(self, azimuth=self.azimuth + azimuth, elevation=steep)
+
+    def panned(self, right: float, up: float, height: int) -> OrbitCamera:
+        """Moved so that the picture moves by pixels to the right and up, in a view so high."""
+        unit = 2.0 * self.distance * np.tan(VIEW_ANGLE / 2.0) / max(height, 1)
+        axes = self.axes
+        return replace(self, target=self.target - unit * (right * axes[0] + up * axes[1]))
+
+    def moved(self, step: Array) -> OrbitCamera:
+        """Moved by a vector (3,) of the world."""
+        return replace(self, target=self.target + step)
+
+    def zoomed(self, factor: float) -> OrbitCamera:
+        """So many times as near."""
+        return replace(self, distance=self.distance / factor)
+
+    def looking_from(self, direction: Array) -> OrbitCamera:
+        """The same target seen from along a unit vector (3,)."""
+        azimuth = np.arctan2(direction @ self.sideways, direction @ self.ahead)
+        elevation = np.arcsin(np.clip(direction @ self.up, -1.0, 1.0))
+        return replace(self, azimuth=float(azimuth), elevation=float(elevation)).orbited(0.0, 0.0)
+
+    def framing(self, points: Array, aspect: float, margin: float = 1.12) -> OrbitCamera:
+        """Seen from the same side, moved so that all points (n, 3) are just in view."""
+        flat = points @ self.axes.T
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        centre = (low + high) / 2.0
+        size = max(high[1] - low[1], (high[0] - low[0]) / max(aspect, 0.1))
+        away = margin * size / (2.0 * np.tan(VIEW_ANGLE / 2.0)) + (high[2] - low[2]) / 2.0
+        return replace(self, target=centre @ self.axes, distance=float(max(away, 1e-9)))
+
+    def project(self, points: Array, width: int, height: int) -> tuple[Array, Array]:
+        """Pixels (…, 2), y down, and depth (…) in front of the camera, of points (…, 3)."""
+        seen = (points - self.position) @ self.axes.T
+        depth = np.maximum(-seen[..., 2], 1e-9 * self.distance)
+        scale = height / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
+        x = width / 2.0 + seen[..., 0] * scale
+        y = height / 2.0 - seen[..., 1] * scale
+        return np.stack([x, y], axis=-1), depth
+
+
+def guess_up(skeleton: Skeleton) -> Array:
+    """Unit vector up: Y, or Z where the rest pose is much taller along Z; (3,)."""
+    rest = np.zeros((len(skeleton), 3))
+    for joint, parent in enumerate(skeleton.parents):
+        rest[joint] = skeleton.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
+    extent = np.ptp(rest, axis=0)
+    return np.eye(3)[2 if extent[2] > 1.5 * extent[1] else 1]
+
+
+def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
+    """The level unit vector in which the figure faces, (3,), from positions (joints, 3).
+
+    From right to left across hips and shoulders; Z (−Y where Z is up) if sides are unknown.
+    """
+    across = np.zeros(3)
+    for segment in ("UpLeg", "Arm"):
+        sides = {c.side: positions[c.parent] for c in chains if c.segment == segment}
+        if {"Left", "Right"} <= sides.keys():
+            across += sides["Left"] - sides["Right"]
+    ahead = np.cross(across, up)
+    size = float(np.linalg.norm(ahead))
+    if size > 1e-9:
+        return ahead / size
+    return np.array([0.0, 0.0, 1.0]) if up[1] > 0.5 else np.array([0.0, -1.0, 0.0])
+
+
+def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
+    """The camera at a named view of a figure that faces a level unit vector (3,)."""
+    around, above = _VIEWS[name]
+    turned = replace(camera, ahead=facing, azimuth=np.radians(around), elevation=np.radians(above))
+    return turned.orbited(0.0, 0.0)
+
+
+def roll_direction(
+    axis: Array, after: Array, before: Array, outward: Array, facing: Array, up: Array
+) -> Array:
+    """From where the roll of a bone shows best, a unit vector (3,).
+
+    axis: along the bone; after, before: its front normals; outward: from the body to the limb;
+    facing: the figure's front. All (3,). A view across the bone is best in which the one face is
+    seen almost full and the other almost edge-on, from outside and not from below the ground.
+    """
+    first = np.cross(axis, up)
+    if np.linalg.norm(first) < 0.1:
+        first = np.cross(axis, facing)
+    first = normalise(first)
+    second = np.cross(axis, first)
+    turns = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)[:, None]
+    seen = np.cos(turns) * first + np.sin(turns) * second
+    full, other = seen @ after, seen @ before
+    level = seen @ up
+    score = (
+        -3.0 * (np.abs(full) - 0.9) ** 2
+        + 0.2 * full
+        + 0.7 * np.abs(np.abs(full) - np.abs(other))
+        + 0.9 * (seen @ outward)
+        + 0.3 * (seen @ facing)
+        - 2.0 * np.maximum(-0.05 - level, 0.0)
+        - 1.5 * np.maximum(level - 0.6, 0.0)
+    )
+    return normalise(seen[int(np.argmax(score))] + 0.12 * up)
