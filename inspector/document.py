@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -26,8 +26,10 @@ from twistcore.review import (
     Redetect,
     Review,
     accepted_motion,
+    read_session,
     start_review,
 )
+from twistcore.review.session import check_belongs
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, twist_signals
 
@@ -81,6 +83,24 @@ def analysed(clip: Clip, method: str = DEFAULT_METHOD) -> Analysed:
     )
 
 
+def analyse_session(path: Path) -> Analysed:
+    """The clip of a session with the session's review; raises TwistError.
+
+    A clip that has moved is looked for by its name beside the session.
+    """
+    session = read_session(path)
+    clip_path = Path(session.clip)
+    if not clip_path.exists():
+        clip_path = path.with_name(clip_path.name)
+    data = analyse(clip_path, session.state.method)
+    check_belongs(session, data.clip, data.chains)
+    own = data.review.state
+    state = replace(
+        session.state, tau={**own.tau, **session.state.tau}, chain_order=own.chain_order
+    )
+    return replace(data, review=Review(state))
+
+
 class Document(QObject):
     """State of the program. Every change goes through a method here and ends in a signal."""
 
@@ -100,6 +120,7 @@ class Document(QObject):
         self.interval_id: int | None = None
         self.frame = 0
         self.show = Show.BOTH
+        self.session_file: Path | None = None
         self.reviewer = ""
         self._offsets: dict[str, Array] = {}
         self._task: Task | None = None
@@ -109,17 +130,25 @@ class Document(QObject):
 
     def open(self, path: Path) -> None:
         """Read and analyse a clip in the background; the old one stays until the new is there."""
+        self._open(path, lambda: analyse(path), None)
+
+    def open_session(self, path: Path) -> None:
+        """Open a session and its clip in the background."""
+        self._open(path, lambda: analyse_session(path), path)
+
+    def _open(self, path: Path, work: Callable[[], Analysed], session: Path | None) -> None:
         if self._task is not None:
             self._task.cancel()
-        self._task = Task(lambda: analyse(path), self)
-        self._task.finished.connect(self.show_clip)
+        self._task = Task(work, self)
+        self._task.finished.connect(lambda data: self.show_clip(data, session))
         self._task.failed.connect(self._open_failed)
         self.opening.emit(path.name)
         self._task.start()
 
-    def show_clip(self, data: Analysed) -> None:
-        """Make an analysed clip the present one."""
+    def show_clip(self, data: Analysed, session: Path | None = None) -> None:
+        """Make an analysed clip the present one, with the session file it came from."""
         self._task = None
+        self.session_file = session
         self.data = data
         self.frame = 0
         self.interval_id = None

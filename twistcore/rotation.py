@@ -53,7 +53,8 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
 def normalise(v: ArrayLike) -> Array:
     """Vectors or quaternions scaled to unit length along the last axis; length must not be 0."""
     v = np.asarray(v, dtype=np.float64)
-    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+    unit: Array = v / np.linalg.norm(v, axis=-1, keepdims=True)
+    return unit
 
 
 def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:

@@ -1,0 +1,131 @@
+"""The one table of actions: menus, toolbar and help are made from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtWidgets import QMenuBar, QWidget
+
+
+@dataclass(frozen=True)
+class ActionSpec:
+    """One thing a person can do.
+
+    id: also the name of the window's method that does it (without argument; a checkable one gets
+    the new state); group: actions of which exactly one is checked.
+    """
+
+    id: str
+    menu: str
+    text: str
+    keys: tuple[str, ...] = ()
+    tip: str = ""
+    checkable: bool = False
+    checked: bool = False
+    group: str = ""
+
+
+SEPARATOR = "-"
+
+ACTIONS: tuple[ActionSpec | str, ...] = (
+    ActionSpec("open_dialog", "File", "Open…", ("Ctrl+O",), "Open a BVH or a session"),
+    ActionSpec("open_sample", "File", "Open the sample", (), "A walk with known twist errors"),
+    ActionSpec("save_session", "File", "Save session", ("Ctrl+S",), "Keep all decisions"),
+    ActionSpec("export_dialog", "File", "Export…", ("Ctrl+E",), "Write the corrected BVH"),
+    SEPARATOR,
+    ActionSpec("close", "File", "Quit", ("Ctrl+Q",)),
+    ActionSpec("undo", "Edit", "Undo", ("Ctrl+Z",)),
+    ActionSpec("redo", "Edit", "Redo", ("Ctrl+Shift+Z", "Ctrl+Y")),
+    SEPARATOR,
+    ActionSpec("accept", "Edit", "Accept", ("A",), "Accept and go to the next undecided"),
+    ActionSpec("reject", "Edit", "Reject", ("R",), "Reject and go to the next undecided"),
+    ActionSpec("reset", "Edit", "Reset to undecided", ("Backspace",)),
+    SEPARATOR,
+    ActionSpec("start_here", "Edit", "Start at playhead", ("[",)),
+    ActionSpec("stop_here", "Edit", "Stop at playhead", ("]",)),
+    ActionSpec("insert_interval", "Edit", "New interval at playhead", ("Ins",)),
+    ActionSpec("remove_interval", "Edit", "Remove hand-made interval", ("Del",)),
+    ActionSpec("next_interval", "Go", "Next interval", ("N",)),
+    ActionSpec("previous_interval", "Go", "Previous interval", ("Shift+N",)),
+    SEPARATOR,
+    ActionSpec("toggle_play", "Go", "Play or pause", ("Space",)),
+    ActionSpec("faster", "Go", "Faster", ("L",)),
+    ActionSpec("slower", "Go", "Slower", ("J",)),
+    ActionSpec("normal_speed", "Go", "Real-time speed", ("K",)),
+    SEPARATOR,
+    ActionSpec("next_frame", "Go", "Next frame", ("Right", ".")),
+    ActionSpec("previous_frame", "Go", "Previous frame", ("Left", ",")),
+    ActionSpec("ten_forward", "Go", "Ten frames on", ("Ctrl+Right",)),
+    ActionSpec("ten_back", "Go", "Ten frames back", ("Ctrl+Left",)),
+    ActionSpec("first_frame", "Go", "First frame", ("Home",)),
+    ActionSpec("last_frame", "Go", "Last frame", ("End",)),
+    ActionSpec("go_to_frame", "Go", "Go to frame…", ("Ctrl+J",)),
+    ActionSpec("cycle_show", "View", "Before / after / both", ("B",), "Cycle what the 3D shows"),
+    ActionSpec("focus_chain", "View", "Focus the chain", ("F",), "Turn the camera to the limb"),
+    ActionSpec("follow_root", "View", "Follow the root", ("G",), "", True, False),
+    SEPARATOR,
+    ActionSpec("view_iso", "View", "Three-quarter view", ("1",)),
+    ActionSpec("view_front", "View", "Front", ("2",)),
+    ActionSpec("view_side", "View", "Side", ("3",)),
+    ActionSpec("view_back", "View", "Back", ("4",)),
+    ActionSpec("view_top", "View", "Top", ("5",)),
+    SEPARATOR,
+    ActionSpec("zoom_to_interval", "View", "Plots: zoom to interval", ("Z",)),
+    ActionSpec("show_all", "View", "Plots: show all", ("Shift+Z",)),
+    SEPARATOR,
+    ActionSpec("theme_system", "View", "Colours as the system", (), "", True, True, "theme"),
+    ActionSpec("theme_light", "View", "Light", (), "", True, False, "theme"),
+    ActionSpec("theme_dark", "View", "Dark", (), "", True, False, "theme"),
+    SEPARATOR,
+    ActionSpec("full_screen", "View", "Full screen", ("F11",), "", True, False),
+    ActionSpec("show_shortcuts", "Help", "Keyboard and mouse", ("?",)),
+    ActionSpec("show_about", "Help", "About Twist Inspector"),
+)
+
+MENUS = ("File", "Edit", "Go", "View", "Help")
+
+
+def specs() -> tuple[ActionSpec, ...]:
+    """All actions without the separators."""
+    return tuple(a for a in ACTIONS if isinstance(a, ActionSpec))
+
+
+def build_actions(window: QWidget, bar: QMenuBar) -> Mapping[str, QAction]:
+    """QActions by id, in the menus of `bar`, each connected to the window's method of its name."""
+    menus = {name: bar.addMenu(f"&{name}") for name in MENUS}
+    groups: dict[str, QActionGroup] = {}
+    actions: dict[str, QAction] = {}
+    menu = menus[MENUS[0]]
+    for spec in ACTIONS:
+        if isinstance(spec, str):
+            menu.addSeparator()
+            continue
+        menu = menus[spec.menu]
+        action = menu.addAction(spec.text)
+        action.setObjectName(spec.id)
+        action.setShortcuts([QKeySequence(k) for k in spec.keys])
+        keys = f" ({spec.keys[0]})" if spec.keys else ""
+        action.setToolTip(f"{spec.tip or spec.text}{keys}")
+        action.setStatusTip(spec.tip)
+        slot = getattr(window, spec.id)
+        if spec.checkable:
+            action.setCheckable(True)
+            action.setChecked(spec.checked)
+            action.toggled.connect(slot)
+        else:
+            action.triggered.connect(lambda _checked=False, do=slot: do())
+        if spec.group:
+            group = groups.setdefault(spec.group, QActionGroup(window))
+            group.addAction(action)
+        window.addAction(action)
+        actions[spec.id] = action
+    return actions
+
+
+def shortcuts_markdown() -> str:
+    """The table of keys for the help window and the docs."""
+    lines = ["| key | does |", "|---|---|"]
+    lines += [f"| {' · '.join(s.keys)} | {s.tip or s.text} |" for s in specs() if s.keys]
+    return "\n".join(lines) + "\n"

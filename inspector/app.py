@@ -1,0 +1,89 @@
+"""Starting the program."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+# pyvistaqt finds Qt through QtPy, which must not choose another binding; and it has no native
+# Wayland yet, so there the X server that Wayland brings is used. Both before Qt is imported.
+os.environ.setdefault("QT_API", "pyside6")
+if os.environ.get("WAYLAND_DISPLAY") and os.environ.get("DISPLAY"):
+    os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QFont, QSurfaceFormat
+from PySide6.QtWidgets import QApplication
+
+from inspector.settings import load_settings, settings_path
+from inspector.theme import apply_theme, system_theme
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `twist-inspector`; returns the exit code."""
+    arguments = _parser().parse_args(argv)
+    app = make_application()
+    from inspector.main_window import MainWindow  # after the application: VTK asks for it
+
+    path = settings_path()
+    settings, complaint = load_settings(path)
+    window = MainWindow(settings, path)
+    window.show()
+    if complaint:
+        window.bar.show_message(complaint, True)
+    if arguments.file:
+        window.open_path(arguments.file)
+    script = None
+    if arguments.demo:
+        from inspector.demo import Demo
+
+        script = Demo(window, arguments.demo)
+    elif arguments.screenshot:
+        from inspector.demo import Screenshot
+
+        script = Screenshot(window, arguments.screenshot)
+    signal.signal(signal.SIGINT, lambda *_: window.close())
+    wake = QTimer()  # lets Python see Ctrl+C while Qt waits
+    wake.start(200)
+    wake.timeout.connect(lambda: None)
+    code = app.exec()
+    return script.code if script else code
+
+
+def make_application() -> QApplication:
+    """The QApplication with its theme."""
+    QSurfaceFormat.setDefaultFormat(_surface_format())
+    app = QApplication.instance() or QApplication(sys.argv[:1])
+    assert isinstance(app, QApplication)
+    app.setApplicationName("Twist Inspector")
+    app.setOrganizationName("Twist Inspector")
+    font = QFont(app.font())
+    font.setFeature(QFont.Tag("tnum"), 1)  # figures of one width: numbers stand in columns
+    app.setFont(font)
+    apply_theme(app, system_theme())
+    return app
+
+
+def _surface_format() -> QSurfaceFormat:
+    from pyvistaqt import QtInteractor
+
+    del QtInteractor  # importing it sets VTK's own default, which is right but for the samples
+    surface = QSurfaceFormat.defaultFormat()
+    surface.setSamples(0)
+    return surface
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="twist-inspector", description="See, judge and repair axial twist errors in a BVH."
+    )
+    parser.add_argument("file", nargs="?", type=Path, metavar="CLIP|SESSION")
+    parser.add_argument("--screenshot", type=Path, metavar="PNG", help="take a picture and quit")
+    parser.add_argument(
+        "--demo", type=Path, metavar="DIR", help="drive a review by itself and leave its results"
+    )
+    return parser

@@ -1,0 +1,142 @@
+"""Exporting: the corrected BVH, and beside it the session and a report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.document import Document
+from twistcore.bvh import write_bvh
+from twistcore.compare import compare
+from twistcore.errors import TwistError
+from twistcore.report import Report, write_report
+from twistcore.review import Decision, write_session
+
+SESSION_SUFFIX = ".twist.json"
+
+
+@dataclass(frozen=True)
+class ExportChoice:
+    """What a person asked for."""
+
+    path: Path
+    undecided: bool = False
+    session: bool = True
+    report: bool = True
+
+
+def session_path(clip: Path) -> Path:
+    """Where a clip's session lies unless the person says otherwise."""
+    return clip.with_name(clip.stem + SESSION_SUFFIX)
+
+
+def export(document: Document, choice: ExportChoice) -> str:
+    """Write everything chosen; returns the sentence that says what was changed.
+
+    Raises TwistError where the source would be overwritten, OSError where the disk says no.
+    """
+    data = document.data
+    assert data is not None
+    clip = data.clip
+    if choice.path.exists() and clip.path.exists() and choice.path.samefile(clip.path):
+        raise TwistError(f"{choice.path}: choose another name; the source is never overwritten.")
+    refined = document.accepted_motion(undecided=choice.undecided)
+    write_bvh(clip, refined, choice.path)
+    if choice.session:
+        write_session(
+            choice.path.with_name(choice.path.stem + SESSION_SUFFIX), clip, document.review.state
+        )
+    if choice.report:
+        write_report(choice.path.parent, Report(clip, data.chains, document.review.state, refined))
+    change = compare(clip.motion, refined)
+    if not change.joints:
+        return f"{choice.path.name}: written byte for byte as the source; nothing was accepted."
+    largest = max(j.max_degrees for j in change.joints)
+    joints = len({j.joint for j in change.joints})
+    return (
+        f"{choice.path.name}: {change.frames} frames of {joints} joints changed by up to "
+        f"{largest:.1f}°; no joint moved by more than {change.max_position_of_height:.0e} "
+        "of the height; every other byte is the source's."
+    )
+
+
+class ExportDialog(QDialog):
+    """Where to, and what goes with it."""
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Export")
+        clip = document.data.clip.path if document.data else Path("clip.bvh")
+        intervals = document.intervals
+        accepted = sum(j.decision == Decision.ACCEPTED for j in intervals)
+        rejected = sum(j.decision == Decision.REJECTED for j in intervals)
+        undecided = len(intervals) - accepted - rejected
+        self.path = QLineEdit(str(clip.with_name(f"{clip.stem}_refined.bvh")))
+        self.path.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
+        browse = QPushButton("Browse…")
+        browse.clicked.connect(self._browse)
+        row = QHBoxLayout()
+        row.addWidget(self.path, 1)
+        row.addWidget(browse)
+        self.undecided = QCheckBox(f"Correct the {undecided} undecided ones as well")
+        self.undecided.setEnabled(undecided > 0)
+        self.session = QCheckBox("Session beside it, to go on or to replay the export")
+        self.session.setChecked(True)
+        self.report = QCheckBox("Report beside it (HTML, CSV, JSON)")
+        self.report.setChecked(True)
+        self.warning = QLabel()
+        self.warning.setWordWrap(True)
+        self.undecided.toggled.connect(
+            lambda on: self.warning.setText(
+                "Nobody has judged these: the report names them as undecided." if on else ""
+            )
+        )
+        form = QFormLayout()
+        form.addRow("Write to", row)
+        form.addRow(
+            "Intervals", QLabel(f"{accepted} accepted, {rejected} rejected, {undecided} undecided")
+        )
+        form.addRow("", self.undecided)
+        form.addRow("", self.warning)
+        form.addRow("With", self.session)
+        form.addRow("", self.report)
+        buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
+        )
+        buttons.button(QDialogButtonBox.StandardButton.Save).setText("Export")
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.addLayout(form)
+        layout.addStretch(1)
+        layout.addWidget(buttons)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+
+    def choice(self) -> ExportChoice:
+        """What the form says."""
+        return ExportChoice(
+            Path(self.path.text()).expanduser(),
+            self.undecided.isChecked(),
+            self.session.isChecked(),
+            self.report.isChecked(),
+        )
+
+    def _browse(self) -> None:
+        name, _ = QFileDialog.getSaveFileName(self, "Export to", self.path.text(), "BVH (*.bvh)")
+        if name:
+            self.path.setText(name)

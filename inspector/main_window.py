@@ -1,0 +1,516 @@
+"""Docks, menus and layout, nothing else: what happens is in the document and the views."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QByteArray, Qt
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QDockWidget,
+    QFileDialog,
+    QInputDialog,
+    QLabel,
+    QMainWindow,
+    QMenu,
+    QMessageBox,
+    QTextBrowser,
+    QToolBar,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector import theme as themes
+from inspector.actions import build_actions, shortcuts_markdown
+from inspector.document import Document, Show
+from inspector.export import SESSION_SUFFIX, ExportChoice, ExportDialog, export, session_path
+from inspector.message_bar import MessageBar
+from inspector.panels import ChainsPanel, DetailCard, IntervalsPanel, Transport
+from inspector.playback import Player
+from inspector.plots import Timeline
+from inspector.settings import Settings, save_settings
+from inspector.viewport import Viewport
+from twistcore import __version__
+from twistcore.errors import TwistError
+from twistcore.review import Decision, Insert, Remove, write_session
+from twistcore.review.model import constant, resized
+
+SAMPLE = Path(__file__).parent.parent / "assets" / "walk_injected.bvh"
+_STATE_VERSION = 1
+_NEW_FRAMES = 10
+_TEN = 10
+
+
+class MainWindow(QMainWindow):
+    """The program's window."""
+
+    def __init__(self, settings: Settings, settings_file: Path) -> None:
+        super().__init__()
+        self.settings, self._settings_file = settings, settings_file
+        self.document = Document(self)
+        self.document.reviewer = settings.reviewer
+        self.player = Player(self.document, self)
+        self.theme = self._wanted_theme()
+        self.setAcceptDrops(True)
+        self.setWindowTitle("Twist Inspector")
+        self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.AllowNestedDocks)
+        self.actions_by_id = build_actions(self, self.menuBar())
+        self._build()
+        self._connect()
+        self._restore()
+
+    # -- building -----------------------------------------------------------------------------
+
+    def _build(self) -> None:
+        self.bar = MessageBar()
+        self.viewport = Viewport(self.document, self.theme)
+        self.transport = Transport(self.document, self.player, self.actions_by_id)
+        centre = QWidget()
+        layout = QVBoxLayout(centre)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.bar)
+        layout.addWidget(self.viewport, 1)
+        layout.addWidget(self.transport)
+        self.setCentralWidget(centre)
+        self.chains = ChainsPanel(self.document, self.theme)
+        self.intervals = IntervalsPanel(self.document, self.theme)
+        self.detail = DetailCard(self.document)
+        self.timeline = Timeline(self.document, self.theme)
+        right = QWidget()
+        column = QVBoxLayout(right)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.intervals, 1)
+        column.addWidget(self.detail)
+        self._dock("Curves", self.timeline, Qt.DockWidgetArea.BottomDockWidgetArea)
+        left = self._dock("Chains", self.chains, Qt.DockWidgetArea.LeftDockWidgetArea)
+        rest = self._dock("Intervals", right, Qt.DockWidgetArea.RightDockWidgetArea)
+        self.resizeDocks([left, rest], [290, 430], Qt.Orientation.Horizontal)
+        tools = QToolBar("Tools")
+        tools.setObjectName("tools")
+        tools.setMovable(False)
+        tools.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        for name in (
+            "open_dialog", "export_dialog", "", "undo", "redo", "", "previous_interval",
+            "next_interval", "accept", "reject", "reset", "", "cycle_show", "focus_chain",
+        ):  # fmt: skip
+            if name:
+                tools.addAction(self.actions_by_id[name])
+            else:
+                tools.addSeparator()
+        self.addToolBar(tools)
+        menus = {a.text().strip("&"): a.menu() for a in self.menuBar().actions()}
+        view = menus["View"]
+        view.addSeparator()
+        for dock in self.findChildren(QDockWidget):
+            view.addAction(dock.toggleViewAction())
+        self.recent_menu = QMenu("Recent", self)
+        menus["File"].insertMenu(self.actions_by_id["save_session"], self.recent_menu)
+        self.position = QLabel()
+        self.decided = QLabel()
+        for label in (self.position, self.decided):
+            self.statusBar().addPermanentWidget(label)
+
+    def _dock(self, title: str, content: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
+        dock = QDockWidget(title, self)
+        dock.setObjectName(title.lower())
+        dock.setWidget(content)
+        self.addDockWidget(area, dock)
+        return dock
+
+    def _connect(self) -> None:
+        document = self.document
+        document.message.connect(self.bar.show_message)
+        document.opening.connect(lambda name: self.statusBar().showMessage(f"Opening {name} …"))
+        document.opened.connect(self._opened)
+        document.intervals_changed.connect(self._review_changed)
+        document.frame_changed.connect(self._show_position)
+        document.chain_changed.connect(self._show_position)
+        self.intervals.activated.connect(self.timeline.zoom_to_interval)
+        self.detail.judged.connect(self._judge)
+        QApplication.styleHints().colorSchemeChanged.connect(self._scheme_changed)
+        self._review_changed()
+        self._show_recent()
+
+    def _restore(self) -> None:
+        self.resize(1440, 900)
+        self.resizeDocks(
+            [d for d in self.findChildren(QDockWidget) if d.objectName() == "curves"],
+            [330],
+            Qt.Orientation.Vertical,
+        )
+        if self.settings.geometry:
+            self.restoreGeometry(QByteArray.fromHex(self.settings.geometry.encode()))
+        if self.settings.layout:
+            state = QByteArray.fromHex(self.settings.layout.encode())
+            self.restoreState(state, _STATE_VERSION)
+        self.actions_by_id[f"theme_{self.settings.theme}"].setChecked(True)
+
+    # -- opening and saving -------------------------------------------------------------------
+
+    def open_path(self, path: Path) -> None:
+        """Open a clip or a session."""
+        if not self._may_leave():
+            return
+        if path.name.endswith(".json"):
+            self.document.open_session(path)
+        else:
+            self.document.open(path)
+
+    def open_dialog(self) -> None:
+        """Ask for a file and open it."""
+        name, _ = QFileDialog.getOpenFileName(
+            self, "Open", "", f"Motion and sessions (*.bvh *{SESSION_SUFFIX});;All files (*)"
+        )
+        if name:
+            self.open_path(Path(name))
+
+    def open_sample(self) -> None:
+        """Open the bundled walk with known errors."""
+        self.open_path(SAMPLE)
+
+    def save_session(self) -> bool:
+        """Write the session beside the clip; True if it is on disk."""
+        data = self.document.data
+        if data is None:
+            return True
+        path = self.document.session_file or session_path(data.clip.path)
+        try:
+            write_session(path, data.clip, self.document.review.state)
+        except OSError as error:
+            self.bar.show_message(f"{path}: not saved ({error.strerror}).", True)
+            return False
+        self.document.session_file = path
+        self.document.review.mark_saved()
+        self._review_changed()
+        self.statusBar().showMessage(f"Saved {path.name}", 4000)
+        return True
+
+    def export_dialog(self) -> None:
+        """Ask where to and export."""
+        if self.document.data is None:
+            self.bar.show_message("Open a clip first.", False)
+            return
+        dialog = ExportDialog(self.document, self)
+        dialog.accepted.connect(lambda: self.export(dialog.choice()))
+        dialog.open()
+
+    def export(self, choice: ExportChoice) -> None:
+        """Write what was chosen and say what changed."""
+        try:
+            self.bar.show_message(export(self.document, choice), False)
+        except TwistError as error:
+            self.bar.show_message(str(error), True)
+        except OSError as error:
+            self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
+
+    def _opened(self) -> None:
+        data = self.document.data
+        assert data is not None
+        self.settings.remember(data.clip.path)
+        self._show_recent()
+        motion = data.motion
+        self.statusBar().showMessage(
+            f"{data.clip.name}: {motion.frames} frames at {motion.fps:.4g} fps, "
+            f"{len(motion.skeleton)} joints",
+            8000,
+        )
+        self._review_changed()
+        self._show_position()
+
+    def _may_leave(self) -> bool:
+        """True once unsaved decisions are saved or knowingly given up."""
+        if self.document.data is None or self.document.review.saved:
+            return True
+        button = QMessageBox.StandardButton
+        answer = QMessageBox.question(
+            self,
+            "Twist Inspector",
+            f"{self.document.data.clip.name} has decisions that are not saved.",
+            button.Save | button.Discard | button.Cancel,
+            button.Save,
+        )
+        if answer == button.Save:
+            return self.save_session()
+        return answer == button.Discard
+
+    # -- the review ---------------------------------------------------------------------------
+
+    def _judge(self, decision: Decision) -> None:
+        self.document.decide(decision, self.intervals.selected_ids())
+
+    def accept(self) -> None:
+        """Accept the selected intervals."""
+        self._judge(Decision.ACCEPTED)
+
+    def reject(self) -> None:
+        """Reject the selected intervals."""
+        self._judge(Decision.REJECTED)
+
+    def reset(self) -> None:
+        """Take the verdict back."""
+        self._judge(Decision.UNDECIDED)
+
+    def undo(self) -> None:
+        """Take the last command back."""
+        self.document.undo()
+
+    def redo(self) -> None:
+        """Do it again."""
+        self.document.redo()
+
+    def start_here(self) -> None:
+        """The selected interval starts at the playhead."""
+        if judged := self.document.interval:
+            start = min(self.document.frame, judged.interval.stop - 1)
+            self.document.edit(judged.id, resized(judged.interval, start, judged.interval.stop))
+
+    def stop_here(self) -> None:
+        """The selected interval ends with the playhead's frame."""
+        if judged := self.document.interval:
+            stop = max(self.document.frame + 1, judged.interval.start + 1)
+            self.document.edit(judged.id, resized(judged.interval, judged.interval.start, stop))
+
+    def insert_interval(self) -> None:
+        """A hand-made interval around the playhead; its δ is the parent's jump into it."""
+        document = self.document
+        if document.data is None or not document.chain:
+            return
+        start = max(0, document.frame - _NEW_FRAMES // 2)
+        stop = min(document.frames, start + _NEW_FRAMES)
+        jump = float(document.data.signals[document.chain].dtheta_p[start])
+        document.do(Insert(constant(document.chain, start, stop, jump)))
+        document.select_interval(document.review.state.next_id - 1)
+
+    def remove_interval(self) -> None:
+        """Remove the selected interval if it was made by hand."""
+        if judged := self.document.interval:
+            self.document.do(Remove(judged.id))
+
+    def _review_changed(self) -> None:
+        data = self.document.data
+        review = self.document.review if data else None
+        for name, text in (
+            ("undo", review.undo_text if review else ""),
+            ("redo", review.redo_text if review else ""),
+        ):
+            action = self.actions_by_id[name]
+            action.setEnabled(bool(text))
+            title = name.capitalize()
+            action.setText(f"{title} {text[0].lower()}{text[1:]}" if text else title)
+            action.setIconText(title)
+        title = "Twist Inspector"
+        self.setWindowTitle(f"{data.clip.name}[*] – {title}" if data else title)
+        self.setWindowModified(review is not None and not review.saved)
+        intervals = self.document.intervals
+        decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
+        self.decided.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
+
+    # -- going about --------------------------------------------------------------------------
+
+    def next_interval(self) -> None:
+        """Go to the next interval."""
+        self.document.step_interval(+1)
+
+    def previous_interval(self) -> None:
+        """Go to the previous interval."""
+        self.document.step_interval(-1)
+
+    def toggle_play(self) -> None:
+        """Play or pause."""
+        self.player.toggle()
+
+    def faster(self) -> None:
+        """Play faster."""
+        self.player.step_speed(+1)
+
+    def slower(self) -> None:
+        """Play slower."""
+        self.player.step_speed(-1)
+
+    def normal_speed(self) -> None:
+        """Play in real time."""
+        self.player.set_speed(1.0)
+
+    def next_frame(self) -> None:
+        """One frame on."""
+        self.document.go_to(self.document.frame + 1)
+
+    def previous_frame(self) -> None:
+        """One frame back."""
+        self.document.go_to(self.document.frame - 1)
+
+    def ten_forward(self) -> None:
+        """Ten frames on."""
+        self.document.go_to(self.document.frame + _TEN)
+
+    def ten_back(self) -> None:
+        """Ten frames back."""
+        self.document.go_to(self.document.frame - _TEN)
+
+    def first_frame(self) -> None:
+        """To the start."""
+        self.document.go_to(0)
+
+    def last_frame(self) -> None:
+        """To the end."""
+        self.document.go_to(self.document.frames - 1)
+
+    def go_to_frame(self) -> None:
+        """Ask for a frame."""
+        last = max(self.document.frames - 1, 0)
+        frame, chosen = QInputDialog.getInt(
+            self, "Go to frame", f"Frame (0 – {last})", self.document.frame, 0, last
+        )
+        if chosen:
+            self.document.go_to(frame)
+
+    def cycle_show(self) -> None:
+        """Before, after, both, before …"""
+        every = list(Show)
+        self.document.set_show(every[(every.index(self.document.show) + 1) % len(every)])
+
+    def focus_chain(self) -> None:
+        """Turn the camera to the selected chain."""
+        self.viewport.focus_chain()
+
+    def follow_root(self, on: bool) -> None:
+        """Let the camera go along with the root."""
+        self.viewport.set_follow(on)
+
+    def view_iso(self) -> None:
+        """Three-quarter view."""
+        self.viewport.set_view("iso")
+
+    def view_front(self) -> None:
+        """From the front."""
+        self.viewport.set_view("front")
+
+    def view_side(self) -> None:
+        """From the side."""
+        self.viewport.set_view("side")
+
+    def view_back(self) -> None:
+        """From behind."""
+        self.viewport.set_view("back")
+
+    def view_top(self) -> None:
+        """From above."""
+        self.viewport.set_view("top")
+
+    def zoom_to_interval(self) -> None:
+        """Plots: the selected interval."""
+        self.timeline.zoom_to_interval()
+
+    def show_all(self) -> None:
+        """Plots: the whole clip."""
+        self.timeline.show_all()
+
+    def full_screen(self, on: bool) -> None:
+        """Full screen or not."""
+        self.showFullScreen() if on else self.showNormal()
+
+    # -- looks and help -----------------------------------------------------------------------
+
+    def theme_system(self, on: bool) -> None:
+        """Colours as the system has them."""
+        self._choose_theme("system", on)
+
+    def theme_light(self, on: bool) -> None:
+        """Light colours."""
+        self._choose_theme("light", on)
+
+    def theme_dark(self, on: bool) -> None:
+        """Dark colours."""
+        self._choose_theme("dark", on)
+
+    def _choose_theme(self, name: str, on: bool) -> None:
+        if on:
+            self.settings.theme = name
+            self.apply_theme(self._wanted_theme())
+
+    def _scheme_changed(self) -> None:
+        self.apply_theme(self._wanted_theme())
+
+    def _wanted_theme(self) -> themes.Theme:
+        fixed = {"light": themes.LIGHT, "dark": themes.DARK}
+        return fixed.get(self.settings.theme) or themes.system_theme()
+
+    def apply_theme(self, theme: themes.Theme) -> None:
+        """Colour everything."""
+        self.theme = theme
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        themes.apply_theme(app, theme)
+        for view in (self.viewport, self.timeline, self.chains, self.intervals):
+            view.set_theme(theme)
+
+    def show_shortcuts(self) -> None:
+        """Keys and mouse in a window of their own."""
+        page = QTextBrowser(self)
+        page.setWindowFlag(Qt.WindowType.Tool)
+        page.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        page.setWindowTitle("Keyboard and mouse")
+        page.setMarkdown(shortcuts_markdown())
+        page.resize(520, 640)
+        page.show()
+
+    def show_about(self) -> None:
+        """Version, method and data."""
+        QMessageBox.about(
+            self,
+            "Twist Inspector",
+            f"<b>Twist Inspector {__version__}</b><p>Finds intervals in which a joint and its "
+            "child twist against each other, after Choi, Jang and Kim, J. Sens. Sci. Technol. "
+            "35(1), 2026.</p><p>Sample data obtained from mocap.cs.cmu.edu, created with funding "
+            "from NSF EIA-0196217.</p>",
+        )
+
+    def _show_recent(self) -> None:
+        self.recent_menu.clear()
+        for name in self.settings.recent:
+            self.recent_menu.addAction(name, lambda n=name: self.open_path(Path(n)))
+        self.recent_menu.setEnabled(bool(self.settings.recent))
+
+    def _show_position(self) -> None:
+        data = self.document.data
+        if data is None or not self.document.chain:
+            self.position.setText("")
+            return
+        frame = self.document.frame
+        signals = data.signals[self.document.chain]
+        off = np.degrees(self.document.offset(self.document.chain)[frame])
+        label = self.document.find_chain(self.document.chain).label
+        self.position.setText(
+            f"{label}   θp {np.degrees(signals.theta_p[frame]):+7.1f}°   "
+            f"m {np.degrees(signals.strength[frame]):6.2f}°   offset {off:+7.1f}°"
+        )
+
+    # -- Qt events ----------------------------------------------------------------------------
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """A file may be dropped."""
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open the first file that was dropped."""
+        files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
+        if files:
+            event.acceptProposedAction()
+            self.open_path(Path(files[0]))
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Ask about unsaved decisions, remember the layout, let the 3D view go."""
+        if not self._may_leave():
+            event.ignore()
+            return
+        self.player.pause()
+        self.settings.geometry = bytes(self.saveGeometry().toHex().data()).decode()
+        self.settings.layout = bytes(self.saveState(_STATE_VERSION).toHex().data()).decode()
+        save_settings(self._settings_file, self.settings)
+        self.viewport.close()
+        super().closeEvent(event)

@@ -1,0 +1,8 @@
+"""Tables and forms around the document."""
+
+from inspector.panels.chains import ChainsPanel
+from inspector.panels.detail import DetailCard
+from inspector.panels.intervals import IntervalsPanel
+from inspector.panels.transport import Transport
+
+__all__ = ["ChainsPanel", "DetailCard", "IntervalsPanel", "Transport"]

@@ -1,0 +1,115 @@
+"""The selected interval in exact numbers, and its verdict."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.document import Document
+from twistcore.review import Annotate, Decision
+from twistcore.review.model import levelled, resized
+
+
+class DetailCard(QWidget):
+    """Spin boxes for start, stop and δ, a note, and Accept / Reject / Reset."""
+
+    judged = Signal(object)  # Decision
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self.title = QLabel()
+        self.start, self.stop = QSpinBox(), QSpinBox()
+        self.delta = QDoubleSpinBox()
+        self.delta.setRange(-180.0, 180.0)
+        self.delta.setDecimals(2)
+        self.delta.setSuffix("°")
+        for box in (self.start, self.stop, self.delta):
+            box.setKeyboardTracking(False)
+            box.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.note = QLineEdit()
+        self.note.setPlaceholderText("Note, or the reason of a rejection")
+        edges = QHBoxLayout()
+        edges.addWidget(self.start, 1)
+        edges.addWidget(QLabel("to"))
+        edges.addWidget(self.stop, 1)
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow("Frames", edges)
+        form.addRow("δ", self.delta)
+        form.addRow("Note", self.note)
+        buttons = QHBoxLayout()
+        self.buttons: dict[Decision, QPushButton] = {}
+        for decision, text, key in (
+            (Decision.ACCEPTED, "Accept", "A"),
+            (Decision.REJECTED, "Reject", "R"),
+            (Decision.UNDECIDED, "Reset", "Backspace"),
+        ):
+            button = QPushButton(text)
+            button.setToolTip(f"{text} ({key})")
+            button.clicked.connect(lambda _=False, d=decision: self.judged.emit(d))
+            buttons.addWidget(button)
+            self.buttons[decision] = button
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 6, 8, 8)
+        layout.addWidget(self.title)
+        layout.addLayout(form)
+        layout.addLayout(buttons)
+        self.start.valueChanged.connect(self._edges_edited)
+        self.stop.valueChanged.connect(self._edges_edited)
+        self.delta.valueChanged.connect(self._delta_edited)
+        self.note.editingFinished.connect(self._note_edited)
+        document.opened.connect(self._refresh)
+        document.intervals_changed.connect(self._refresh)
+        document.interval_changed.connect(self._refresh)
+        self._refresh()
+
+    def _refresh(self) -> None:
+        judged = self._document.interval
+        for widget in (self.start, self.stop, self.delta, self.note, *self.buttons.values()):
+            widget.setEnabled(judged is not None)
+        if judged is None:
+            self.title.setText("No interval selected")
+            return
+        interval = judged.interval
+        label = self._document.find_chain(interval.chain).label
+        varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
+        count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
+        self.title.setText(f"<b>{label}</b> · {count}{varies}")
+        boxes = (self.start, self.stop, self.delta)
+        for box in boxes:
+            box.blockSignals(True)
+        self.start.setRange(0, interval.stop - 1)
+        self.stop.setRange(interval.start + 1, self._document.frames)
+        self.start.setValue(interval.start)
+        self.stop.setValue(interval.stop)
+        self.delta.setValue(float(np.degrees(interval.delta)))
+        for box in boxes:
+            box.blockSignals(False)
+        if not self.note.hasFocus():
+            self.note.setText(judged.note)
+
+    def _edges_edited(self) -> None:
+        if judged := self._document.interval:
+            start, stop = self.start.value(), self.stop.value()
+            self._document.edit(judged.id, resized(judged.interval, start, stop))
+
+    def _delta_edited(self, degrees: float) -> None:
+        if judged := self._document.interval:
+            self._document.edit(judged.id, levelled(judged.interval, float(np.radians(degrees))))
+
+    def _note_edited(self) -> None:
+        judged = self._document.interval
+        if judged and self.note.text() != judged.note:
+            self._document.do(Annotate(judged.id, self.note.text()))

@@ -1,0 +1,295 @@
+"""The table of intervals: sorted, filtered, judged."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QItemSelectionModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QStackedWidget,
+    QTableView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.document import Document
+from inspector.theme import Theme
+from twistcore.review import Decision, Judged
+
+_Index = QModelIndex | QPersistentModelIndex
+_HEADS = ("Chain", "Start", "Stop", "Time", "δ", "Conf.", "Decision", "Note")
+SORT_ROLE = Qt.ItemDataRole.UserRole
+MARKS = {
+    Decision.UNDECIDED: "· open",
+    Decision.ACCEPTED: "✓ accepted",
+    Decision.REJECTED: "✗ rejected",
+}
+FILTERS = ("All", "Undecided", "Accepted", "Rejected", "This chain")
+
+
+class _IntervalModel(QAbstractTableModel):
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
+        self._document = document
+        self.theme = theme
+        self.rows: tuple[Judged, ...] = ()
+
+    def refresh(self) -> None:
+        """Take the review's intervals over; rows are reset only if they are other ones."""
+        new = self._document.intervals
+        same = [j.id for j in new] == [j.id for j in self.rows]
+        if same:
+            self.rows = new
+            if new:
+                self.dataChanged.emit(self.index(0, 0), self.index(len(new) - 1, len(_HEADS) - 1))
+            return
+        self.beginResetModel()
+        self.rows = new
+        self.endResetModel()
+
+    def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(_HEADS)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
+        if orientation == Qt.Orientation.Horizontal:
+            if role == Qt.ItemDataRole.DisplayRole:
+                return _HEADS[section]
+            if role == Qt.ItemDataRole.TextAlignmentRole:
+                return _alignment(section)
+        return None
+
+    def data(self, index: _Index, role: int = 0) -> Any:
+        if not index.isValid() or self._document.data is None:
+            return None
+        judged = self.rows[index.row()]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return self._text(judged)[index.column()]
+        if role == SORT_ROLE:
+            interval = judged.interval
+            return (
+                interval.chain,
+                interval.start,
+                interval.stop,
+                interval.start,
+                abs(interval.delta),
+                -1.0 if interval.confidence is None else interval.confidence,
+                judged.decision.value,
+                judged.note,
+            )[index.column()]
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(index.column())
+        if role == Qt.ItemDataRole.ForegroundRole and index.column() == 6:
+            return QColor(
+                {
+                    Decision.UNDECIDED: self.theme.undecided,
+                    Decision.ACCEPTED: self.theme.accepted,
+                    Decision.REJECTED: self.theme.rejected,
+                }[judged.decision]
+            )
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return _tip(judged)
+        return None
+
+    def _text(self, judged: Judged) -> tuple[str, ...]:
+        interval = judged.interval
+        assert self._document.data is not None
+        decision = MARKS[judged.decision]
+        if not judged.supported:
+            decision += " (below τ)"
+        return (
+            self._document.find_chain(interval.chain).label,
+            str(interval.start),
+            str(interval.stop),
+            f"{interval.start * self._document.data.motion.frame_time:.2f} s",
+            f"{np.degrees(interval.delta):+.1f}°",
+            "–" if interval.confidence is None else f"{interval.confidence:.2f}",
+            decision,
+            judged.note,
+        )
+
+
+def _tip(judged: Judged) -> str:
+    interval = judged.interval
+    parts = [f"{interval.chain}, {interval.frames} frames"]
+    if abs(interval.residual) > 1e-9:
+        parts.append(f"left over behind the last edge: {np.degrees(interval.residual):+.2f}°")
+    if judged.edited:
+        parts.append("edited by hand")
+    if judged.by_hand:
+        parts.append("made by hand")
+    if not judged.supported:
+        parts.append("the detector no longer finds it at this τ")
+    if judged.reviewer or judged.decided_at:
+        parts.append(f"decided {judged.decided_at} {judged.reviewer}".strip())
+    return "\n".join(parts)
+
+
+def _alignment(column: int) -> Qt.AlignmentFlag:
+    right = 1 <= column <= 5
+    side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
+    return side | Qt.AlignmentFlag.AlignVCenter
+
+
+class _Filter(QSortFilterProxyModel):
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+        self.chosen = FILTERS[0]
+        self.setSortRole(SORT_ROLE)
+
+    def filterAcceptsRow(self, row: int, parent: _Index) -> bool:
+        del parent
+        judged = self.sourceModel().rows[row]
+        if self.chosen == "This chain":
+            return judged.interval.chain == self._document.chain
+        return self.chosen in ("All", judged.decision.value.capitalize())
+
+
+class IntervalsPanel(QWidget):
+    """Table of intervals with a filter; its current row is the document's interval."""
+
+    activated = Signal()  # a double click: look at it
+
+    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._model = _IntervalModel(document, theme)
+        self._proxy = _Filter(document)
+        self._proxy.setSourceModel(self._model)
+        self.table = self._make_table()
+        self.filter = QComboBox()
+        self.filter.addItems(FILTERS)
+        self.filter.setToolTip("Which intervals are listed")
+        self.filter.currentTextChanged.connect(self._filter_changed)
+        self.count = QLabel()
+        self.count.setObjectName("soft")
+        top = QHBoxLayout()
+        top.addWidget(self.filter)
+        top.addStretch(1)
+        top.addWidget(self.count)
+        self._hint = QLabel()
+        self._hint.setObjectName("soft")
+        self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._hint.setWordWrap(True)
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self._hint)
+        self._stack.addWidget(self.table)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.addLayout(top)
+        layout.addWidget(self._stack, 1)
+        document.opened.connect(self._refresh)
+        document.intervals_changed.connect(self._refresh)
+        document.interval_changed.connect(self._select_row)
+        document.chain_changed.connect(self._chain_changed)
+        self._refresh()
+
+    def _make_table(self) -> QTableView:
+        table = QTableView()
+        table.setModel(self._proxy)
+        table.setSortingEnabled(True)
+        table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        table.setShowGrid(False)
+        table.setWordWrap(False)
+        table.setTabKeyNavigation(False)
+        table.verticalHeader().hide()
+        table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
+        header = table.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        header.setStretchLastSection(True)
+        metrics = self.fontMetrics()
+        for column, sample in enumerate(
+            (
+                "Right Shoulder",
+                "000000",
+                "000000",
+                "000.00 s",
+                "+180.0°",
+                "Conf.0",
+                MARKS[Decision.ACCEPTED],
+            )
+        ):
+            table.setColumnWidth(column, metrics.horizontalAdvance(sample) + 18)
+        table.selectionModel().currentRowChanged.connect(self._row_selected)
+        table.doubleClicked.connect(lambda _index: self.activated.emit())
+        return table
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._model.theme = theme
+        self._model.refresh()
+
+    def selected_ids(self) -> tuple[int, ...]:
+        """Ids of the selected rows, top to bottom."""
+        rows = sorted(i.row() for i in self.table.selectionModel().selectedRows())
+        return tuple(self._judged(row).id for row in rows)
+
+    def _judged(self, proxy_row: int) -> Judged:
+        source = self._proxy.mapToSource(self._proxy.index(proxy_row, 0))
+        return self._model.rows[source.row()]
+
+    def _refresh(self) -> None:
+        self._model.refresh()
+        self._proxy.invalidate()
+        intervals = self._document.intervals
+        decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
+        self.count.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
+        if not self._document.data:
+            self._hint.setText("Open a BVH: its suspicious intervals are listed here.")
+        elif not intervals:
+            self._hint.setText("Nothing found at this τ.\nLower the τ line to look closer.")
+        else:
+            self._hint.setText("No interval passes this filter.")
+        self._stack.setCurrentIndex(1 if self._proxy.rowCount() else 0)
+        self._select_row()
+
+    def _filter_changed(self, text: str) -> None:
+        self._proxy.chosen = text
+        self._refresh()
+
+    def _chain_changed(self) -> None:
+        if self._proxy.chosen == "This chain":
+            self._refresh()
+
+    def _select_row(self) -> None:
+        wanted = self._document.interval_id
+        for row in range(self._proxy.rowCount()):
+            if self._judged(row).id == wanted:
+                index = self._proxy.index(row, 0)
+                if (
+                    self.table.currentIndex().row() != row
+                    or not self.table.selectionModel().hasSelection()
+                ):
+                    self.table.selectionModel().setCurrentIndex(
+                        index,
+                        QItemSelectionModel.SelectionFlag.ClearAndSelect
+                        | QItemSelectionModel.SelectionFlag.Rows,
+                    )
+                self.table.scrollTo(index)
+                return
+        self.table.clearSelection()
+
+    def _row_selected(self, current: QModelIndex) -> None:
+        if current.isValid():
+            self._document.select_interval(self._judged(current.row()).id, jump=True)

@@ -1,0 +1,109 @@
+"""Play, step, and where we are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QSlider,
+    QSpinBox,
+    QStyle,
+    QToolButton,
+    QWidget,
+)
+
+from inspector.document import Document, Show
+from inspector.playback import SPEEDS, Player
+
+
+class Transport(QWidget):
+    """Buttons, slider, frame number and speed under the 3D view."""
+
+    def __init__(
+        self,
+        document: Document,
+        player: Player,
+        actions: Mapping[str, QAction],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._document, self._player = document, player
+        self._play_action = actions["toggle_play"]
+        style = self.style()
+        pixmaps = QStyle.StandardPixmap
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(8, 4, 8, 4)
+        for name, pixmap in (
+            ("previous_frame", pixmaps.SP_MediaSeekBackward),
+            ("toggle_play", pixmaps.SP_MediaPlay),
+            ("next_frame", pixmaps.SP_MediaSeekForward),
+        ):
+            actions[name].setIcon(style.standardIcon(pixmap))
+            button = QToolButton()
+            button.setDefaultAction(actions[name])
+            button.setAutoRaise(True)
+            layout.addWidget(button)
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.frame = QSpinBox()
+        self.frame.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.frame.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000000") + 36)
+        self.frame.setToolTip("Frame, counted from 0 (Ctrl+J)")
+        self.time = QLabel()
+        self.time.setMinimumWidth(self.fontMetrics().horizontalAdvance("000.000 / 000.00 s") + 8)
+        self.speed = QComboBox()
+        self.speed.addItems([f"{s:g}×" for s in SPEEDS])
+        self.speed.setToolTip("Speed (J slower, K real time, L faster)")
+        self.show_box = QComboBox()
+        self.show_box.addItems([s.value.capitalize() for s in Show])
+        self.show_box.setToolTip("What the 3D view shows (B)")
+        for widget in (self.slider, self.frame, self.time, self.speed, self.show_box):
+            layout.addWidget(widget, 1 if widget is self.slider else 0)
+        self.slider.valueChanged.connect(document.go_to)
+        self.frame.valueChanged.connect(document.go_to)
+        self.speed.activated.connect(lambda k: player.set_speed(SPEEDS[k]))
+        self.show_box.activated.connect(lambda k: document.set_show(list(Show)[k]))
+        document.opened.connect(self._opened)
+        document.frame_changed.connect(self._frame_changed)
+        document.show_changed.connect(self._show_changed)
+        player.changed.connect(self._player_changed)
+        self._opened()
+        self._show_changed()
+        self._player_changed()
+
+    def _opened(self) -> None:
+        last = max(self._document.frames - 1, 0)
+        for widget in (self.slider, self.frame):
+            widget.blockSignals(True)
+            widget.setRange(0, last)
+            widget.setEnabled(last > 0)
+            widget.blockSignals(False)
+        self._frame_changed(self._document.frame)
+
+    def _frame_changed(self, frame: int) -> None:
+        for widget in (self.slider, self.frame):
+            widget.blockSignals(True)
+            widget.setValue(frame)
+            widget.blockSignals(False)
+        if data := self._document.data:
+            seconds = frame * data.motion.frame_time
+            total = data.motion.frames * data.motion.frame_time
+            self.time.setText(f"{seconds:.3f} / {total:.2f} s")
+        else:
+            self.time.setText("")
+
+    def _show_changed(self) -> None:
+        self.show_box.setCurrentIndex(list(Show).index(self._document.show))
+
+    def _player_changed(self) -> None:
+        pixmap = QStyle.StandardPixmap
+        playing = self._player.playing
+        icon = pixmap.SP_MediaPause if playing else pixmap.SP_MediaPlay
+        self._play_action.setIcon(self.style().standardIcon(icon))
+        speed = abs(self._player.speed)
+        self.speed.setCurrentIndex(min(range(len(SPEEDS)), key=lambda k: abs(SPEEDS[k] - speed)))

@@ -1,0 +1,217 @@
+"""Reading without guessing, writing without touching."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.twistcore.strategies import orders, quaternions
+from twistcore.bvh import changed_rotations, parse_bvh, patch_rotations, read_bvh, write_bvh
+from twistcore.bvh.branch import continuous_angles
+from twistcore.errors import BvhError
+from twistcore.motion import forward_kinematics
+from twistcore.rotation import geodesic_angle, multiply, quaternion_from_euler
+
+HEADER = """HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition %(a)srotation %(b)srotation %(c)srotation
+  JOINT Left Arm
+  {
+    OFFSET 0 1 0
+    CHANNELS 3 %(a)srotation %(b)srotation %(c)srotation
+    End Site
+    {
+      OFFSET 0 1 0
+    }
+  }
+}
+MOTION
+Frames: %(n)d
+Frame Time: 0.01
+"""
+
+
+def small(rows, order="ZYX", newline="\n"):
+    text = HEADER % {"a": order[0], "b": order[1], "c": order[2], "n": len(rows)}
+    text += "\n".join(" ".join(f"{v:.6f}" for v in row) for row in rows) + "\n"
+    return text.replace("\n", newline).encode()
+
+
+def test_a_real_clip_is_read_whole(walk):
+    assert (walk.motion.frames, len(walk.motion.skeleton)) == (344, 31)
+    assert walk.motion.fps == pytest.approx(120.0, rel=1e-4)
+    assert walk.warnings == ()
+    np.testing.assert_allclose(walk.values[0, :3], [10.4194, 16.7048, -30.1003])
+
+
+def test_nothing_to_correct_is_byte_identical(sample, tmp_path):
+    out = tmp_path / "same.bvh"
+    write_bvh(sample, sample.motion, out)
+    assert out.read_bytes() == sample.data
+
+
+def test_every_rotation_rewritten_from_quaternions_keeps_every_position(sample):
+    every = np.ones(sample.motion.rotations.shape[:2], dtype=bool)
+    data = patch_rotations(sample, sample.motion, every)
+    again = parse_bvh(data)
+    before, after = forward_kinematics(sample.motion)[1], forward_kinematics(again.motion)[1]
+    assert np.abs(before - after).max() <= 1e-6 * sample.motion.skeleton.height
+    # It is not a copy: the numbers were written anew, with at least six decimals.
+    assert len(data) > len(sample.data)
+
+
+@settings(max_examples=40, deadline=None)
+@given(orders, st.lists(quaternions, min_size=3, max_size=8), st.data())
+def test_written_rotations_are_read_back(order, rotations, data):
+    rows = np.zeros((len(rotations), 9))
+    clip = parse_bvh(small(rows, order))
+    q = clip.motion.rotations.copy()
+    first = data.draw(st.integers(0, len(rotations) - 1))
+    stop = data.draw(st.integers(first + 1, len(rotations)))
+    q[first:stop, 1] = rotations[first:stop]
+    moved = clip.motion.with_rotations(q)
+    again = parse_bvh(patch_rotations(clip, moved, changed_rotations(clip, moved)))
+    assert geodesic_angle(again.motion.rotations, q).max() < 1e-6
+    np.testing.assert_array_equal(again.values[:, :6], clip.values[:, :6])
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
+def test_line_ends_are_kept(newline):
+    clip = parse_bvh(small(np.arange(27).reshape(3, 9), newline=newline))
+    assert clip.motion.frames == 3
+    assert clip.motion.skeleton.names == ("Hips", "Left Arm")
+    q = clip.motion.rotations.copy()
+    q[1, 1] = [0.5, 0.5, 0.5, 0.5]
+    moved = clip.motion.with_rotations(q)
+    data = patch_rotations(clip, moved, changed_rotations(clip, moved))
+    assert data.count(newline.encode()) == clip.data.count(newline.encode())
+    before, after = clip.data.split(), data.split()
+    assert len(before) == len(after)
+    differing = [k for k, (x, y) in enumerate(zip(before, after, strict=True)) if x != y]
+    assert len(differing) == 3
+
+
+@settings(max_examples=60, deadline=None)
+@given(orders, st.lists(quaternions, min_size=1, max_size=12), st.integers(-2, 2))
+def test_the_branch_reaches_both_edges_without_a_longer_way_than_needed(order, run, turns):
+    q = np.array(run)
+    before = np.array([0.1, 0.2, 0.3])
+    after = before + 2 * np.pi * turns * np.array([1.0, 0.0, 0.0])
+    angles = continuous_angles(order, q, np.zeros(len(q)), before, after)
+    assert geodesic_angle(quaternion_from_euler(order, angles), q).max() < 1e-6
+    steps = np.abs(np.diff(np.vstack([before, angles, after]), axis=0)).sum(axis=0)
+    # No channel may take a full turn more than the one between its fixed edges demands of it.
+    wrapped = np.abs(
+        (np.diff(np.vstack([before, angles, after]), axis=0) + np.pi) % (2 * np.pi) - np.pi
+    )
+    assert (steps <= wrapped.sum(axis=0) + 2 * np.pi * (abs(turns) + len(q)) + 1e-9).all()
+    if turns == 0 and len(q) == 1:
+        assert (np.abs(angles[0] - before) <= 2 * np.pi + 1e-9).all()
+
+
+def test_a_slow_turn_is_written_without_jumps():
+    """A joint that turns through ±180° and through gimbal lock must not flip its channels."""
+    t = np.linspace(0, 2 * np.pi, 200)
+    zero = np.zeros_like(t)
+    q = multiply(
+        quaternion_from_euler("ZYX", np.stack([t, zero, zero], axis=1)),
+        quaternion_from_euler("ZYX", np.stack([zero, 0.5 * np.sin(t), 0.3 * t], axis=1)),
+    )
+    angles = continuous_angles("ZYX", q, np.zeros(len(q)), np.zeros(3), None)
+    assert np.abs(np.diff(angles, axis=0)).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("damage", "line", "words"),
+    [
+        (lambda _: b"", 1, "HIERARCHY"),
+        (lambda _: b"\x89PNG\r\n\x1a\n" + bytes(range(200)), 1, "HIERARCHY"),
+        (lambda t: t.replace(b"MOTION", b""), None, "MOTION"),
+        (lambda t: t.replace(b"Frame Time", b"Time"), 17, "Frame Time"),
+        (lambda t: t.replace(b"Frames: 3", b"Frames: x"), 17, "whole number"),
+        (lambda t: t.replace(b"4.000000", b"nan"), 19, "number"),
+        (lambda t: t.replace(b"4.000000", b"4,0"), 19, "number"),
+        (lambda t: t.replace(b"4.000000", b"1e999"), 19, "finite"),
+        (lambda t: t.replace(b"4.000000", b"4.0.0"), 19, "number"),
+        (lambda t: t.replace(b"13.000000 ", b""), None, "every row"),
+        (lambda t: t[: t.index(b"CHANNELS 3")], None, "'}'"),
+        (lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 one 0", 1), 8, "number"),
+        (lambda t: t.replace(b"CHANNELS 3", b"CHANNELS 4"), 10, "channel"),
+    ],
+)
+def test_broken_files_say_where_and_what(damage, line, words):
+    with pytest.raises(BvhError) as caught:
+        parse_bvh(damage(small(np.arange(27).reshape(3, 9))), "broken.bvh")
+    message = str(caught.value)
+    assert message.startswith("broken.bvh")
+    assert words in message
+    assert "\n" not in message
+    if line is not None:
+        assert caught.value.line == line
+
+
+def test_a_missing_file_is_one_sentence(tmp_path):
+    with pytest.raises(BvhError, match="no such file"):
+        read_bvh(tmp_path / "none.bvh")
+
+
+def test_declared_and_real_rows_may_differ_but_not_in_silence():
+    data = small(np.arange(27).reshape(3, 9)).replace(b"Frames: 3", b"Frames: 300")
+    clip = parse_bvh(data)
+    assert clip.motion.frames == 3
+    assert "300" in clip.warnings[0]
+    assert "3 whole rows" in clip.warnings[0]
+
+
+def test_a_cut_last_row_is_left_out_and_told():
+    data = small(np.arange(27).reshape(3, 9)).rstrip()[:-20]
+    clip = parse_bvh(data)
+    assert clip.motion.frames == 2
+    assert any("incomplete" in w for w in clip.warnings)
+
+
+def test_rows_wrapped_over_lines_are_read_and_patched():
+    plain = small(np.arange(27).reshape(3, 9))
+    head, body = plain[: plain.index(b"0.000000")], plain[plain.index(b"0.000000") :]
+    wrapped = head + b"\n".join(
+        b" ".join(row.split()[:5]) + b"\n\t" + b" ".join(row.split()[5:])
+        for row in body.splitlines()
+    )
+    clip = parse_bvh(wrapped)
+    np.testing.assert_array_equal(clip.values, np.arange(27).reshape(3, 9))
+    assert patch_rotations(clip, clip.motion, np.zeros((3, 2), dtype=bool)) == wrapped
+
+
+def test_an_unusable_frame_time_is_replaced_and_told():
+    clip = parse_bvh(small(np.zeros((2, 9))).replace(b"Frame Time: 0.01", b"Frame Time: 0"))
+    assert clip.motion.fps == 30.0
+    assert "Frame Time" in clip.warnings[0]
+    assert parse_bvh(clip.data, fps=60.0).motion.fps == 60.0
+
+
+def test_a_position_channel_replaces_the_offset():
+    data = (
+        small(np.zeros((1, 9)))
+        .replace(b"CHANNELS 3 Z", b"CHANNELS 4 Yposition Z")
+        .replace(b"0.000000\n", b"0.000000 0.0\n")
+    )
+    row = data.rstrip().splitlines()[-1].split()
+    row[6] = b"5"
+    clip = parse_bvh(data.rstrip().rsplit(b"\n", 1)[0] + b"\n" + b" ".join(row))
+    np.testing.assert_array_equal(forward_kinematics(clip.motion)[1][0, 1], [0.0, 5.0, 0.0])
+
+
+def test_writing_over_a_read_only_folder_leaves_nothing(walk, tmp_path, monkeypatch):
+    target = tmp_path / "out.bvh"
+    target.write_bytes(b"old")
+
+    def refuse(*_args):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("twistcore.atomic.os.fsync", refuse)
+    with pytest.raises(OSError, match="space"):
+        write_bvh(walk, walk.motion, target)
+    assert target.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [target]

@@ -1,0 +1,130 @@
+"""Chains by name families and by topology."""
+
+import numpy as np
+import pytest
+
+from twistcore.bvh import parse_bvh
+from twistcore.chain import SEGMENTS, find_chains, uncorrectable_joints
+
+
+def rig(parents, offsets=None, channels=3):
+    """A BVH of joints {name: parent name}; the first is the root; two frames at rest."""
+    names = list(parents)
+    offsets = offsets or {}
+
+    def block(name, indent):
+        pad = "  " * indent
+        key = "ROOT" if parents[name] is None else "JOINT"
+        offset = " ".join(map(str, offsets.get(name, (0, 1, 0))))
+        rotation = ["Zrotation", "Xrotation", "Yrotation"]
+        count = channels if isinstance(channels, int) else channels.get(name, 3)
+        lines = [f"{pad}{key} {name}", pad + "{", f"{pad}OFFSET {offset}"]
+        lines.append(f"{pad}CHANNELS {count} {' '.join(rotation[:count])}")
+        children = [n for n in names if parents[n] == name]
+        for child in children:
+            lines += block(child, indent + 1)
+        if not children:
+            lines += [f"{pad}End Site", pad + "{", f"{pad}OFFSET 0 1 0", pad + "}"]
+        return [*lines, pad + "}"]
+
+    total = sum(channels if isinstance(channels, int) else channels.get(n, 3) for n in names)
+    row = " ".join(["0"] * total)
+    text = "\n".join(["HIERARCHY", *block(names[0], 0), "MOTION", "Frames: 2", "Frame Time: 0.01"])
+    return parse_bvh(f"{text}\n{row}\n{row}\n".encode())
+
+
+def limbs(shoulder, arm, forearm, hand, thigh, shin, foot, toe):
+    """A whole-body hierarchy; each name is made for a side by the function given."""
+    out = {"hip": None, "spine": "hip", "chest": "spine"}
+    for side in "lr":
+        above = "chest"
+        for make in (shoulder, arm, forearm, hand):
+            out[make(side)] = above
+            above = make(side)
+        above = "hip"
+        for make in (thigh, shin, foot, toe):
+            out[make(side)] = above
+            above = make(side)
+    return out
+
+
+def word(left, right, text):
+    return lambda side: text.replace("*", left if side == "l" else right)
+
+
+FAMILIES = {
+    "MotionBuilder": [word("Left", "Right", f"*{n}") for n in
+        ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")],
+    "Mixamo": [word("Left", "Right", f"mixamorig:*{n}") for n in
+        ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")],
+    "Poser": [word("l", "r", f"*{n}") for n in
+        ("Collar", "Shldr", "ForeArm", "Hand", "Thigh", "Shin", "Foot", "Toe")],
+    "Character Creator": [word("L", "R", f"CC_Base_*_{n}") for n in
+        ("Clavicle", "Upperarm", "Forearm", "Hand", "Thigh", "Calf", "Foot", "ToeBase")],
+    "Unreal": [word("l", "r", f"{n}_*") for n in
+        ("clavicle", "upperarm", "lowerarm", "hand", "thigh", "calf", "foot", "ball")],
+    "SMPL": [word("L", "R", f"*_{n}") for n in
+        ("Collar", "Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle", "Foot")],
+    "wrists": [word("Left", "Right", f"*{n}") for n in
+        ("Collar", "Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle", "Toe")],
+    "Xsens": [word("Left", "Right", f"*{n}") for n in
+        ("Shoulder", "UpperArm", "ForeArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toe")],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_ten_limb_chains_of_a_name_family(family):
+    makers = FAMILIES[family]
+    chains = find_chains(rig(limbs(*makers)).motion)
+    shoulder, arm, forearm, _, thigh, shin, _, _ = makers
+    expected = [
+        (side, segment, make(side[0].lower()))
+        for side in ("Left", "Right")
+        for segment, make in zip(SEGMENTS, (shoulder, arm, forearm, thigh, shin), strict=True)
+    ]
+    assert [(c.side, c.segment, c.name) for c in chains] == expected
+
+
+def test_the_hand_uses_its_own_z_axis(walk):
+    chains = {c.name: c for c in find_chains(walk.motion)}
+    np.testing.assert_array_equal(chains["LeftForeArm"].arm, [0.0, 0.0, 1.0])
+    assert chains["LeftForeArm"].grandchild == -1
+
+
+def test_a_hand_whose_z_is_the_bone_takes_the_axis_least_parallel():
+    makers = FAMILIES["MotionBuilder"]
+    along_z = {"LeftHand": (0, 0.1, 2), "RightHand": (0.1, 0, 2)}
+    chains = {c.name: c for c in find_chains(rig(limbs(*makers), along_z).motion)}
+    np.testing.assert_array_equal(chains["LeftForeArm"].arm, [1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(chains["RightForeArm"].arm, [0.0, 1.0, 0.0])
+
+
+def test_a_bone_without_length_is_no_chain():
+    makers = FAMILIES["MotionBuilder"]
+    chains = find_chains(rig(limbs(*makers), {"LeftLeg": (0, 0, 0)}).motion)
+    assert "LeftUpLeg" not in {c.name for c in chains}
+    assert len(chains) == 9
+
+
+def test_unknown_names_are_found_by_topology():
+    body = {"a": None, "b": "a", "c": "a"}
+    for limb, root in (("d", "b"), ("e", "b"), ("f", "c"), ("g", "c")):
+        above = root
+        for k in range(4):
+            body[f"{limb}{k}"] = above
+            above = f"{limb}{k}"
+    chains = find_chains(rig(body).motion)
+    assert {c.name for c in chains} == {f"{limb}{k}" for limb in "defg" for k in (0, 1)}
+
+
+def test_a_skeleton_with_no_chain_is_no_error():
+    assert find_chains(rig({"a": None, "b": "a"}).motion) == ()
+
+
+def test_a_joint_without_three_rotation_channels_is_named():
+    makers = FAMILIES["MotionBuilder"]
+    clip = rig(limbs(*makers), channels={"LeftForeArm": 1})
+    chains = {c.name: c for c in find_chains(clip.motion)}
+    assert uncorrectable_joints(clip.motion, chains["LeftArm"]) == ("LeftForeArm",)
+    assert uncorrectable_joints(clip.motion, chains["LeftForeArm"]) == ("LeftForeArm",)
+    assert uncorrectable_joints(clip.motion, chains["RightArm"]) == ()

@@ -1,0 +1,153 @@
+"""The command line: its words, its exit codes, its one-line complaints."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tests.conftest import ASSETS
+from twistcore.cli import main
+
+WALK, DIRTY = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"
+TRUTH = ASSETS / "walk_injected.truth.json"
+
+
+def run(capsys, *words):
+    try:
+        code = main([str(w) for w in words])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def run_json(capsys, *words):
+    code, out, err = run(capsys, *words, "--json")
+    assert err == ""
+    return code, json.loads(out)
+
+
+def test_info(capsys):
+    code, document = run_json(capsys, "info", WALK)
+    assert code == 0
+    assert document["schema"] == "twistcore.info/1"
+    assert (document["frames"], len(document["chains"])) == (344, 10)
+    code, out, _ = run(capsys, "info", WALK)
+    assert "Left ForeArm" in out
+
+
+def test_detect_json_is_the_contract(capsys):
+    code, document = run_json(capsys, "detect", DIRTY, "--method", "paper", "--tau", "5")
+    assert code == 0
+    assert set(document) == {"schema", "clip", "frames", "fps", "method", "tau_deg", "intervals"}
+    assert document["schema"] == "twistcore.detection/1"
+    assert document["tau_deg"]["LeftForeArm"] == pytest.approx(5.0)
+    keys = {"chain", "parent", "child", "start", "stop", "delta_deg", "confidence", "open"}
+    assert all(set(i) == keys for i in document["intervals"])
+    assert len(document["intervals"]) == 8
+
+
+def test_detect_limits_and_fails_over(capsys):
+    code, document = run_json(capsys, "detect", DIRTY, "--chain", "LeftForeArm")
+    assert (code, len(document["intervals"])) == (0, 3)
+    assert run(capsys, "detect", DIRTY, "--fail-over", 7)[0] == 1
+    assert run(capsys, "detect", DIRTY, "--fail-over", 8)[0] == 0
+
+
+def test_a_profile_sets_tau_per_chain(capsys, tmp_path):
+    profile = tmp_path / "p.toml"
+    profile.write_text("[LeftForeArm]\ntau_deg = 110.0\n")
+    _, document = run_json(capsys, "detect", DIRTY, "--profile", profile)
+    assert document["tau_deg"]["LeftForeArm"] == pytest.approx(110.0)
+    assert len([i for i in document["intervals"] if i["chain"] == "LeftForeArm"]) == 1
+    profile.write_text("[LeftForeArm\n")
+    code, _, err = run(capsys, "detect", DIRTY, "--profile", profile)
+    assert (code, err.count("\n")) == (2, 1)
+
+
+def test_the_whole_way_round(capsys, tmp_path):
+    dirty, truth, refined = (tmp_path / n for n in ("d.bvh", "t.json", "r.bvh"))
+    assert run(capsys, "inject", WALK, "-o", dirty, "--truth", truth, "--seed", 5)[0] == 0
+    assert (
+        run(capsys, "refine", dirty, "-o", refined, "--method", "paper", "--report", tmp_path)[0]
+        == 0
+    )
+    words = ("evaluate", "--truth", truth, "--clean", WALK, "--refined", refined)
+    code, document = run_json(capsys, *words)
+    assert code == 0
+    assert document["overall"]["fsr_percent"] >= 95.0
+    code, out, _ = run(capsys, *words)
+    assert "Overall" in out
+    code, document = run_json(capsys, "diff", WALK, dirty)
+    assert document["frames"] > 0
+    assert document["max_position_of_height"] < 1e-6
+    assert (tmp_path / "d.report.html").read_text(encoding="utf-8").count("<tr>") > 3
+
+
+def test_injection_is_the_same_for_a_seed(capsys, tmp_path):
+    out, truth = tmp_path / "w.bvh", tmp_path / "t.json"
+    assert run(capsys, "inject", WALK, "-o", out, "--truth", truth, "--seed", 48)[0] == 0
+    assert out.read_bytes() == DIRTY.read_bytes()
+    assert truth.read_bytes() == TRUTH.read_bytes()
+
+
+def test_signals_csv(capsys, tmp_path):
+    table = tmp_path / "s.csv"
+    assert run(capsys, "signals", DIRTY, "--csv", table, "--chain", "LeftForeArm")[0] == 0
+    lines = table.read_text().splitlines()
+    assert lines[0].startswith("chain,frame,theta_p_deg")
+    assert len(lines) == 345
+
+
+def test_diff_of_a_clip_with_itself_is_nothing(capsys):
+    code, document = run_json(capsys, "diff", WALK, WALK)
+    assert (code, document["joints"], document["max_position"]) == (0, [], 0.0)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("detect", "none.bvh"),
+        ("detect", TRUTH),
+        ("detect", WALK, "--tau", "-1"),
+        ("detect", WALK, "--tau", "many"),
+        ("detect", WALK, "--chain", "Tail"),
+        ("refine", WALK, "-o", WALK),
+        ("refine", WALK, "-o", ASSETS / "no" / "folder.bvh"),
+        ("apply", WALK, WALK, "-o", "x.bvh"),
+        ("evaluate", "--truth", WALK, "--clean", WALK, "--refined", WALK),
+        ("evaluate", "--truth", TRUTH, "--clean", ASSETS / "dance.bvh", "--refined", WALK),
+        ("diff", WALK, ASSETS / "dance.bvh"),
+        ("frobnicate",),
+    ],
+)
+def test_refusals_are_one_line_and_exit_2(capsys, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = WALK.read_bytes()
+    code, out, err = run(capsys, *words)
+    assert code == 2
+    assert err.strip()
+    assert err.count("\n") == 1
+    assert out == ""
+    assert "Traceback" not in err
+    assert WALK.read_bytes() == before
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_clip_without_a_chain_exits_1_and_says_so(capsys, tmp_path):
+    clip = tmp_path / "stick.bvh"
+    clip.write_text(
+        "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+        "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0\n1 1 1\n"
+    )
+    assert run(capsys, "info", clip)[0] == 0
+    code, _, err = run(capsys, "detect", clip)
+    assert code == 1
+    assert "no chain" in err
+
+
+def test_the_core_starts_without_qt_or_vtk():
+    heavy = "'PySide6', 'vtk', 'pyvista', 'pyqtgraph'"
+    code = f"import sys, twistcore.cli; sys.exit(any(m in sys.modules for m in ({heavy})))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

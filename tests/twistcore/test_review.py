@@ -1,0 +1,203 @@
+"""Decisions, undo, and the session that keeps them."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.conftest import ASSETS
+from twistcore.bvh import patch_rotations, read_bvh
+from twistcore.bvh.patch import changed_rotations
+from twistcore.chain import find_chains
+from twistcore.detection import Interval, detect
+from twistcore.errors import ClipMismatchError, FormatError
+from twistcore.review import (
+    Annotate,
+    Decide,
+    Decision,
+    Edit,
+    Insert,
+    Redetect,
+    Remove,
+    Review,
+    accepted_motion,
+    read_session,
+    session_bytes,
+    start_review,
+    write_session,
+)
+from twistcore.review.model import constant, levelled, resized
+from twistcore.review.session import check_belongs
+
+CLIP = read_bvh(ASSETS / "walk_injected.bvh")
+CHAINS = find_chains(CLIP.motion)
+TAU = {c.name: np.radians(5.0) for c in CHAINS}
+
+
+def fresh():
+    found = detect(CLIP.motion, CHAINS, tau=TAU)
+    return Review(start_review("paper", TAU, found, [c.name for c in CHAINS]))
+
+
+def redetect(chain, degrees, drag=0):
+    tau = float(np.radians(degrees))
+    found = detect(CLIP.motion, [c for c in CHAINS if c.name == chain], tau=tau)
+    return Redetect({chain: tau}, found, drag=drag)
+
+
+def commands(state):
+    ids = st.sampled_from([j.id for j in state.intervals])
+    return st.one_of(
+        st.builds(Decide, st.tuples(ids), st.sampled_from(list(Decision)), st.just("me")),
+        st.builds(Annotate, ids, st.text(max_size=8)),
+        st.builds(
+            lambda i, grow: Edit(
+                i,
+                resized(
+                    state.find(i).interval,
+                    state.find(i).interval.start,
+                    state.find(i).interval.stop + grow,
+                ),
+            ),
+            ids,
+            st.integers(0, 5),
+        ),
+        st.builds(lambda i, d: Edit(i, levelled(state.find(i).interval, d)), ids, st.floats(-3, 3)),
+        st.builds(lambda s: Insert(constant("LeftArm", s, s + 4, 0.5)), st.integers(0, 300)),
+        st.builds(redetect, st.sampled_from(["LeftForeArm", "RightUpLeg"]), st.floats(0.5, 150)),
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.data())
+def test_undo_brings_every_state_back_and_redo_does_it_again(data):
+    review = fresh()
+    states = [review.state]
+    for _ in range(data.draw(st.integers(1, 8))):
+        review.do(data.draw(commands(review.state)))
+        states.append(review.state)
+    documents = [session_bytes(CLIP, s) for s in states]
+    for expected in reversed(documents[:-1]):
+        review.undo()
+        assert session_bytes(CLIP, review.state) == expected
+    assert review.undo_text == ""
+    for expected in documents[1:]:
+        review.redo()
+        assert session_bytes(CLIP, review.state) == expected
+    assert review.redo_text == ""
+
+
+def test_a_command_that_fails_is_no_step():
+    review = fresh()
+    before = review.state
+    with pytest.raises(KeyError):
+        review.do(Decide((999,), Decision.ACCEPTED))
+    with pytest.raises(ValueError, match="hand-made"):
+        review.do(Remove(before.intervals[0].id))
+    assert review.state is before
+    assert review.undo_text == ""
+
+
+def test_a_decided_interval_survives_any_tau():
+    review = fresh()
+    judged = next(j for j in review.state.intervals if j.interval.chain == "LeftForeArm")
+    review.do(Decide((judged.id,), Decision.ACCEPTED, "me", "now"))
+    review.do(redetect("LeftForeArm", 179.0))
+    kept = review.state.find(judged.id)
+    assert (kept.decision, kept.supported) == (Decision.ACCEPTED, False)
+    assert len(review.state.of_chain("LeftForeArm")) == 1
+    review.do(redetect("LeftForeArm", 5.0))
+    back = review.state.find(judged.id)
+    assert (back.decision, back.supported) == (Decision.ACCEPTED, True)
+    assert len(review.state.of_chain("LeftForeArm")) == 3
+
+
+def test_an_undecided_interval_keeps_its_id_while_tau_moves():
+    review = fresh()
+    ids = {j.interval.start: j.id for j in review.state.of_chain("RightUpLeg")}
+    review.do(redetect("RightUpLeg", 6.0))
+    assert {j.interval.start: j.id for j in review.state.of_chain("RightUpLeg")} == ids
+
+
+def test_other_chains_keep_what_they_have():
+    review = fresh()
+    others = [j for j in review.state.intervals if j.interval.chain != "LeftForeArm"]
+    review.do(redetect("LeftForeArm", 1.0))
+    assert [j for j in review.state.intervals if j.interval.chain != "LeftForeArm"] == others
+
+
+def test_one_drag_is_one_step_and_two_intervals_never_are():
+    review = fresh()
+    a, b = (j for j in review.state.intervals[:2])
+    for stop in (30, 31, 32):
+        review.do(Edit(a.id, resized(a.interval, a.interval.start, stop), drag=1))
+    review.do(Edit(b.id, resized(b.interval, b.interval.start, b.interval.stop + 1), drag=1))
+    review.undo()
+    assert review.state.find(a.id).interval.stop == 32
+    review.undo()
+    assert review.state.find(a.id).interval.stop == a.interval.stop
+    assert review.undo_text == ""
+
+
+def test_resized_keeps_offsets_and_continues_them():
+    interval = Interval("c", 10, 13, np.array([0.1, 0.2, 0.3]))
+    np.testing.assert_allclose(resized(interval, 8, 15).offset, [0.1, 0.1, 0.1, 0.2, 0.3, 0.3, 0.3])
+    np.testing.assert_allclose(resized(interval, 11, 12).offset, [0.2])
+    assert levelled(interval, 1.0).delta == pytest.approx(1.0)
+
+
+def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
+    review = fresh()
+    ids = [j.id for j in review.state.intervals]
+    review.do(Decide(tuple(ids[:4]), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
+    review.do(Decide((ids[4],), Decision.REJECTED, "Ada", "2026-01-01T00:00:01+00:00"))
+    review.do(Annotate(ids[4], "a real turn – no error"))
+    review.do(Edit(ids[0], levelled(review.state.find(ids[0]).interval, 1.234567891234)))
+    review.do(Insert(constant("LeftLeg", 100, 110, -0.7)))
+    path = tmp_path / "walk.twist.json"
+    write_session(path, CLIP, review.state)
+    session = read_session(path)
+    check_belongs(session, CLIP, CHAINS)
+    assert session_bytes(CLIP, session.state) == path.read_bytes()
+
+    def exported(state):
+        motion = accepted_motion(CLIP, CHAINS, state)
+        return patch_rotations(CLIP, motion, changed_rotations(CLIP, motion))
+
+    assert exported(session.state) == exported(review.state)
+    assert exported(session.state) != CLIP.data
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda _: b"{",
+        lambda _: b"[]",
+        lambda _: b"\xff\xfe",
+        lambda d: json.dumps({**json.loads(d), "schema": "other/1"}).encode(),
+        lambda d: json.dumps({k: v for k, v in json.loads(d).items() if k != "intervals"}).encode(),
+        lambda d: d.replace(b'"undecided"', b'"perhaps"'),
+        lambda d: d.replace(b'"stop": 27', b'"stop": 2'),
+    ],
+)
+def test_a_damaged_session_is_one_sentence(tmp_path, damage):
+    path = tmp_path / "s.json"
+    path.write_bytes(damage(session_bytes(CLIP, fresh().state)))
+    with pytest.raises(FormatError) as caught:
+        read_session(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_session_of_another_clip_is_refused(tmp_path):
+    path = tmp_path / "s.json"
+    write_session(path, CLIP, fresh().state)
+    other = read_bvh(ASSETS / "walk.bvh")
+    with pytest.raises(ClipMismatchError, match="another version"):
+        check_belongs(read_session(path), other, CHAINS)
+    session = read_session(path)
+    with pytest.raises(ClipMismatchError, match="chain"):
+        check_belongs(replace(session, sha256=other.sha256), other, ())
