@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
-from PySide6.QtWidgets import QMenuBar, QWidget
+from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,10 @@ def specs() -> tuple[ActionSpec, ...]:
     return tuple(a for a in ACTIONS if isinstance(a, ActionSpec))
 
 
-def build_actions(window: QWidget, bar: QMenuBar) -> Mapping[str, QAction]:
-    """QActions by id, in the menus of `bar`, each connected to the window's method of its name."""
+def build_actions(
+    window: QWidget, bar: QMenuBar
+) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
+    """QActions by id, each connected to the window's method of its name, and the menus by name."""
     menus = {name: bar.addMenu(f"&{name}") for name in MENUS}
     groups: dict[str, QActionGroup] = {}
     actions: dict[str, QAction] = {}
@@ -121,7 +123,7 @@ def build_actions(window: QWidget, bar: QMenuBar) -> Mapping[str, QAction]:
             group.addAction(action)
         window.addAction(action)
         actions[spec.id] = action
-    return actions
+    return actions, menus
 
 
 def shortcuts_markdown() -> str:

@@ -40,13 +40,15 @@ from twistcore.review.model import constant, resized
 SAMPLE = Path(__file__).parent.parent / "assets" / "walk_injected.bvh"
 _STATE_VERSION = 1
 _NEW_FRAMES = 10
+_LEFT_WIDTH, _RIGHT_WIDTH = 330, 500
 _TEN = 10
 
 
 class MainWindow(QMainWindow):
     """The program's window."""
 
-    def __init__(self, settings: Settings, settings_file: Path) -> None:
+    def __init__(self, settings: Settings, settings_file: Path | None) -> None:
+        """`settings_file`: where to keep the settings at the end; None: nowhere."""
         super().__init__()
         self.settings, self._settings_file = settings, settings_file
         self.document = Document(self)
@@ -56,7 +58,7 @@ class MainWindow(QMainWindow):
         self.setAcceptDrops(True)
         self.setWindowTitle("Twist Inspector")
         self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.AllowNestedDocks)
-        self.actions_by_id = build_actions(self, self.menuBar())
+        self.actions_by_id, self._menus = build_actions(self, self.menuBar())
         self._build()
         self._connect()
         self._restore()
@@ -88,7 +90,7 @@ class MainWindow(QMainWindow):
         self._dock("Curves", self.timeline, Qt.DockWidgetArea.BottomDockWidgetArea)
         left = self._dock("Chains", self.chains, Qt.DockWidgetArea.LeftDockWidgetArea)
         rest = self._dock("Intervals", right, Qt.DockWidgetArea.RightDockWidgetArea)
-        self.resizeDocks([left, rest], [290, 430], Qt.Orientation.Horizontal)
+        self.resizeDocks([left, rest], [_LEFT_WIDTH, _RIGHT_WIDTH], Qt.Orientation.Horizontal)
         tools = QToolBar("Tools")
         tools.setObjectName("tools")
         tools.setMovable(False)
@@ -102,13 +104,12 @@ class MainWindow(QMainWindow):
             else:
                 tools.addSeparator()
         self.addToolBar(tools)
-        menus = {a.text().strip("&"): a.menu() for a in self.menuBar().actions()}
-        view = menus["View"]
+        view = self._menus["View"]
         view.addSeparator()
         for dock in self.findChildren(QDockWidget):
             view.addAction(dock.toggleViewAction())
         self.recent_menu = QMenu("Recent", self)
-        menus["File"].insertMenu(self.actions_by_id["save_session"], self.recent_menu)
+        self._menus["File"].insertMenu(self.actions_by_id["save_session"], self.recent_menu)
         self.position = QLabel()
         self.decided = QLabel()
         for label in (self.position, self.decided):
@@ -511,6 +512,7 @@ class MainWindow(QMainWindow):
         self.player.pause()
         self.settings.geometry = bytes(self.saveGeometry().toHex().data()).decode()
         self.settings.layout = bytes(self.saveState(_STATE_VERSION).toHex().data()).decode()
-        save_settings(self._settings_file, self.settings)
+        if self._settings_file is not None:
+            save_settings(self._settings_file, self.settings)
         self.viewport.close()
         super().closeEvent(event)

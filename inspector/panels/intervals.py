@@ -32,10 +32,21 @@ from inspector.theme import Theme
 from twistcore.review import Decision, Judged
 
 _Index = QModelIndex | QPersistentModelIndex
-_HEADS = ("Chain", "Start", "Stop", "Time", "δ", "Conf.", "Decision", "Note")
+_HEADS = ("Chain", "Decision", "Start", "Stop", "Frames", "δ", "Time", "Conf.", "Note")
+_SAMPLES = (
+    "Right Shoulder",
+    "✗ rejected",
+    "00000",
+    "00000",
+    "Frames",
+    "−180.0°",
+    "000.00 s",
+    "Conf.",
+)
+_CONFIDENCE = _HEADS.index("Conf.")
 SORT_ROLE = Qt.ItemDataRole.UserRole
 MARKS = {
-    Decision.UNDECIDED: "· open",
+    Decision.UNDECIDED: "· undecided",
     Decision.ACCEPTED: "✓ accepted",
     Decision.REJECTED: "✗ rejected",
 }
@@ -86,17 +97,18 @@ class _IntervalModel(QAbstractTableModel):
             interval = judged.interval
             return (
                 interval.chain,
+                judged.decision.value,
                 interval.start,
                 interval.stop,
-                interval.start,
+                interval.frames,
                 abs(interval.delta),
+                interval.start,
                 -1.0 if interval.confidence is None else interval.confidence,
-                judged.decision.value,
                 judged.note,
             )[index.column()]
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(index.column())
-        if role == Qt.ItemDataRole.ForegroundRole and index.column() == 6:
+        if role == Qt.ItemDataRole.ForegroundRole and index.column() == 1:
             return QColor(
                 {
                     Decision.UNDECIDED: self.theme.undecided,
@@ -116,12 +128,13 @@ class _IntervalModel(QAbstractTableModel):
             decision += " (below τ)"
         return (
             self._document.find_chain(interval.chain).label,
+            decision,
             str(interval.start),
             str(interval.stop),
+            str(interval.frames),
+            f"{np.degrees(interval.delta):+.1f}°".replace("-", "−"),
             f"{interval.start * self._document.data.motion.frame_time:.2f} s",
-            f"{np.degrees(interval.delta):+.1f}°",
             "–" if interval.confidence is None else f"{interval.confidence:.2f}",
-            decision,
             judged.note,
         )
 
@@ -143,7 +156,7 @@ def _tip(judged: Judged) -> str:
 
 
 def _alignment(column: int) -> Qt.AlignmentFlag:
-    right = 1 <= column <= 5
+    right = 2 <= column <= 7
     side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
     return side | Qt.AlignmentFlag.AlignVCenter
 
@@ -219,18 +232,8 @@ class IntervalsPanel(QWidget):
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         header.setStretchLastSection(True)
         metrics = self.fontMetrics()
-        for column, sample in enumerate(
-            (
-                "Right Shoulder",
-                "000000",
-                "000000",
-                "000.00 s",
-                "+180.0°",
-                "Conf.0",
-                MARKS[Decision.ACCEPTED],
-            )
-        ):
-            table.setColumnWidth(column, metrics.horizontalAdvance(sample) + 18)
+        for column, sample in enumerate(_SAMPLES):
+            table.setColumnWidth(column, metrics.horizontalAdvance(sample) + 14)
         table.selectionModel().currentRowChanged.connect(self._row_selected)
         table.doubleClicked.connect(lambda _index: self.activated.emit())
         return table
@@ -254,6 +257,8 @@ class IntervalsPanel(QWidget):
         self._proxy.invalidate()
         intervals = self._document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
+        known = any(j.interval.confidence is not None for j in intervals)
+        self.table.setColumnHidden(_CONFIDENCE, not known)
         self.count.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
         if not self._document.data:
             self._hint.setText("Open a BVH: its suspicious intervals are listed here.")

@@ -12,13 +12,14 @@ from PySide6.QtWidgets import (
     QLabel,
     QSlider,
     QSpinBox,
-    QStyle,
     QToolButton,
     QWidget,
 )
 
 from inspector.document import Document, Show
 from inspector.playback import SPEEDS, Player
+
+_PLAY, _PAUSE = "Play", "Pause"
 
 
 class Transport(QWidget):
@@ -33,21 +34,22 @@ class Transport(QWidget):
     ) -> None:
         super().__init__(parent)
         self._document, self._player = document, player
-        self._play_action = actions["toggle_play"]
-        style = self.style()
-        pixmaps = QStyle.StandardPixmap
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 4, 8, 4)
-        for name, pixmap in (
-            ("previous_frame", pixmaps.SP_MediaSeekBackward),
-            ("toggle_play", pixmaps.SP_MediaPlay),
-            ("next_frame", pixmaps.SP_MediaSeekForward),
+        self._play = QToolButton()
+        for name, button, glyph in (
+            ("previous_frame", QToolButton(), "◀"),
+            ("toggle_play", self._play, _PLAY),
+            ("next_frame", QToolButton(), "▶"),
         ):
-            actions[name].setIcon(style.standardIcon(pixmap))
-            button = QToolButton()
-            button.setDefaultAction(actions[name])
+            # Glyphs, not the style's pictures: those are black on a dark window.
+            button.setText(glyph)
+            button.setToolTip(actions[name].toolTip())
+            button.setAccessibleName(actions[name].text())
             button.setAutoRaise(True)
+            button.clicked.connect(actions[name].trigger)
             layout.addWidget(button)
+        self._play.setFixedWidth(self._play.fontMetrics().horizontalAdvance("Pause") + 20)
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.frame = QSpinBox()
@@ -101,9 +103,6 @@ class Transport(QWidget):
         self.show_box.setCurrentIndex(list(Show).index(self._document.show))
 
     def _player_changed(self) -> None:
-        pixmap = QStyle.StandardPixmap
-        playing = self._player.playing
-        icon = pixmap.SP_MediaPause if playing else pixmap.SP_MediaPlay
-        self._play_action.setIcon(self.style().standardIcon(icon))
+        self._play.setText(_PAUSE if self._player.playing else _PLAY)
         speed = abs(self._player.speed)
         self.speed.setCurrentIndex(min(range(len(SPEEDS)), key=lambda k: abs(SPEEDS[k] - speed)))
