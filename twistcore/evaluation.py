@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.chain import Chain
+from twistcore.chain import SEGMENTS, Chain
 from twistcore.errors import ClipMismatchError
 from twistcore.motion import Motion
 from twistcore.rotation import Array, geodesic_angle
@@ -113,7 +113,7 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
     keys = list(dict.fromkeys((e.side, e.segment) for e in every))
     rows = tuple(
         _row(side, segment, [e for e in every if (e.side, e.segment) == (side, segment)])
-        for side, segment in sorted(keys, key=lambda k: k[0])
+        for side, segment in sorted(keys, key=_table_order)
     )
     change = np.concatenate([s.clean_change for s in samples]) if samples else np.zeros(0)
     return Evaluation(
@@ -122,6 +122,11 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
         damage_share=100.0 * float((change > DAMAGE).mean()) if len(change) else 0.0,
         damage_mean=float(np.degrees(change.mean())) if len(change) else 0.0,
     )
+
+
+def _table_order(key: tuple[str, str]) -> tuple[str, int, str]:
+    side, segment = key
+    return side, SEGMENTS.index(segment) if segment in SEGMENTS else len(SEGMENTS), segment
 
 
 def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> Row:

@@ -1,0 +1,76 @@
+"""docs/formats.md shows what the programs really write."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ASSETS
+from twistcore.cli import main
+
+PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+EXAMPLES = {
+    (document := json.loads(block))["schema"]: document
+    for block in re.findall(r"```json\n(.*?)```", PAGE, re.S)
+}
+BY_NAME = {"tau_deg", "off_axis"}  # objects whose keys are joints, not words of the format
+
+
+def shape(value, key=""):
+    """The keys of a document, lists by their first entry, leaves by kind."""
+    if isinstance(value, dict):
+        return "by name" if key in BY_NAME else {k: shape(v, k) for k, v in sorted(value.items())}
+    if isinstance(value, list):
+        return [shape(value[0])] if value and not isinstance(value[0], str) else []
+    if value is None or isinstance(value, bool):
+        return type(value).__name__
+    return "number" if isinstance(value, int | float) else "text"
+
+
+@pytest.fixture(scope="module")
+def real(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("formats")
+    walk, dirty = str(ASSETS / "walk.bvh"), str(ASSETS / "walk_injected.bvh")
+    truth, out = str(ASSETS / "walk_injected.truth.json"), str(folder / "walk.bvh")
+    import contextlib
+    import io
+
+    def printed(*words):
+        with contextlib.redirect_stdout(io.StringIO()) as stream:
+            assert main(words) == 0
+        return json.loads(stream.getvalue())
+
+    with contextlib.redirect_stdout(io.StringIO()):
+        main(["refine", dirty, "-o", out, "--report", str(folder), "--method", "paper"])
+    documents = [
+        printed("detect", dirty, "--json", "--explain", "--method", "paper"),
+        printed("info", walk, "--json"),
+        json.loads(Path(truth).read_text()),
+        printed("evaluate", "--truth", truth, "--clean", walk, "--refined", out, "--json"),
+        printed("diff", walk, dirty, "--json"),
+        json.loads((folder / "walk_injected.report.json").read_text()),
+        session_document(dirty),
+    ]
+    return {d["schema"]: d for d in documents}
+
+
+def session_document(path):
+    from twistcore.bvh import read_bvh
+    from twistcore.chain import find_chains
+    from twistcore.detection import detect
+    from twistcore.review import session_bytes, start_review
+
+    clip = read_bvh(path)
+    chains = find_chains(clip.motion)
+    found = [i for i in detect(clip.motion, chains, "paper") if len(set(i.offset)) == 1]
+    return json.loads(session_bytes(clip, start_review("paper", {"LeftArm": 0.1}, found, [])))
+
+
+@pytest.mark.parametrize("schema", EXAMPLES)
+def test_the_example_has_the_shape_of_real_output(schema, real):
+    assert shape(EXAMPLES[schema]) == shape(real[schema])
+
+
+def test_no_document_is_missing_from_the_page(real):
+    assert set(EXAMPLES) == set(real)
