@@ -1,0 +1,227 @@
+"""One plot of the time line: axes, curves, layers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QColor, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from inspector.plots.curves import from_root_scale, root_scale
+from inspector.plots.gestures import TimeView
+from inspector.plots.layers import BackLayer, FrontLayer, Scenery
+from inspector.theme import Theme, figures_font
+from twistcore.rotation import Array
+
+_AXIS_WIDTH = 46
+_AXIS_HEIGHT = 17
+_SMOOTH = 500  # frames in view up to which lines are antialiased: more of them cost too much
+_ROOT_TICKS = (1, 5, 20, 50, 100, 180)
+_TICK_ROOM = 13.0  # pixels between two labels of the root scale
+
+
+@dataclass(frozen=True)
+class CurveStyle:
+    """name; role: the theme's colour; dashed: θc."""
+
+    name: str
+    role: str
+    dashed: bool = False
+
+
+class _Axis(pg.AxisItem):
+    """An axis that leaves the mouse to the plot."""
+
+    def mouseClickEvent(self, event: Any) -> None:
+        """A click beside the plot means nothing."""
+        event.ignore()
+
+
+class DegreesAxis(_Axis):
+    """Numbers with their unit."""
+
+    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
+        """None so near an end that its label would be cut."""
+        room = _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
+        return [
+            (spacing, [v for v in values if low + room <= v <= high - room])
+            for spacing, values in super().tickValues(low, high, size)
+        ]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """As many decimals as the spacing needs."""
+        decimals = max(0, int(np.ceil(-np.log10(spacing) - 1e-9))) if spacing < 1 else 0
+        return [f"{v:.{decimals}f}°".replace("-", "−") for v in values]
+
+
+class RootAxis(_Axis):
+    """Degrees on a signed square root scale."""
+
+    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
+        """Round degrees, as many as find room."""
+        room = _TICK_ROOM * (high - low) / max(size, 1.0)
+        chosen: list[float] = [0.0]
+        for degrees in _ROOT_TICKS:
+            at = float(root_scale(float(degrees)))
+            if at - chosen[-1] >= room:
+                chosen.append(at)
+        ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}
+        return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """The degrees that a place stands for."""
+        return [f"{from_root_scale(v):.0f}°".replace("-", "−") for v in values]
+
+
+class FrameAxis(_Axis):
+    """Whole frames only."""
+
+    def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
+        """No fractions of a frame."""
+        return [s for s in super().tickSpacing(low, high, size) if s[0] >= 1.0] or [(1.0, 0.0)]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """Integers."""
+        return [f"{v:.0f}".replace("-", "−") for v in values]
+
+
+class Pane(pg.PlotWidget):
+    """A plot with its curves. It shows what it is given and asks nobody."""
+
+    def __init__(
+        self,
+        key: str,
+        styles: tuple[CurveStyle, ...],
+        scenery: Scenery,
+        *,
+        root: bool = False,
+        shade: bool = True,
+        glyphs: bool = False,
+        parent: QWidget | None = None,
+    ) -> None:
+        self.key = key
+        self.view = TimeView()
+        self.view.key = key
+        degrees = RootAxis("left") if root else DegreesAxis("left")
+        super().__init__(
+            parent=parent,
+            viewBox=self.view,
+            axisItems={"left": degrees, "bottom": FrameAxis("bottom")},
+            enableMenu=False,
+        )
+        self.root = root
+        self._styles = styles
+        self._smooth = False
+        self._scenery = scenery
+        plot = self.getPlotItem()
+        plot.hideButtons()
+        plot.layout.setContentsMargins(0, 2, 8, 0)
+        plot.getAxis("left").setWidth(_AXIS_WIDTH)
+        plot.getAxis("bottom").setHeight(_AXIS_HEIGHT)
+        for side in ("left", "bottom"):
+            axis = plot.getAxis(side)
+            axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
+            axis.enableAutoSIPrefix(False)
+        self.curves = {s.name: pg.PlotDataItem(skipFiniteCheck=True) for s in styles}
+        for style in styles:
+            curve = self.curves[style.name]
+            curve.setDownsampling(auto=True, method="peak")
+            curve.setClipToView(True)
+            curve.opts["autoDownsampleFactor"] = 1.0  # two points a pixel; 5 would draw ten
+            self.addItem(curve)
+        self.view.disableAutoRange()
+        self.back = BackLayer(self.view, scenery, shade=shade, glyphs=glyphs)
+        self.front = FrontLayer(self.view, scenery)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumHeight(40)
+        self.setFrameShape(self.Shape.NoFrame)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Colours of paper, axes and lines."""
+        self.setBackground(theme.surface)
+        for side in ("left", "bottom"):
+            axis = self.getPlotItem().getAxis(side)
+            axis.setPen(QPen(QColor(theme.line), 1.0))
+            axis.setTextPen(QColor(theme.soft))
+        self._set_pens()
+        self.back.update()
+        self.front.update()
+
+    def _set_pens(self) -> None:
+        theme = self._scenery.theme
+        for style in self._styles:
+            pen = QPen(QColor(getattr(theme, style.role)), 1.4 if self._smooth else 1.0)
+            pen.setCosmetic(True)
+            if style.dashed:
+                pen.setDashPattern([5.0, 3.0])
+            curve = self.curves[style.name]
+            curve.opts["antialias"] = self._smooth
+            curve.setPen(pen)
+            curve.updateItems(styleUpdate=True)
+
+    def set_curve(self, name: str, x: Array, y: Array) -> None:
+        """Give a line its points; y in degrees, NaN where it is broken."""
+        broken = bool(np.isnan(y).any())
+        self.curves[name].setData(
+            x,
+            root_scale(y) if self.root else y,
+            connect="finite" if broken else "all",
+            skipFiniteCheck=not broken,
+        )
+
+    def show_values(self, low: float, high: float) -> None:
+        """Range in degrees, with room above for the title; a range from 0 keeps 0 at the foot."""
+        if self.root:
+            low, high = float(root_scale(low)), float(root_scale(high))
+        span = high - low
+        foot = 0.0 if low == 0.0 else 0.07
+        self.view.setYRange(low - foot * span, high + 0.24 * span, padding=0.0)
+
+    def show_frames(self, first: float, last: float) -> None:
+        """Range in time."""
+        smooth = last - first <= _SMOOTH
+        if smooth != self._smooth:
+            self._smooth = smooth
+            self._set_pens()
+        self.view.setXRange(first, last, padding=0.0)
+
+    def set_bottom(self, *, shown: bool) -> None:
+        """Frame numbers, for the lowest plot of a column; the others keep only the line."""
+        axis = self.getPlotItem().getAxis("bottom")
+        axis.setStyle(showValues=shown)
+        axis.setHeight(_AXIS_HEIGHT if shown else 3)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """No hint outlives the cursor's leaving."""
+        self.view.setToolTip("")
+        super().leaveEvent(event)
+
+    def tau_line(self, theme: Theme) -> pg.InfiniteLine:
+        """Add a line that is dragged up and down."""
+        line = pg.InfiniteLine(
+            angle=0,
+            movable=True,
+            label="τ",
+            labelOpts={"position": 0.985, "movable": False, "anchors": [(1.0, 1.0), (1.0, 1.0)]},
+        )
+        line.setZValue(30)
+        line.label.setFont(figures_font(8.5))
+        line.setCursor(Qt.CursorShape.SizeVerCursor)
+        self.addItem(line)
+        colour_tau(line, theme)
+        return line
+
+
+def colour_tau(line: pg.InfiniteLine, theme: Theme) -> None:
+    """The τ line in a theme's colour."""
+    hover = QPen(QColor(theme.tau), 3.0)
+    hover.setCosmetic(True)
+    pen = QPen(QColor(theme.tau), 1.6)
+    pen.setCosmetic(True)
+    line.setPen(pen)
+    line.setHoverPen(hover)
+    line.label.setColor(QColor(theme.tau))
