@@ -29,6 +29,7 @@ from twistcore.review import (
     read_session,
     start_review,
 )
+from twistcore.review.model import resized
 from twistcore.review.session import check_belongs
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, twist_signals
@@ -331,7 +332,9 @@ class Document(QObject):
 
     def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
         """Give an interval other frames (kept inside the clip) or another offset."""
-        self.do(Edit(interval_id, interval, drag))
+        start, stop = max(interval.start, 0), min(interval.stop, self.frames)
+        if start < stop:
+            self.do(Edit(interval_id, resized(interval, start, stop), drag))
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
         """Set τ, radians, of a chain (the selected one if none is named) and detect again."""

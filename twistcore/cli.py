@@ -12,7 +12,7 @@ from typing import NoReturn
 from twistcore import __version__, commands
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.errors import TwistError
-from twistcore.synthesis import PROTOCOLS
+from twistcore.synthesis import DESCRIPTIONS
 
 
 class _Parser(argparse.ArgumentParser):
@@ -87,7 +87,12 @@ def _parser() -> argparse.ArgumentParser:
     _output(inject)
     inject.add_argument("--truth", type=Path, required=True, metavar="TRUTH.json")
     inject.add_argument("--seed", type=int, required=True, metavar="N")
-    inject.add_argument("--protocol", choices=PROTOCOLS, default="P0")
+    inject.add_argument(
+        "--protocol",
+        default="P0",
+        metavar="NAME",
+        help="; ".join(f"{k}: {v}" for k, v in DESCRIPTIONS.items()) + "; joined by '+'",
+    )
     inject.set_defaults(run=commands.inject_errors)
 
     evaluate = subparsers.add_parser("evaluate", help="measure a refinement against the truth")

@@ -16,7 +16,15 @@ from typing import Any
 import numpy as np
 
 from twistcore.atomic import write_atomically
-from twistcore.bvh import Clip, read_bvh, write_bvh
+from twistcore.bvh import (
+    Clip,
+    changed_rotations,
+    parse_bvh,
+    patch_rotations,
+    read_bvh,
+    thinned,
+    write_bvh,
+)
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.compare import compare, difference_to_json
 from twistcore.detection import DETECTORS, Interval, resolve_tau
@@ -31,8 +39,11 @@ from twistcore.synthesis import (
     Truth,
     draw_errors,
     draw_targets,
+    enrich,
     generator,
     inject,
+    parse_protocol,
+    prepare,
     read_truth,
     write_truth,
 )
@@ -161,27 +172,34 @@ def apply(arguments: argparse.Namespace) -> int:
 
 def inject_errors(arguments: argparse.Namespace) -> int:
     """Put errors into a clip and write their truth."""
+    protocol = parse_protocol(arguments.protocol)
     clip = read_bvh(arguments.clip)
     _refuse_overwrite(arguments.output, arguments.clip)
     every = find_chains(clip.motion)
     chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
     if not chains:
         raise TwistError(f"{arguments.clip}: no chain that a twist error could be put into")
+    if protocol.rich:
+        rich = enrich(clip.motion, chains)
+        clip = parse_bvh(patch_rotations(clip, rich, changed_rotations(clip, rich)), clip.path)
+    clip = thinned(clip, protocol.step)
+    motion = clip.motion
     rng = generator(arguments.seed, arguments.clip.name)
-    errors = draw_errors(draw_targets(chains, rng), clip.motion.frames, rng)
-    write_bvh(clip, inject(clip.motion, chains, errors), arguments.output)
+    targets = draw_targets(chains, rng, protocol)
+    errors = draw_errors(targets, motion.frames, rng, protocol, fps=motion.fps)
+    write_bvh(clip, inject(motion, chains, errors), arguments.output)
     truth = Truth(
         arguments.clip.name,
-        arguments.protocol,
+        protocol.name,
         arguments.seed,
-        clip.motion.frames,
-        clip.motion.fps,
+        motion.frames,
+        motion.fps,
         errors,
     )
     write_truth(arguments.truth, truth)
     names = ", ".join(sorted({e.chain for e in errors}))
     print(f"{arguments.output}: {len(errors)} errors in {names or 'no chain'}, ", end="")
-    print(f"protocol {arguments.protocol}, seed {arguments.seed}")
+    print(f"protocol {protocol.name}, seed {arguments.seed}")
     return 0
 
 
@@ -194,12 +212,11 @@ def evaluate(arguments: argparse.Namespace) -> int:
     for truth, clean, refined in zip(
         arguments.truth, arguments.clean, arguments.refined, strict=True
     ):
-        source = read_bvh(clean)
-        chains = find_chains(source.motion)
+        source, known = read_bvh(clean).motion, read_truth(truth)
+        chains = find_chains(source)
+        base = prepare(source, chains, parse_protocol(known.protocol))
         try:
-            samples.append(
-                measure(read_truth(truth), source.motion, read_bvh(refined).motion, chains)
-            )
+            samples.append(measure(known, base, read_bvh(refined).motion, chains))
         except ClipMismatchError as error:
             raise ClipMismatchError(f"{refined}: {error}") from None
     table = summarise(samples)

@@ -132,11 +132,11 @@ def test_other_chains_keep_what_they_have():
 def test_one_drag_is_one_step_and_two_intervals_never_are():
     review = fresh()
     a, b = (j for j in review.state.intervals[:2])
-    for stop in (30, 31, 32):
+    for stop in (150, 151, 152):
         review.do(Edit(a.id, resized(a.interval, a.interval.start, stop), drag=1))
     review.do(Edit(b.id, resized(b.interval, b.interval.start, b.interval.stop + 1), drag=1))
     review.undo()
-    assert review.state.find(a.id).interval.stop == 32
+    assert review.state.find(a.id).interval.stop == 152
     review.undo()
     assert review.state.find(a.id).interval.stop == a.interval.stop
     assert review.undo_text == ""
@@ -180,7 +180,7 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
         lambda d: json.dumps({**json.loads(d), "schema": "other/1"}).encode(),
         lambda d: json.dumps({k: v for k, v in json.loads(d).items() if k != "intervals"}).encode(),
         lambda d: d.replace(b'"undecided"', b'"perhaps"'),
-        lambda d: d.replace(b'"stop": 27', b'"stop": 2'),
+        lambda d: d.replace(b'"stop": 138', b'"stop": 2'),
     ],
 )
 def test_a_damaged_session_is_one_sentence(tmp_path, damage):

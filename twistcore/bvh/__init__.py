@@ -3,6 +3,7 @@
 from twistcore.bvh.clip import Clip, JointChannels
 from twistcore.bvh.patch import changed_rotations, patch_rotations, write_bvh
 from twistcore.bvh.reader import parse_bvh, read_bvh
+from twistcore.bvh.thin import thinned
 
 __all__ = [
     "Clip",
@@ -11,5 +12,6 @@ __all__ = [
     "parse_bvh",
     "patch_rotations",
     "read_bvh",
+    "thinned",
     "write_bvh",
 ]

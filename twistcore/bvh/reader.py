@@ -75,6 +75,14 @@ def parse_bvh(data: bytes, path: str | Path = "clip.bvh", *, fps: float | None =
     )
 
 
+def timing_fields(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Byte spans of the numbers after 'Frames:' and 'Frame Time:' of a readable BVH."""
+    found = _MOTION.search(data)
+    timing = _TIMING.match(data, found.end()) if found else None
+    assert timing is not None
+    return timing.span(1), timing.span(2)
+
+
 def _line_of(data: bytes, offset: int) -> int:
     """1-based line number of a byte offset; CR, LF and CRLF each end a line."""
     return len((data[:offset] + b"x").splitlines())

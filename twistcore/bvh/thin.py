@@ -1,0 +1,26 @@
+"""A clip at a lower frame rate: whole rows are left out, the rest keeps its bytes."""
+
+from __future__ import annotations
+
+from twistcore.bvh.clip import Clip
+from twistcore.bvh.reader import parse_bvh, timing_fields
+
+
+def thinned(clip: Clip, step: int) -> Clip:
+    """Every step-th frame of a clip, beginning with frame 0, at fps / step."""
+    if step == 1:
+        return clip
+    frames, columns = clip.values.shape
+    starts, _ = clip.token_spans
+    heads = [*(int(s) for s in starts[: frames * columns : columns]), len(clip.data)]
+    kept = range(0, frames, step)
+    (f0, f1), (t0, t1) = timing_fields(clip.data)
+    pieces = [
+        clip.data[:f0],
+        str(len(kept)).encode(),
+        clip.data[f1:t0],
+        f"{clip.motion.frame_time * step:.9g}".encode(),
+        clip.data[t1 : heads[0]],
+        *(clip.data[heads[k] : heads[k + 1]] for k in kept),
+    ]
+    return parse_bvh(b"".join(pieces), clip.path)

@@ -1,0 +1,36 @@
+"""Twist errors put into a clip on purpose, seeded, with their truth [Choi26 §4.1]."""
+
+from twistcore.synthesis.errors import (
+    InjectedError,
+    draw_errors,
+    draw_targets,
+    generator,
+    inject,
+)
+from twistcore.synthesis.protocol import (
+    DESCRIPTIONS,
+    PROTOCOLS,
+    Protocol,
+    enrich,
+    parse_protocol,
+    prepare,
+)
+from twistcore.synthesis.truth import Truth, read_truth, truth_to_json, write_truth
+
+__all__ = [
+    "DESCRIPTIONS",
+    "PROTOCOLS",
+    "InjectedError",
+    "Protocol",
+    "Truth",
+    "draw_errors",
+    "draw_targets",
+    "enrich",
+    "generator",
+    "inject",
+    "parse_protocol",
+    "prepare",
+    "read_truth",
+    "truth_to_json",
+    "write_truth",
+]

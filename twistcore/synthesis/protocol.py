@@ -1,0 +1,151 @@
+"""Protocols: what a seeded error looks like, each one knob away from the paper's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.errors import TwistError
+from twistcore.motion import Motion
+from twistcore.rotation import (
+    Array,
+    conjugate,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+    twist_angle,
+)
+
+_RICH_DELAY = 37  # frames: long enough that the two sides of a gait do not fall together
+_RICH_SHARE = 0.5
+_RICH_LIMIT = 0.2  # radians a frame
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """Knobs of the injection; the defaults are P0 [Choi26 §4.1].
+
+    step: keep every step-th frame before injecting; rich: give the silent joint of each chain
+    motion of its own first; length: frames; delta: degrees; ramp: frames of a soft onset, inside;
+    jitter, leak: degrees of white noise on the offset and on the compensation; both: errors in two
+    chains that share a joint; border: the first two intervals touch the clip's ends; drift: seconds
+    over which the offset comes and goes; clean: nothing is injected.
+    """
+
+    name: str = "P0"
+    step: int = 1
+    rich: bool = False
+    length: tuple[int, int] = (1, 20)
+    delta: tuple[float, float] = (5.0, 180.0)
+    ramp: int = 0
+    jitter: float = 0.0
+    leak: float = 0.0
+    both: bool = False
+    border: bool = False
+    drift: tuple[float, float] | None = None
+    clean: bool = False
+
+
+_P0 = Protocol()
+PROTOCOLS: dict[str, Protocol] = {
+    "P0": _P0,
+    "H1": Protocol("H1", step=4),
+    "H2": Protocol("H2", step=2),
+    "H3-2": Protocol("H3-2", length=(5, 20), ramp=2),
+    "H3-4": Protocol("H3-4", length=(9, 20), ramp=4),
+    "H4": Protocol("H4", jitter=1.0),
+    "H5": Protocol("H5", leak=0.5),
+    "H6": Protocol("H6", delta=(2.0, 15.0)),
+    "H7": Protocol("H7", length=(20, 200)),
+    "H8": Protocol("H8", both=True),
+    "H9": Protocol("H9", border=True),
+    "H10": Protocol("H10", clean=True),
+    "H11": Protocol("H11", drift=(0.5, 3.0)),
+    "H12": Protocol("H12", rich=True),
+}
+DESCRIPTIONS = {
+    "P0": "level shifts of 1-20 frames, ±5…±180° [Choi26]",
+    "H1": "30 Hz (every 4th frame)",
+    "H2": "60 Hz (every 2nd frame)",
+    "H3-2": "onsets ramped over 2 frames",
+    "H3-4": "onsets ramped over 4 frames",
+    "H4": "1° of jitter inside the interval",
+    "H5": "0.5° of noise on the compensation",
+    "H6": "small: 2-15°",
+    "H7": "long: 20-200 frames",
+    "H8": "errors in two chains that share a joint",
+    "H9": "intervals touching the clip's ends",
+    "H10": "nothing injected",
+    "H11": "slow drift over 0.5-3 s",
+    "H12": "rich: the silent joint moves as well",
+}
+
+
+def parse_protocol(name: str) -> Protocol:
+    """A protocol by name, or several joined by '+', such as 'H12+H3-4'; TwistError otherwise."""
+    combined = _P0
+    for part in name.split("+"):
+        part = "H12" if part == "rich" else part
+        if part not in PROTOCOLS:
+            known = ", ".join(PROTOCOLS)
+            raise TwistError(f"no protocol {part!r}; expected {known}, or several joined by '+'")
+        knobs = PROTOCOLS[part]
+        changed = {
+            key: value
+            for key, value in vars(knobs).items()
+            if key != "name" and value != getattr(_P0, key)
+        }
+        combined = replace(combined, **changed)
+    return replace(combined, name=name)
+
+
+def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
+    """The clean motion of a protocol: enriched, then thinned out; itself for P0."""
+    if protocol.rich:
+        motion = enrich(motion, chains)
+    if protocol.step > 1:
+        motion = replace(
+            motion,
+            rotations=motion.rotations[:: protocol.step],
+            positions=motion.positions[:: protocol.step],
+            frame_time=motion.frame_time * protocol.step,
+        )
+    return motion
+
+
+def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
+    """Give the quieter joint of every chain a twist of its own: the control row 'rich'.
+
+    It gets half of the other side's livelier increments of the same segment, delayed by 37 frames,
+    clipped to ±0.2 rad a frame, accumulated. Chains without another side stay as they are.
+    """
+    rotations = motion.rotations.copy()
+    increments = {c.name: _increments(motion, c) for c in chains}
+    for chain in chains:
+        others = [c for c in chains if c.segment == chain.segment and c.side != chain.side]
+        if not chain.segment or not others:
+            continue
+        source = max(increments[others[0].name], key=lambda x: float(np.abs(x).mean()))
+        delayed = np.zeros(motion.frames)
+        delayed[_RICH_DELAY:] = _RICH_SHARE * source[: max(motion.frames - _RICH_DELAY, 0)]
+        angle = np.cumsum(np.clip(delayed, -_RICH_LIMIT, _RICH_LIMIT))
+        turn = quaternion_from_axis_angle(chain.axis, angle)
+        of_parent, of_child = (float(np.abs(x).mean()) for x in increments[chain.name])
+        if of_parent < of_child:
+            rotations[:, chain.parent] = multiply(rotations[:, chain.parent], turn)
+        else:
+            rotations[:, chain.child] = multiply(turn, rotations[:, chain.child])
+    return motion.with_rotations(normalise(rotations))
+
+
+def _increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
+    """Twist increments of parent and child about the bone, radians, (frames,) each."""
+    q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
+    axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]
+    x, y = np.zeros(motion.frames), np.zeros(motion.frames)
+    x[1:] = twist_angle(multiply(conjugate(q_p[:-1]), q_p[1:]), axis)
+    y[1:] = twist_angle(multiply(q_c[1:], conjugate(q_c[:-1])), axis)
+    return x, y

@@ -1,0 +1,92 @@
+"""The truth file: which errors were put into which clip."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twistcore.atomic import write_atomically
+from twistcore.errors import FormatError, TwistError
+from twistcore.synthesis.errors import InjectedError
+
+SCHEMA = "twistcore.truth/1"
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What was injected into which clip."""
+
+    clip: str
+    protocol: str
+    seed: int
+    frames: int
+    fps: float
+    errors: tuple[InjectedError, ...]
+
+
+def truth_to_json(truth: Truth) -> dict[str, Any]:
+    """The truth as a JSON document; angles in degrees."""
+    return {
+        "schema": SCHEMA,
+        "clip": truth.clip,
+        "protocol": truth.protocol,
+        "seed": truth.seed,
+        "frames": truth.frames,
+        "fps": truth.fps,
+        "errors": [_error_to_json(e) for e in truth.errors],
+    }
+
+
+def _error_to_json(error: InjectedError) -> dict[str, Any]:
+    entry: dict[str, Any] = {
+        "chain": error.chain,
+        "start": error.start,
+        "stop": error.stop,
+        "offset_deg": [round(float(d), 9) for d in np.degrees(error.offset)],
+    }
+    if error.leak is not None:
+        entry["leak_deg"] = [round(float(d), 9) for d in np.degrees(error.leak)]
+    return entry
+
+
+def write_truth(path: Path, truth: Truth) -> None:
+    """Write a truth file, atomically."""
+    write_atomically(path, (json.dumps(truth_to_json(truth), indent=1) + "\n").encode())
+
+
+def read_truth(path: Path) -> Truth:
+    """Read a truth file; FormatError or TwistError in one sentence."""
+    try:
+        document: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise FormatError(f"{path}: expected JSON ({error})") from None
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        raise FormatError(f"{path}: expected a document with schema {SCHEMA!r}")
+    try:
+        errors = tuple(
+            InjectedError(
+                e["chain"],
+                e["start"],
+                e["stop"],
+                np.radians(e["offset_deg"]),
+                np.radians(e["leak_deg"]) if "leak_deg" in e else None,
+            )
+            for e in document["errors"]
+        )
+        return Truth(
+            document["clip"],
+            document["protocol"],
+            document["seed"],
+            document["frames"],
+            document["fps"],
+            errors,
+        )
+    except (KeyError, TypeError) as error:
+        raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None
