@@ -61,18 +61,22 @@ class Soup:
     edges: Index
 
 
-def find_bones(motion: Motion, up: Array) -> tuple[Bone, ...]:
-    """Every bone with a length, sized by it; End Sites included."""
+def find_bones(motion: Motion, up: Array, height: float) -> tuple[Bone, ...]:
+    """Every bone with a length, sized by it and by the figure's height; End Sites included."""
     skeleton = motion.skeleton
-    pieces = [(int(p), j, _offset(motion, j)) for j, p in enumerate(skeleton.parents) if p >= 0]
+    pieces = [
+        (int(p), j, _offset(motion, j))
+        for j, p in enumerate(skeleton.parents)
+        if p >= 0 and not _is_free(motion, j)
+    ]
     pieces += [(joint, -1, np.asarray(offset)) for joint, offset in skeleton.ends]
     bones = []
     for parent, child, tip in pieces:
         length = float(np.linalg.norm(tip))
-        if length < _SHORTEST * skeleton.height:
+        if length < _SHORTEST * height:
             continue
         # Thin enough to keep its direction, broad enough to have a face.
-        width = np.clip(0.15 * length, 0.009 * skeleton.height, 0.026 * skeleton.height)
+        width = np.clip(0.15 * length, 0.009 * height, 0.026 * height)
         width = min(float(width), 0.35 * length)
         bones.append(Bone(parent, child, tip, _front(tip / length, up), width))
     return tuple(bones)
@@ -90,8 +94,7 @@ def build_soup(bones: tuple[Bone, ...], *, grown: float = 1.0, joints: bool = Tr
                 radius[joint] = max(radius.get(joint, 0.0), 0.50 * bone.width)
         radius.pop(-1, None)
         for joint, r in radius.items():
-            for triangle in _ICOSPHERE:
-                builder.polygon(r * triangle, joint, -1, JOINT)
+            builder.polygons(r * _SPHERE[0], _SPHERE[1], joint, -1, JOINT)
     return builder.soup()
 
 
@@ -112,6 +115,13 @@ def collapse(points: Array, soup: Soup, positions: Array, drawn: NDArray[np.bool
     hidden = ~drawn[soup.bone] & (soup.bone >= 0)
     points[hidden] = positions[soup.joint[hidden]]
     return points
+
+
+def _is_free(motion: Motion, joint: int) -> bool:
+    """True of hips that move against a root on the ground: no bone joins the two."""
+    below_root = motion.skeleton.parents[motion.skeleton.parents[joint]] < 0
+    offset = motion.translation(joint)
+    return bool(below_root and offset.ndim == 2 and np.ptp(offset, axis=0).any())
 
 
 def _offset(motion: Motion, joint: int) -> Array:
@@ -166,7 +176,7 @@ def _add_wedge(builder: _Builder, number: int, bone: Bone, grown: float) -> None
 
 
 class _Builder:
-    """Collects polygons that share no vertex: every face has a colour of its own."""
+    """Collects polygons; those of a wedge share no vertex, since each has a colour of its own."""
 
     def __init__(self) -> None:
         self._vertices: list[Array] = []
@@ -176,6 +186,11 @@ class _Builder:
 
     def polygon(self, corners: Array, joint: int, bone: int, part: int) -> None:
         self._faces += self._add(list(corners), joint, bone, part)
+
+    def polygons(self, corners: Array, faces: Index, joint: int, bone: int, part: int) -> None:
+        first = self._add(list(corners), joint, bone, part)[1]
+        for face in faces:
+            self._faces += [len(face), *(first + face)]
 
     def line(self, corners: list[Array], joint: int, bone: int, part: int) -> None:
         self._edges += self._add(corners, joint, bone, part)
@@ -198,28 +213,24 @@ class _Builder:
         )
 
 
-def _icosphere() -> Array:
-    """A unit icosahedron once subdivided, as triangles (80, 3, 3)."""
+def _sphere() -> tuple[Array, Index]:
+    """A unit icosahedron once subdivided: corners (42, 3), triangles (80, 3)."""
     g = (1.0 + 5.0**0.5) / 2.0
-    corners = normalise(
-        [(s, t * g, 0.0) for s in (-1, 1) for t in (-1, 1)]
-        + [(0.0, s, t * g) for s in (-1, 1) for t in (-1, 1)]
-        + [(t * g, 0.0, s) for s in (-1, 1) for t in (-1, 1)]
-    )
-    gap = np.linalg.norm(corners[:, None] - corners[None], axis=-1)
+    signs = [(s, t * g) for s in (-1, 1) for t in (-1, 1)]
+    corners = [(s, t, 0.0) for s, t in signs] + [(0.0, s, t) for s, t in signs]
+    twelve = normalise(corners + [(t, 0.0, s) for s, t in signs])
+    gap = np.linalg.norm(twelve[:, None] - twelve[None], axis=-1)
     near = (gap > 0.1) & (gap < 1.1)
-    out = []
-    for i in range(12):
-        for j in range(i + 1, 12):
-            for k in range(j + 1, 12):
-                if not (near[i, j] and near[j, k] and near[i, k]):
-                    continue
-                a, b, c = corners[[i, j, k]]
-                if np.cross(b - a, c - a) @ a < 0.0:
-                    b, c = c, b
-                ab, bc, ca = normalise(a + b), normalise(b + c), normalise(c + a)
-                out += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    return np.array(out)
+    edges = [(i, j) for i in range(12) for j in range(i + 1, 12) if near[i, j]]
+    middle = {edge: 12 + k for k, edge in enumerate(edges)}
+    points = np.vstack([twelve, normalise([twelve[i] + twelve[j] for i, j in edges])])
+    faces = []
+    for i, j in edges:
+        for k in range(j + 1, 12):
+            if near[i, k] and near[j, k]:
+                ij, jk, ik = middle[i, j], middle[j, k], middle[i, k]
+                faces += [(i, ij, ik), (j, jk, ij), (k, ik, jk), (ij, jk, ik)]
+    return points, np.array(faces, dtype=np.int64)
 
 
-_ICOSPHERE = _icosphere()
+_SPHERE = _sphere()

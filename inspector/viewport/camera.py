@@ -105,13 +105,30 @@ class OrbitCamera:
         return np.stack([x, y], axis=-1), depth
 
 
-def guess_up(skeleton: Skeleton) -> Array:
-    """Unit vector up: Y, or Z where the rest pose is much taller along Z; (3,)."""
-    rest = np.zeros((len(skeleton), 3))
-    for joint, parent in enumerate(skeleton.parents):
-        rest[joint] = skeleton.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
-    extent = np.ptp(rest, axis=0)
+def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
+    """Unit vector up, (3,): Y, or Z where the figure clearly stands along it.
+
+    From the knees to the shoulders over the clip, positions (frames, joints, 3): a rest pose may
+    be an arbitrary heap of bones. Without limbs the rest pose has to do.
+    """
+    knees = [c.parent for c in chains if c.segment == "Leg"]
+    shoulders = [c.parent for c in chains if c.segment == "Arm"]
+    if knees and shoulders:
+        rise = positions[:, shoulders].mean(axis=(0, 1)) - positions[:, knees].mean(axis=(0, 1))
+        extent = np.abs(rise)
+    else:
+        rest = np.zeros((len(skeleton), 3))
+        for joint, parent in enumerate(skeleton.parents):
+            rest[joint] = skeleton.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
+        extent = np.ptp(rest, axis=0)
     return np.eye(3)[2 if extent[2] > 1.5 * extent[1] else 1]
+
+
+def figure_size(positions: Array, skeleton: Skeleton) -> float:
+    """How tall the figure is, the file's length unit: no pose is larger, nor the rest pose."""
+    some = positions[:: max(1, len(positions) // 200)]
+    largest = float(np.ptp(some, axis=1).max())
+    return min(skeleton.height, largest) if largest > 0.0 else skeleton.height
 
 
 def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import functools
 
-from PySide6.QtGui import QOffscreenSurface, QOpenGLContext, QSurfaceFormat
+from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext, QSurfaceFormat
 
 _GL_RENDERER = 0x1F01
+_PICTURELESS = ("offscreen", "minimal")  # Qt platforms on which VTK's picture stays blank
 _SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software", "swrast", "gdi generic")
 
 
 @functools.cache
 def renderer_name() -> str:
     """What the driver calls itself; empty where no desktop OpenGL 3.2 can be had."""
+    if QGuiApplication.platformName() in _PICTURELESS:
+        return ""
     wanted = QSurfaceFormat()
     wanted.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
     wanted.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)

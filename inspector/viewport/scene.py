@@ -12,7 +12,7 @@ from vtkmodules.vtkRenderingCore import vtkLight
 
 from inspector.theme import Theme
 from inspector.viewport.bodies import Bone, Soup, build_soup, collapse, find_bones, place
-from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera, guess_up
+from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera, figure_size, guess_up
 from inspector.viewport.ground import Ground, ground_mesh, lowest, shadow_points
 from inspector.viewport.paint import ghost_paint, mix, mixed_hex, paint, palette
 from twistcore.chain import Chain
@@ -42,12 +42,17 @@ class Scene:
     """The meshes and actors of one clip in a plotter; built anew for another clip."""
 
     def __init__(
-        self, plotter: QtInteractor, motion: Motion, positions: Array, theme: Theme
+        self,
+        plotter: QtInteractor,
+        motion: Motion,
+        chains: tuple[Chain, ...],
+        positions: Array,
+        theme: Theme,
     ) -> None:
         self._plotter = plotter
-        self.up = guess_up(motion.skeleton)
-        self.height = motion.skeleton.height
-        self.bones: tuple[Bone, ...] = find_bones(motion, self.up)
+        self.up = guess_up(positions, chains, motion.skeleton)
+        self.height = figure_size(positions, motion.skeleton)
+        self.bones: tuple[Bone, ...] = find_bones(motion, self.up, self.height)
         self.ground: Ground = lowest(positions, self.up, self.height)
         self.bodies = build_soup(self.bones)
         self._ghosts = build_soup(self.bones, grown=_GHOST_GROWN, joints=False)
@@ -67,17 +72,12 @@ class Scene:
         """Take over colours; the next pose is painted in them."""
         self._colours = palette(theme)
         self._painted = None
-        low = mix(theme.surface, theme.window, 0.5 if theme.dark else 1.0)
-        high = (
-            mix(theme.surface, "#000000", 0.22)
-            if theme.dark
-            else mix(theme.surface, "#ffffff", 0.0)
-        )
-        set_background(self._plotter, low, high)
-        ink = mix(theme.line, theme.soft, 0.35)
-        self._grid["rgba"][:, :3] = ink.astype(np.uint8)
-        self._grid.GetPointData().GetArray("rgba").Modified()
-        shade = mixed_hex(theme.window, "#000000", 0.55 if theme.dark else 0.13)
+        back = background(theme)
+        set_background(self._plotter, back)
+        ink, fade = mix(theme.line, theme.soft, 0.30), 0.85 * self._grid["fade"][:, None]
+        self._grid["rgb"][:] = (fade * ink + (1.0 - fade) * back).astype(np.uint8)
+        self._grid.GetPointData().GetArray("rgb").Modified()
+        shade = mixed_hex(theme.window, "#000000", 0.38 if theme.dark else 0.13)
         self._actors["shadow"].prop.color = shade
         self._actors["outline"].prop.color = theme.before
         self._ghost["rgba"][:] = ghost_paint(self._ghosts, theme)
@@ -144,7 +144,7 @@ class Scene:
         unlit = {**flat, "lighting": False}
         add = self._plotter.add_mesh
         self._actors = {
-            "grid": add(self._grid, scalars="rgba", rgb=True, line_width=1, **unlit),
+            "grid": add(self._grid, scalars="rgb", rgb=True, line_width=1, **unlit),
             "shadow": add(self._shadow, color="#888888", **unlit),
             "body": add(
                 self._body,
@@ -164,12 +164,14 @@ class Scene:
             actor.SetPickable(False)
 
 
-def set_background(plotter: QtInteractor, low: Array, high: Array) -> None:
-    """A vertical gradient between two colours, (3,) in 0…255."""
-    renderer = plotter.renderer
-    renderer.SetBackground(*(low / 255.0))
-    renderer.SetBackground2(*(high / 255.0))
-    renderer.SetGradientBackground(True)
+def background(theme: Theme) -> Array:
+    """The colour behind everything, (3,) in 0…255. A gradient would cost 3 ms a frame."""
+    return mix(theme.surface, theme.window, 0.6)
+
+
+def set_background(plotter: QtInteractor, colour: Array) -> None:
+    """One colour, (3,) in 0…255."""
+    plotter.renderer.SetBackground(*(colour / 255.0))
 
 
 def set_lights(plotter: QtInteractor) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
-from PySide6.QtCore import QEvent, QPointF, QTimer
+from PySide6.QtCore import QEvent, QPointF, QTimer, SignalInstance
 from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QLabel, QToolTip, QVBoxLayout, QWidget
 from pyvistaqt import QtInteractor
@@ -14,9 +16,9 @@ from inspector.viewport import driver, overlay
 from inspector.viewport.bodies import place
 from inspector.viewport.camera import OrbitCamera, heading, preset, roll_direction
 from inspector.viewport.navigation import Navigation
-from inspector.viewport.paint import Role, mix
+from inspector.viewport.paint import Role
 from inspector.viewport.picking import bone_at
-from inspector.viewport.scene import Pose, Scene, set_background, set_lights
+from inspector.viewport.scene import Pose, Scene, background, set_background, set_lights
 from twistcore.chain import Chain
 from twistcore.rotation import Array, geodesic_angle, normalise, rotate
 
@@ -54,6 +56,7 @@ class Viewport(QWidget):
         self._notice = overlay.make_notice(self)
         self.legend: QLabel = overlay.make_legend(self)
         self.setMinimumSize(160, 120)
+        self._listening = True
         for signal, slot in self._listened():
             signal.connect(slot)
         self.set_theme(theme)
@@ -64,14 +67,12 @@ class Viewport(QWidget):
     def set_theme(self, theme: Theme) -> None:
         """Draw in other colours."""
         self.theme = theme
-        self.setStyleSheet("")
         self._notice.setStyleSheet(f"color: {theme.soft}; background: transparent; font-size: 15px")
         self.legend.setStyleSheet(overlay.legend_style(theme))
         if self.scene:
             self.scene.set_theme(theme)
         elif self.view:
-            flat = mix(theme.surface, theme.window, 0.5)
-            set_background(self.view, flat, flat)
+            set_background(self.view, background(theme))
         self._schedule()
 
     def set_view(self, name: str) -> None:
@@ -197,12 +198,12 @@ class Viewport(QWidget):
         if self.scene is not None:
             self.scene.remove()
             self.scene = None
-        if self.view is not None:
-            self._notice.setText("" if data else overlay.EMPTY)
-            self._notice.setVisible(data is None)
-            self.legend.setVisible(data is not None)
+        usable = self.view is not None
+        self._notice.setText(overlay.EMPTY if usable else overlay.NO_OPENGL)
+        self._notice.setVisible(data is None or not usable)
+        self.legend.setVisible(data is not None and usable)
         if data is not None and self.view is not None:
-            self.scene = Scene(self.view, data.motion, data.positions, self.theme)
+            self.scene = Scene(self.view, data.motion, data.chains, data.positions, self.theme)
             up = self.scene.up
             facing = heading(data.positions[0], data.chains, up)
             self.camera = OrbitCamera(np.zeros(3), 0.0, 0.0, self.scene.height, up, facing)
@@ -310,6 +311,9 @@ class Viewport(QWidget):
         view.setAcceptDrops(False)  # the window opens what is dropped
         view.reset_key_events()
         set_lights(view)
+        # The ghost is thin and convex: plain blending does, at a tenth of the cost of VTK's
+        # order-independent pass over the whole picture.
+        view.renderer.SetUseOIT(False)
         navigation = Navigation(view)
         navigation.orbited.connect(self._orbit)
         navigation.panned.connect(self._pan)
@@ -319,7 +323,8 @@ class Viewport(QWidget):
         layout.addWidget(view)
         self.view = view
 
-    def _listened(self) -> tuple:
+    def _listened(self) -> tuple[tuple[SignalInstance, Callable[..., None]], ...]:
+        """What the view draws again for."""
         document = self.document
         return (
             (document.opened, self._opened),
@@ -355,8 +360,10 @@ class Viewport(QWidget):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop listening and let the render window go."""
         self._timer.stop()
-        for signal, slot in self._listened():
-            signal.disconnect(slot)
+        if self._listening:  # Qt delivers a second close event to a widget closed twice
+            self._listening = False
+            for signal, slot in self._listened():
+                signal.disconnect(slot)
         if self.view is not None:
             self.scene = None
             self.view.close()
