@@ -37,52 +37,39 @@ class ChainCurves:
         self._reach = (0.0, 1.0)
 
     def show_clip(self, panes: Mapping[str, Pane]) -> None:
-        """The curves that no decision changes."""
-        frames = np.arange(len(self._strength), dtype=np.float64)
-        panes["strength"].set_curve("strength", frames, self._strength)
+        """The curves that no decision changes, and the ranges."""
+        panes["strength"].set_curve("strength", self._strength)
         for k, name in _ANGLES:
-            x, y = degrees_about(getattr(self._before, name), self._centres[k])
+            y, _ = degrees_about(getattr(self._before, name), self._centres[k])
             self._grow(panes["theta"], y)
-            if k == "p":
-                panes["theta"].set_curve("p_before", x, y)
             y = np.degrees(getattr(self._before, f"d{name}"))
-            self._grow(panes["delta"], np.concatenate([y, -y]))
-            if k == "p":
-                panes["delta"].set_curve("p_before", frames, y)
+            self._grow(panes["delta"], y)
+            self._grow(panes["delta"], -y)
 
     def show_review(self, panes: Mapping[str, Pane]) -> None:
         """The curves after correction by the review's intervals, and the offset."""
         document = self._document
-        offset = document.offset(self._chain.name)
-        frames = np.arange(len(offset), dtype=np.float64)
         after = self._corrected.after(document.offset) if self._corrected.exact else None
         if after is None:
             exact = document.signals_after(self._chain.name)
             after = After(exact.theta_p, exact.theta_c, exact.dtheta_p, exact.dtheta_c)
         self._after = after
         for k, name in _ANGLES:
-            x, y = degrees_about(getattr(after, name), self._centres[k])
-            panes["theta"].set_curve(f"{k}_after", x, y)
+            was, now = getattr(self._before, name), getattr(after, name)
+            y, seams = degrees_about(now, self._centres[k])
+            panes["theta"].set_curve(f"{k}_after", y, seams)
             self._grow(panes["theta"], y)
-            panes["delta"].set_curve(f"{k}_after", frames, np.degrees(getattr(after, f"d{name}")))
-        self._show_azimuth_before(panes, after)
-        degrees = np.degrees(offset)
-        panes["offset"].set_curve("offset", frames, degrees)
+            # The clip as it is, only where it differs: two lines on each other would mix colours.
+            apart = _widened(np.abs(wrap(was - now)) > _SAME)
+            y, seams = degrees_about(np.where(apart, was, np.nan), self._centres[k])
+            panes["theta"].set_curve(f"{k}_before", y, seams)
+            was, now = getattr(self._before, f"d{name}"), getattr(after, f"d{name}")
+            panes["delta"].set_curve(f"{k}_after", np.degrees(now))
+            apart = _widened(np.abs(was - now) > _SAME)
+            panes["delta"].set_curve(f"{k}_before", np.degrees(np.where(apart, was, np.nan)))
+        degrees = np.degrees(document.offset(self._chain.name))
+        panes["offset"].set_curve("offset", degrees)
         self._grow(panes["offset"], degrees)
-
-    def _show_azimuth_before(self, panes: Mapping[str, Pane], after: After) -> None:
-        """θc and Δθc before, only where they differ from after.
-
-        A solid line hides the one that it covers; two dashed lines out of step would mix.
-        """
-        apart = np.abs(wrap(self._before.theta_c - after.theta_c)) > _SAME
-        _widen(apart)
-        x, y = degrees_about(np.where(apart, self._before.theta_c, np.nan), self._centres["c"])
-        panes["theta"].set_curve("c_before", x, y)
-        apart = np.abs(self._before.dtheta_c - after.dtheta_c) > _SAME
-        _widen(apart)
-        y = np.degrees(np.where(apart, self._before.dtheta_c, np.nan))
-        panes["delta"].set_curve("c_before", np.arange(len(y), dtype=np.float64), y)
 
     def fit_tau(self, pane: Pane, degrees: float) -> None:
         """The strength plot reaches from 0 over its peak and well over τ."""
@@ -137,11 +124,12 @@ class ChainCurves:
         pane.show_values(low, high)
 
 
-def _widen(mask: NDArray[np.bool_]) -> None:
-    """One frame to either side too, where the line leaves the other; in place."""
-    before = mask.copy()
-    mask[1:] |= before[:-1]
-    mask[:-1] |= before[1:]
+def _widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """One frame to either side too, where one line leaves the other."""
+    wider = mask.copy()
+    wider[1:] |= mask[:-1]
+    wider[:-1] |= mask[1:]
+    return wider
 
 
 def _number(angle: Array, frame: int) -> str:

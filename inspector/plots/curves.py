@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inspector.document import Analysed
 from twistcore.chain import Chain, uncorrectable_joints
@@ -88,19 +89,44 @@ def centre_of(angle: Array) -> float:
     return float(np.angle(np.exp(1j * angle).sum())) if len(angle) else 0.0
 
 
-def degrees_about(angle: Array, centre: float) -> tuple[Array, Array]:
-    """An angle in degrees within half a turn of `centre`, as x and y of a line.
+def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]]:
+    """An angle in degrees within half a turn of `centre`, (frames,), and its seams.
 
-    Where it leaves on one side and comes in on the other the line is broken by a NaN: a full turn
-    is no movement and must not look like one. Real jumps, up to 180°, are drawn.
+    A seam is a frame behind which it leaves on one side and comes in on the other. The line is
+    broken there: a full turn is no movement and must not look like one. Real jumps are drawn.
     """
     y = np.degrees(centre + wrap(angle - centre))
-    x = np.arange(len(y), dtype=np.float64)
-    seams = np.flatnonzero(np.abs(np.diff(y)) > 180.0)
-    if len(seams):
-        x = np.insert(x, seams + 1, x[seams] + 0.5)
-        y = np.insert(y, seams + 1, np.nan)
-    return x, y
+    return y, np.flatnonzero(np.abs(np.diff(y)) > 180.0)
+
+
+def thinned(
+    y: Array, seams: NDArray[np.int64], first: float, last: float, pixels: int
+) -> tuple[Array, Array]:
+    """Points of a line over the frames in view: all of them, or the extremes of each pixel.
+
+    y: a value a frame, NaN where nothing is drawn; the extremes pass NaN over, so that a short
+    piece between gaps is still seen from afar. Returns x and y with NaN where the line is broken.
+    """
+    start, stop = max(0, int(first) - 1), min(len(y), int(last) + 3)
+    step = (stop - start) // max(1, pixels)
+    if step < 3:
+        x, out = np.arange(start, stop, dtype=np.float64), y[start:stop]
+        here = seams[(seams >= start) & (seams < stop - 1)]
+        if len(here):
+            x = np.insert(x, here - start + 1, here + 0.5)
+            out = np.insert(out, here - start + 1, np.nan)
+        return x, out
+    start -= start % step  # bins stay where they are while the view moves: no shimmer
+    bins = -(-(stop - start) // step)
+    block = y[start : start + bins * step]
+    if len(block) < bins * step:
+        block = np.concatenate([block, np.full(bins * step - len(block), np.nan)])
+    block = block.reshape(bins, step)
+    ends = np.stack([np.fmin.reduce(block, axis=1), np.fmax.reduce(block, axis=1)], axis=1)
+    at = (seams + 1 - start) // step
+    ends[at[(at >= 0) & (at < bins)]] = np.nan
+    x = start + step * (np.arange(bins) + 0.5) - 0.5
+    return np.repeat(x, 2), ends.ravel()
 
 
 def root_scale(degrees: Array | float) -> Array:

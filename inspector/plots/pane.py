@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from inspector.plots.curves import from_root_scale, root_scale
+from inspector.plots.curves import from_root_scale, root_scale, thinned
 from inspector.plots.gestures import TimeView
 from inspector.plots.layers import BackLayer, FrontLayer, Scenery
 from inspector.theme import Theme, figures_font
@@ -19,8 +20,9 @@ from twistcore.rotation import Array
 
 _AXIS_WIDTH = 46
 _AXIS_HEIGHT = 17
-_SMOOTH = 500  # frames in view up to which lines are antialiased: more of them cost too much
+_SMOOTH = 4_000  # frames in view up to which lines are antialiased
 _ROOT_TICKS = (1, 5, 20, 50, 100, 180)
+_NO_SEAMS = np.zeros(0, dtype=np.int64)
 _TICK_ROOM = 13.0  # pixels between two labels of the root scale
 
 
@@ -126,14 +128,12 @@ class Pane(pg.PlotWidget):
             axis = plot.getAxis(side)
             axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
             axis.enableAutoSIPrefix(False)
-        self.curves = {s.name: pg.PlotDataItem(skipFiniteCheck=True) for s in styles}
-        for style in styles:
-            curve = self.curves[style.name]
-            curve.setDownsampling(auto=True, method="peak")
-            curve.setClipToView(True)
-            curve.opts["autoDownsampleFactor"] = 1.0  # two points a pixel; 5 would draw ten
-            self.addItem(curve)
+        self.curves = {s.name: pg.PlotCurveItem() for s in styles}
+        self.values: dict[str, tuple[Array, NDArray[np.int64]]] = {}
+        for curve in self.curves.values():
+            self.addItem(curve, ignoreBounds=True)
         self.view.disableAutoRange()
+        self.view.sigResized.connect(self._thin_all)
         self.back = BackLayer(self.view, scenery, shade=shade, glyphs=glyphs)
         self.front = FrontLayer(self.view, scenery)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -154,24 +154,32 @@ class Pane(pg.PlotWidget):
     def _set_pens(self) -> None:
         theme = self._scenery.theme
         for style in self._styles:
-            pen = QPen(QColor(getattr(theme, style.role)), 1.4 if self._smooth else 1.0)
+            pen = QPen(QColor(getattr(theme, style.role)), 1.0)
             pen.setCosmetic(True)
             if style.dashed:
                 pen.setDashPattern([5.0, 3.0])
             curve = self.curves[style.name]
-            curve.opts["antialias"] = self._smooth
             curve.setPen(pen)
-            curve.updateItems(styleUpdate=True)
+            curve.opts["antialias"] = self._smooth
+            curve.update()
 
-    def set_curve(self, name: str, x: Array, y: Array) -> None:
-        """Give a line its points; y in degrees, NaN where it is broken."""
-        broken = bool(np.isnan(y).any())
-        self.curves[name].setData(
-            x,
-            root_scale(y) if self.root else y,
-            connect="finite" if broken else "all",
-            skipFiniteCheck=not broken,
-        )
+    def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
+        """Give a line its values, degrees, (frames,), NaN where nothing is drawn.
+
+        It is broken behind the frames `seams`.
+        """
+        self.values[name] = root_scale(y) if self.root else y, seams
+        self._thin(name)
+
+    def _thin(self, name: str) -> None:
+        """Hand over what is in view only: pyqtgraph's own thinning drops what lies by a gap."""
+        y, seams = self.values[name]
+        x, y = thinned(y, seams, *self.view.viewRange()[0], int(self.view.width()))
+        self.curves[name].setData(x, y, connect="finite", skipFiniteCheck=False)
+
+    def _thin_all(self, *_: object) -> None:
+        for name in self.values:
+            self._thin(name)
 
     def show_values(self, low: float, high: float) -> None:
         """Range in degrees, with room above for the title; a range from 0 keeps 0 at the foot."""
@@ -187,7 +195,9 @@ class Pane(pg.PlotWidget):
         if smooth != self._smooth:
             self._smooth = smooth
             self._set_pens()
-        self.view.setXRange(first, last, padding=0.0)
+        if [first, last] != self.view.viewRange()[0]:
+            self.view.setXRange(first, last, padding=0.0)
+            self._thin_all()
 
     def set_bottom(self, *, shown: bool) -> None:
         """Frame numbers, for the lowest plot of a column; the others keep only the line."""
