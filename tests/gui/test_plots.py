@@ -1,0 +1,432 @@
+"""The time line under a simulated mouse. Needs a display; `dev.py test` brings one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent, QPointF, Qt
+from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import QApplication
+
+from inspector.document import Document, analyse
+from inspector.plots import Timeline, proposed_interval
+from inspector.plots.curves import Corrected, degrees_about, root_scale, thinned, unreliable_spans
+from inspector.theme import DARK, LIGHT
+from twistcore.review import Decision, Insert
+from twistcore.review.model import constant
+from twistcore.rotation import wrap
+
+SAMPLE = Path(__file__).resolve().parents[2] / "assets" / "walk_injected.bvh"
+LEFT, RIGHT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton, Qt.MouseButton.NoButton
+NO_SEAMS = np.zeros(0, dtype=np.int64)
+
+
+@pytest.fixture(scope="module")
+def sample():
+    return analyse(SAMPLE)
+
+
+@pytest.fixture
+def document(qapp):
+    """A document with the sample; every test analyses anew, since a review is changed."""
+    document = Document()
+    document.show_clip(analyse(SAMPLE))
+    return document
+
+
+@pytest.fixture
+def timeline(qtbot, document):
+    timeline = Timeline(document, LIGHT)
+    qtbot.addWidget(timeline)
+    timeline.resize(1280, 300)
+    with qtbot.waitExposed(timeline):
+        timeline.show()
+    qtbot.wait(50)
+    return timeline
+
+
+def spot(timeline, key, frame, share=0.5):
+    """Place in a plot's viewport: a frame, and a share of the height from above."""
+    pane = timeline.panes[key]
+    low, high = pane.view.viewRange()[1]
+    scene = pane.view.mapViewToScene(QPointF(frame, high - share * (high - low)))
+    return QPointF(pane.mapFromScene(scene))
+
+
+def send(pane, kind, place, button, buttons, modifiers=Qt.KeyboardModifier.NoModifier):
+    there = QPointF(pane.viewport().mapToGlobal(place.toPoint()))
+    event = QMouseEvent(kind, place, there, button, buttons, modifiers)
+    QApplication.sendEvent(pane.viewport(), event)
+
+
+def click(qtbot, timeline, key, place, button=LEFT):
+    pane = timeline.panes[key]
+    send(pane, QEvent.Type.MouseMove, place, NONE, NONE)
+    send(pane, QEvent.Type.MouseButtonPress, place, button, button)
+    send(pane, QEvent.Type.MouseButtonRelease, place, button, NONE)
+    qtbot.wait(20)
+
+
+def double_click(qtbot, timeline, key, place):
+    pane = timeline.panes[key]
+    click(qtbot, timeline, key, place)
+    send(pane, QEvent.Type.MouseButtonDblClick, place, LEFT, LEFT)
+    send(pane, QEvent.Type.MouseButtonRelease, place, LEFT, NONE)
+    qtbot.wait(20)
+
+
+def drag(qtbot, timeline, key, start, stop, steps=8):
+    pane = timeline.panes[key]
+    send(pane, QEvent.Type.MouseMove, start, NONE, NONE)
+    send(pane, QEvent.Type.MouseButtonPress, start, LEFT, LEFT)
+    for k in range(1, steps + 1):
+        send(pane, QEvent.Type.MouseMove, start + (stop - start) * (k / steps), NONE, LEFT)
+        qtbot.wait(5)
+    send(pane, QEvent.Type.MouseButtonRelease, stop, LEFT, NONE)
+    qtbot.wait(20)
+
+
+def an_interval(document):
+    """An interval of the selected chain that is broad enough to be gripped by its body."""
+    mine = document.review.state.of_chain(document.chain)
+    return max(mine, key=lambda j: j.interval.frames)
+
+
+def zoom(qtbot, timeline, judged):
+    timeline.zoom_to_interval(judged)
+    qtbot.wait(20)
+
+
+# -- τ ----------------------------------------------------------------------------------------
+
+
+def test_dragging_the_line_changes_tau_and_intervals_in_one_undo_step(qtbot, timeline, document):
+    state = document.review.state
+    before = state.of_chain(document.chain)
+    assert before
+    pane = timeline.panes["strength"]
+    frame = 0.4 * document.frames
+    low, high = pane.view.viewRange()[1]
+    share = (high - timeline.tau_line.value()) / (high - low)
+    drag(
+        qtbot,
+        timeline,
+        "strength",
+        spot(timeline, "strength", frame, share),
+        spot(timeline, "strength", frame, 0.03),
+    )
+    tau = np.degrees(document.review.state.tau[document.chain])
+    peak = np.degrees(document.data.analysis.strength(document.chain).max())
+    assert tau > 20.0
+    assert timeline.tau_line.value() == pytest.approx(float(root_scale(tau)), abs=0.05)
+    expected = document.data.analysis.intervals(document.chain, np.radians(tau))
+    assert len(document.review.state.of_chain(document.chain)) == len(expected)
+    if tau > peak:
+        assert not expected
+    document.undo()
+    assert document.review.state is state
+    qtbot.wait(20)
+    low, high = pane.view.viewRange()[1]
+    assert low <= timeline.tau_line.value() <= high
+
+
+def test_double_click_on_the_strength_sets_tau(qtbot, timeline, document):
+    wanted = 12.0
+    low, high = timeline.panes["strength"].view.viewRange()[1]
+    share = (high - float(root_scale(wanted))) / (high - low)
+    double_click(qtbot, timeline, "strength", spot(timeline, "strength", 5, share))
+    tau = np.degrees(document.review.state.tau[document.chain])
+    assert tau == pytest.approx(wanted, abs=1.5)
+    assert timeline.tau_line.label.format == f"τ {tau:.1f}°"
+
+
+def test_tau_is_in_view_whatever_it_is(qtbot, timeline, document):
+    for degrees in (0.1, 5.0, 60.0, 180.0):
+        timeline.set_tau_degrees(degrees)
+        timeline.refresh()
+        low, high = timeline.panes["strength"].view.viewRange()[1]
+        assert low <= timeline.tau_line.value() <= high
+
+
+# -- intervals --------------------------------------------------------------------------------
+
+
+def test_dragging_an_edge_is_one_undo_step_of_whole_frames(qtbot, timeline, document):
+    judged = an_interval(document)
+    zoom(qtbot, timeline, judged)
+    state, start, stop = document.review.state, judged.interval.start, judged.interval.stop
+    drag(
+        qtbot,
+        timeline,
+        "theta",
+        spot(timeline, "theta", stop - 0.5),
+        spot(timeline, "theta", stop + 4.6),
+    )
+    edited = document.review.state.find(judged.id)
+    assert (edited.interval.start, edited.interval.stop) == (start, stop + 5)
+    assert isinstance(edited.interval.stop, int)
+    assert document.interval_id == judged.id
+    document.undo()
+    assert document.review.state is state
+
+
+def test_an_edge_dragged_back_gives_the_interval_back(qtbot, timeline, document):
+    judged = an_interval(document)
+    zoom(qtbot, timeline, judged)
+    edge = spot(timeline, "offset", judged.interval.start - 0.5)
+    inside = spot(timeline, "offset", judged.interval.start + 1.5)
+    pane = timeline.panes["offset"]
+    send(pane, QEvent.Type.MouseMove, edge, NONE, NONE)
+    send(pane, QEvent.Type.MouseButtonPress, edge, LEFT, LEFT)
+    for place in (inside, edge):
+        for _ in range(2):
+            send(pane, QEvent.Type.MouseMove, place, NONE, LEFT)
+            qtbot.wait(10)
+    send(pane, QEvent.Type.MouseButtonRelease, edge, LEFT, NONE)
+    again = document.review.state.find(judged.id).interval
+    assert (again.start, again.stop) == (judged.interval.start, judged.interval.stop)
+    np.testing.assert_array_equal(again.offset, judged.interval.offset)
+
+
+def test_an_interval_keeps_a_frame_and_stays_in_the_clip(qtbot, timeline, document):
+    judged = an_interval(document)
+    zoom(qtbot, timeline, judged)
+    edge = spot(timeline, "theta", judged.interval.stop - 0.5)
+    drag(qtbot, timeline, "theta", edge, edge - QPointF(4000, 0))
+    assert document.review.state.find(judged.id).interval.frames == 1
+    document.undo()
+    timeline.refresh()
+    body = spot(timeline, "theta", 0.5 * (judged.interval.start + judged.interval.stop - 1))
+    drag(qtbot, timeline, "theta", body, body + QPointF(9000, 0))
+    moved = document.review.state.find(judged.id).interval
+    assert moved.stop == document.frames
+    assert moved.frames == judged.interval.frames
+
+
+def test_dragging_the_body_moves_it(qtbot, timeline, document):
+    judged = an_interval(document)
+    zoom(qtbot, timeline, judged)
+    middle = 0.5 * (judged.interval.start + judged.interval.stop - 1)
+    here, there = (spot(timeline, "strength", f, 0.3) for f in (middle, middle + 6))
+    drag(qtbot, timeline, "strength", here, there)
+    moved = document.review.state.find(judged.id).interval
+    assert moved.start == judged.interval.start + 6
+    np.testing.assert_allclose(moved.offset, judged.interval.offset, atol=1e-9)
+
+
+def test_clicking_a_region_selects_it_and_leaves_the_playhead(qtbot, timeline, document):
+    judged = an_interval(document)
+    document.select_interval(None)
+    document.go_to(document.frames - 1)
+    zoom(qtbot, timeline, judged)
+    middle = 0.5 * (judged.interval.start + judged.interval.stop - 1)
+    click(qtbot, timeline, "theta", spot(timeline, "theta", middle))
+    assert document.interval_id == judged.id
+    assert document.frame == document.frames - 1
+
+
+def test_regions_follow_undo_and_redo(qtbot, timeline, document):
+    def shown():
+        timeline.refresh()
+        return [(j.id, j.interval.start, j.interval.stop) for j in timeline.scenery.intervals]
+
+    first = shown()
+    timeline.set_tau_degrees(179.0)
+    assert shown() == []
+    document.undo()
+    assert shown() == first
+    document.redo()
+    assert shown() == []
+
+
+# -- time -------------------------------------------------------------------------------------
+
+
+def test_playhead_drags_and_clicks_move_it(qtbot, timeline, document):
+    document.select_interval(None)
+    timeline.set_tau_degrees(180.0)  # no regions in the way
+    timeline.refresh()
+    document.go_to(100)
+    here, there = spot(timeline, "theta", 100), spot(timeline, "theta", 200)
+    drag(qtbot, timeline, "theta", here, there)
+    assert document.frame == 200
+    click(qtbot, timeline, "delta", spot(timeline, "delta", 50))
+    assert document.frame == 50
+    assert timeline.scenery.frame == 50
+    assert "frame  50" in timeline.readout.text()
+
+
+def test_wheel_zooms_at_the_cursor_and_shift_pans(qtbot, timeline, document):
+    pane = timeline.panes["delta"]
+
+    def wheel(frame, modifiers):
+        place = spot(timeline, "delta", frame)
+        event = QWheelEvent(
+            place,
+            QPointF(pane.viewport().mapToGlobal(place.toPoint())),
+            QPointF(0, 0).toPoint(),
+            QPointF(0, 120).toPoint(),
+            NONE,
+            modifiers,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+        QApplication.sendEvent(pane.viewport(), event)
+
+    before = timeline.visible_range()
+    wheel(80, Qt.KeyboardModifier.NoModifier)
+    first, last = timeline.visible_range()
+    assert last - first < before[1] - before[0]
+    at = (80 - before[0]) / (before[1] - before[0])
+    assert (80 - first) / (last - first) == pytest.approx(at, abs=0.01)
+    wheel(80, Qt.KeyboardModifier.ShiftModifier)
+    panned = timeline.visible_range()
+    assert panned[1] - panned[0] == pytest.approx(last - first)
+    assert panned != (first, last)
+    for pane in timeline.panes.values():
+        assert tuple(pane.view.viewRange()[0]) == pytest.approx(panned)
+    timeline.show_all()
+    assert timeline.visible_range() == pytest.approx(before)
+
+
+def test_view_follows_the_playhead_out_of_sight(qtbot, timeline, document):
+    timeline.show_range(0, 60)
+    document.go_to(document.frames - 5)
+    first, last = timeline.visible_range()
+    assert first <= document.frame <= last
+
+
+def test_overview_moves_the_playhead(qtbot, timeline, document):
+    strip = timeline.overview
+    qtbot.mouseClick(strip, LEFT, pos=strip.rect().center())
+    assert abs(document.frame - document.frames // 2) <= 2
+
+
+# -- menu, plots, states ----------------------------------------------------------------------
+
+
+def test_menu_never_deletes_and_judges_what_it_was_opened_on(qtbot, timeline, document):
+    judged = an_interval(document)
+    menu = timeline.open_menu(
+        "strength",
+        float(judged.interval.start),
+        3.0,
+        timeline.mapToGlobal(timeline.rect().center()),
+    )
+    actions = {a.text(): a for a in menu.actions() if a.text()}
+    assert not [text for text in actions if "elete" in text or "emove" in text]
+    assert "Set τ to 9.0°" in actions
+    actions["Reject"].trigger()
+    assert document.review.state.find(judged.id).decision == Decision.REJECTED
+    menu.close()
+
+
+def test_new_interval_is_selected_and_by_hand(qtbot, timeline, document):
+    timeline.set_tau_degrees(180.0)
+    count = len(document.intervals)
+    timeline.insert_interval(150)
+    assert len(document.intervals) == count + 1
+    assert document.interval.by_hand
+    assert document.interval.interval.start <= 150 < document.interval.interval.stop
+
+
+def test_plots_hide_and_come_back(qtbot, timeline):
+    timeline.show_plot("delta", shown=False)
+    assert not timeline.panes["delta"].isVisible()
+    assert timeline.panes["theta"].isVisible()
+    timeline.show_plot("delta", shown=True)
+    assert timeline.panes["delta"].isVisible()
+
+
+def test_without_a_clip_there_is_a_hint(qtbot):
+    timeline = Timeline(Document(), DARK)
+    qtbot.addWidget(timeline)
+    timeline.resize(900, 280)
+    timeline.show()
+    timeline.refresh()
+    assert "Open a clip" in timeline._hint.text()
+    assert timeline._hint.isVisible()
+
+
+def test_every_chain_draws_in_both_themes(qtbot, timeline, document):
+    for theme in (DARK, LIGHT):
+        timeline.set_theme(theme)
+        for chain in document.data.chains:
+            document.select_chain(chain.name)
+            timeline.refresh()
+            assert not timeline.grab().isNull()
+
+
+# -- numbers ----------------------------------------------------------------------------------
+
+
+def test_signals_after_from_offsets_equal_those_of_the_corrected_motion(document):
+    rng = np.random.default_rng(7)
+    for chain in document.data.chains:  # every chain, neighbours above and below included
+        for _ in range(3):
+            start = int(rng.integers(1, document.frames - 60))
+            stop = start + int(rng.integers(1, 50))
+            delta = float(rng.uniform(-np.pi, np.pi))
+            document.do(Insert(constant(chain.name, start, stop, delta)))
+    for chain in document.data.chains:
+        corrected = Corrected(document.data, chain)
+        assert corrected.exact
+        quick, full = corrected.after(document.offset), document.signals_after(chain.name)
+        sure = (full.swing_reliability > 1e-2) & (full.azimuth_reliability > 1e-2)
+        sure &= np.roll(sure, 1)
+        for name in ("theta_p", "dtheta_p", "dtheta_c"):
+            apart = wrap(getattr(quick, name) - getattr(full, name))[sure]
+            np.testing.assert_allclose(apart, 0.0, atol=1e-9, err_msg=f"{chain.name} {name}")
+        if sure[1:].all():
+            np.testing.assert_allclose(wrap(quick.theta_c - full.theta_c), 0.0, atol=1e-7)
+
+
+def test_a_full_turn_is_a_seam_and_a_jump_is_not():
+    angle = np.radians([170.0, 179.0, -179.0, -60.0])
+    y, seams = degrees_about(angle, 0.0)
+    assert seams.tolist() == [1]
+    x, out = thinned(y, seams, 0, 3, 500)
+    assert np.isnan(out).sum() == 1
+    assert x[np.isnan(out)] == 1.5
+    y, seams = degrees_about(angle, np.pi)
+    assert not len(seams)
+    np.testing.assert_allclose(y, [170.0, 179.0, 181.0, 300.0])
+
+
+def test_thinning_keeps_extremes_and_short_pieces():
+    y = np.full(100_000, np.nan)
+    y[50_001:50_004] = [1.0, 9.0, -2.0]
+    x, out = thinned(y, NO_SEAMS, -0.5, 99_999.5, 600)
+    assert len(x) < 1300
+    assert np.nanmax(out) == 9.0
+    assert np.nanmin(out) == -2.0
+    rng = np.random.default_rng(1)
+    noise = rng.normal(size=10_000)
+    _, out = thinned(noise, NO_SEAMS, -0.5, 9_999.5, 600)
+    assert out.max() == noise.max()
+    assert out.min() == noise.min()
+
+
+def test_unreliable_spans_are_half_open():
+    reliability = np.array([0.1, 0.9, 0.1, 0.1, 0.9, 0.0])
+    assert unreliable_spans(reliability).tolist() == [[0, 1], [2, 4], [5, 6]]
+
+
+def test_a_proposed_interval_finds_the_error_round_the_frame(sample):
+    for judged in sample.review.state.intervals:
+        i = judged.interval
+        if i.frames < 4:
+            continue
+        signals = sample.signals[i.chain]
+        middle = (i.start + i.stop) // 2
+        guess = proposed_interval(i.chain, signals, middle, sample.motion.fps)
+        assert guess.start <= middle < guess.stop
+        assert guess.start >= 0
+        assert guess.stop <= sample.motion.frames
+
+
+def test_a_proposed_interval_in_a_quiet_place_is_short(sample):
+    chain = "RightShoulder"
+    guess = proposed_interval(chain, sample.signals[chain], 0, sample.motion.fps)
+    assert guess.start == 0
+    assert 1 <= guess.frames <= 0.2 * sample.motion.fps
