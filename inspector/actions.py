@@ -64,7 +64,7 @@ ACTIONS: tuple[ActionSpec | str, ...] = (
     ActionSpec("go_to_frame", "Go", "Go to frame…", ("Ctrl+J",)),
     ActionSpec("cycle_show", "View", "Before / after / both", ("B",), "Cycle what the 3D shows"),
     ActionSpec("focus_chain", "View", "Focus the chain", ("F",), "Turn the camera to the limb"),
-    ActionSpec("follow_root", "View", "Follow the root", ("G",), "", True, False),
+    ActionSpec("follow_root", "View", "Follow the root", ("G",), "", True, True),
     SEPARATOR,
     ActionSpec("view_iso", "View", "Three-quarter view", ("1",)),
     ActionSpec("view_front", "View", "Front", ("2",)),

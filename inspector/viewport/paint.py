@@ -43,15 +43,15 @@ def palette(theme: Theme) -> NDArray[np.float64]:
         (Role.AFTER, theme.after),
     ):
         faces = out[role]
-        faces[FRONT] = mix(colour, white, 0.06 if theme.dark else 0.16)
-        faces[SIDE] = mix(colour, black, 0.18)
-        faces[BACK] = mix(colour, black, 0.52)
+        faces[FRONT] = mix(colour, white, 0.10 if theme.dark else 0.34)
+        faces[SIDE] = mix(colour, black, 0.06)
+        faces[BACK] = mix(colour, black, 0.24)
         faces[STRIPE] = mix(colour, white, 0.55) if theme.dark else mix(colour, black, 0.60)
         faces[JOINT] = mix(theme.bone, theme.surface if theme.dark else black, 0.28)
     accent = out[Role.CHOSEN]
     accent[FRONT] = mix(theme.bone, theme.accent, 0.40)
     accent[SIDE] = mix(theme.bone, theme.accent, 0.55)
-    accent[BACK] = mix(mixed_hex(theme.bone, theme.accent, 0.55), black, 0.48)
+    accent[BACK] = mix(mixed_hex(theme.bone, theme.accent, 0.55), black, 0.30)
     accent[STRIPE] = rgb(theme.accent)
     return out
 
@@ -71,7 +71,7 @@ def ghost_paint(soup: Soup, theme: Theme) -> Colours:
     """Colours (V, 4) of the ghost: thin faces that let the solid through, a stripe to follow."""
     out = np.empty((5, 4))
     out[:, :3] = rgb(theme.before)
-    out[BACK, :3] = mix(theme.before, "#000000", 0.45)
+    out[BACK, :3] = mix(theme.before, "#000000", 0.15)
     out[:, 3] = 45.0
-    out[[FRONT, BACK, STRIPE], 3] = (60.0, 130.0, 230.0)
+    out[[FRONT, BACK, STRIPE], 3] = (50.0, 80.0, 240.0)
     return out[soup.part].astype(np.uint8)
