@@ -177,6 +177,7 @@ class Gestures:
             self.dragging = False
 
     def _begin(self, frame: float, pixel: float) -> None:
+        self._timeline.refresh()  # nothing that is gone is gripped
         self._hit = self.hit(frame, pixel)
         self._origin = frame
         self._asked = None
@@ -217,6 +218,7 @@ class Gestures:
         """Select an interval or move the playhead; twice on the strength curve: τ."""
         if not self._document.frames:
             return
+        self._timeline.refresh()
         place = view.mapToView(event.pos())
         frame = float(place.x())
         if event.button() == Qt.MouseButton.RightButton:

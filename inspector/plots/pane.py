@@ -128,6 +128,9 @@ class Pane(pg.PlotWidget):
             axis = plot.getAxis(side)
             axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
             axis.enableAutoSIPrefix(False)
+        self._zero = pg.InfiniteLine(pos=0.0, angle=0)
+        self._zero.setZValue(-50)
+        self.addItem(self._zero, ignoreBounds=True)
         self.curves = {s.name: pg.PlotCurveItem() for s in styles}
         self.values: dict[str, tuple[Array, NDArray[np.int64]]] = {}
         for curve in self.curves.values():
@@ -147,6 +150,7 @@ class Pane(pg.PlotWidget):
             axis = self.getPlotItem().getAxis(side)
             axis.setPen(QPen(QColor(theme.line), 1.0))
             axis.setTextPen(QColor(theme.soft))
+        self._zero.setPen(_cosmetic(theme.line, 1.0))
         self._set_pens()
         self.back.update()
         self.front.update()
@@ -154,8 +158,7 @@ class Pane(pg.PlotWidget):
     def _set_pens(self) -> None:
         theme = self._scenery.theme
         for style in self._styles:
-            pen = QPen(QColor(getattr(theme, style.role)), 1.0)
-            pen.setCosmetic(True)
+            pen = _cosmetic(getattr(theme, style.role), 1.0)
             if style.dashed:
                 pen.setDashPattern([5.0, 3.0])
             curve = self.curves[style.name]
@@ -186,7 +189,7 @@ class Pane(pg.PlotWidget):
         if self.root:
             low, high = float(root_scale(low)), float(root_scale(high))
         span = high - low
-        foot = 0.0 if low == 0.0 else 0.07
+        foot = 0.03 if low == 0.0 else 0.07
         self.view.setYRange(low - foot * span, high + 0.24 * span, padding=0.0)
 
     def show_frames(self, first: float, last: float) -> None:
@@ -216,7 +219,7 @@ class Pane(pg.PlotWidget):
             angle=0,
             movable=True,
             label="τ",
-            labelOpts={"position": 0.985, "movable": False, "anchors": [(1.0, 1.0), (1.0, 1.0)]},
+            labelOpts={"position": 0.985, "movable": False, "anchors": [(1.0, 1.15), (1.0, 1.15)]},
         )
         line.setZValue(30)
         line.label.setFont(figures_font(8.5))
@@ -228,10 +231,15 @@ class Pane(pg.PlotWidget):
 
 def colour_tau(line: pg.InfiniteLine, theme: Theme) -> None:
     """The τ line in a theme's colour."""
-    hover = QPen(QColor(theme.tau), 3.0)
-    hover.setCosmetic(True)
-    pen = QPen(QColor(theme.tau), 1.6)
-    pen.setCosmetic(True)
-    line.setPen(pen)
-    line.setHoverPen(hover)
+    line.setPen(_cosmetic(theme.tau, 1.6))
+    line.setHoverPen(_cosmetic(theme.tau, 3.0))
     line.label.setColor(QColor(theme.tau))
+    line.label.fill = pg.mkBrush(theme.surface)
+    line.label.update()
+
+
+def _cosmetic(colour: str, width: float) -> QPen:
+    """A pen as wide in pixels wherever it draws; others are scaled with the view."""
+    pen = QPen(QColor(colour), width)
+    pen.setCosmetic(True)
+    return pen

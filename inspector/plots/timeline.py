@@ -202,6 +202,7 @@ class Timeline(QWidget):
     # -- following the document ---------------------------------------------------------------
 
     def _opened(self) -> None:
+        self._curves = None  # those of the clip before must not answer for a frame of this one
         self._mark("chain")
         self.show_all()
 

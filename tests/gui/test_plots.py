@@ -357,6 +357,24 @@ def test_every_chain_draws_in_both_themes(qtbot, timeline, document):
             assert not timeline.grab().isNull()
 
 
+def test_another_clip_may_be_jumped_through_at_once(qtbot, timeline, document):
+    longer = analyse(SAMPLE.with_name("dance.bvh"))
+    assert longer.motion.frames > document.frames
+    document.show_clip(longer)
+    document.go_to(document.frames - 1)
+    timeline.refresh()
+    assert timeline.visible_range()[1] > longer.motion.frames - 1
+
+
+def test_a_crowd_of_regions_is_drawn(qtbot, timeline, document):
+    for start in range(0, document.frames - 1, 2):
+        document.do(Insert(constant(document.chain, start, start + 1, 0.1)))
+    timeline.refresh()
+    assert not timeline.grab().isNull()
+    timeline.show_range(10, 40)
+    assert not timeline.grab().isNull()
+
+
 # -- numbers ----------------------------------------------------------------------------------
 
 
