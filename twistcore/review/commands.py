@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Protocol
@@ -205,18 +206,11 @@ class Redetect:
 def _match(
     earlier: tuple[Judged, ...], found: list[Interval], next_id: int
 ) -> tuple[list[Judged], int]:
-    overlaps = sorted(
-        (
-            (min(j.interval.stop, f.stop) - max(j.interval.start, f.start), -k, -n)
-            for k, j in enumerate(earlier)
-            for n, f in enumerate(found)
-        ),
-        reverse=True,
-    )
+    overlaps = sorted(_overlaps(earlier, found), reverse=True)
     partner: dict[int, int] = {}
     taken: set[int] = set()
-    for overlap, minus_k, minus_n in overlaps:
-        if overlap > 0 and -minus_k not in partner and -minus_n not in taken:
+    for _, minus_k, minus_n in overlaps:
+        if -minus_k not in partner and -minus_n not in taken:
             partner[-minus_k] = -minus_n
             taken.add(-minus_n)
     out = []
@@ -230,6 +224,20 @@ def _match(
             out.append(Judged(next_id, interval))
             next_id += 1
     return out, next_id
+
+
+def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tuple[int, int, int]]:
+    """(frames in common, −k, −n) of every overlapping pair; near-linear in their number."""
+    by_start = sorted(range(len(found)), key=lambda n: found[n].start)
+    starts = [found[n].start for n in by_start]
+    longest = max((f.frames for f in found), default=0)
+    for k, judged in enumerate(earlier):
+        start, stop = judged.interval.start, judged.interval.stop
+        for at in range(bisect_left(starts, start - longest), bisect_left(starts, stop)):
+            n = by_start[at]
+            common = min(stop, found[n].stop) - max(start, found[n].start)
+            if common > 0:
+                yield common, -k, -n
 
 
 def _replace(state: ReviewState, ids: tuple[int, ...], **changes: object) -> ReviewState:
