@@ -40,7 +40,7 @@ from twistcore.review.model import constant, resized
 SAMPLE = Path(__file__).parent.parent / "assets" / "walk_injected.bvh"
 _STATE_VERSION = 1
 _NEW_FRAMES = 10
-_LEFT_WIDTH, _RIGHT_WIDTH = 300, 545
+_LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
 _TEN = 10
 
 

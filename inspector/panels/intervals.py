@@ -230,10 +230,12 @@ class IntervalsPanel(QWidget):
         header = table.horizontalHeader()
         header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        header.setMinimumSectionSize(28)
         header.setStretchLastSection(True)
         metrics = self.fontMetrics()
         for column, sample in enumerate(_SAMPLES):
             table.setColumnWidth(column, metrics.horizontalAdvance(sample) + 14)
+        table.setColumnWidth(len(_SAMPLES), 60)  # the note takes what is left
         table.selectionModel().currentRowChanged.connect(self._row_selected)
         table.doubleClicked.connect(lambda _index: self.activated.emit())
         return table
