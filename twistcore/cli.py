@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -106,6 +107,14 @@ def _parser() -> argparse.ArgumentParser:
         )
     _json(evaluate)
     evaluate.set_defaults(run=commands.evaluate)
+
+    tune = subparsers.add_parser("tune", help="τ per joint, from noise and injected errors")
+    tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
+    tune.add_argument("-o", "--output", type=Path, required=True, metavar="PROFILE.toml")
+    tune.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
+    tune.add_argument("--seeds", type=int, default=3, metavar="N")
+    tune.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N")
+    tune.set_defaults(run=commands.tune)
 
     diff = subparsers.add_parser("diff", help="what differs between two clips")
     diff.add_argument("a", type=Path, metavar="A")

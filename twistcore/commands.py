@@ -8,8 +8,8 @@ import io
 import json
 import math
 import sys
-import tomllib
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ from twistcore.bvh import (
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.compare import compare, difference_to_json
 from twistcore.detection import DETECTORS, Interval, resolve_tau
-from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.evaluation import evaluation_to_json, evaluation_to_text, measure, summarise
 from twistcore.refinement import children_off_axis
 from twistcore.report import Report, write_report
@@ -47,6 +47,7 @@ from twistcore.synthesis import (
     read_truth,
     write_truth,
 )
+from twistcore.tuning import TauCurve, clip_curves, read_profile, tuned, write_profile
 
 _SIGNAL_COLUMNS = (
     "chain",
@@ -227,6 +228,36 @@ def evaluate(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def tune(arguments: argparse.Namespace) -> int:
+    """Write a profile of τ per joint from a clip or all clips of a folder."""
+    source: Path = arguments.source
+    paths = sorted(source.glob("*.bvh")) if source.is_dir() else [source]
+    if not paths:
+        raise TwistError(f"{source}: expected a BVH or a folder with some")
+    curves: dict[str, TauCurve] = {}
+    failed = False
+    with ProcessPoolExecutor(min(arguments.workers, len(paths))) as pool:
+        jobs = [pool.submit(clip_curves, p, arguments.method, arguments.seeds) for p in paths]
+        for path, job in zip(paths, jobs, strict=True):
+            try:
+                for name, curve in job.result().items():
+                    curves[name] = curves[name] + curve if name in curves else curve
+                print(f"{path.name}: done", file=sys.stderr)
+            except TwistError as error:
+                failed = True
+                print(error, file=sys.stderr)
+    if not curves:
+        raise TwistError(f"{source}: no chain that τ could be tuned on")
+    profile = {name: tuned(curve) for name, curve in curves.items()}
+    write_profile(arguments.output, profile, source.name, arguments.method)
+    for name, t in profile.items():
+        print(
+            f"{name:<20} τ {t.tau:6.2f}°   noise {t.noise:6.3f}°   FSR {t.fsr:6.2f} %   "
+            f"{t.alarms_per_minute:.2f} false alarms a minute"
+        )
+    return int(failed)
+
+
 def diff(arguments: argparse.Namespace) -> int:
     """Print what differs between two clips."""
     a, b = read_bvh(arguments.a), read_bvh(arguments.b)
@@ -282,19 +313,6 @@ def _detected(
         profile = read_profile(arguments.profile)
         tau.update({name: profile[name] for name in tau if name in profile})
     return tau, [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
-
-
-def read_profile(path: Path) -> dict[str, float]:
-    """τ in radians by chain name, from a TOML file with a table [chain] holding tau_deg each."""
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-        return {name: math.radians(float(t["tau_deg"])) for name, t in document.items()}
-    except OSError as error:
-        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise FormatError(f"{path}: expected TOML ({error})") from None
-    except (KeyError, TypeError, ValueError):
-        raise FormatError(f"{path}: expected a table with tau_deg for every chain") from None
 
 
 def _detection_to_json(
