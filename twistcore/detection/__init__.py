@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from twistcore.chain import Chain
+from twistcore.detection.consistency import ConsistencyDetector
 from twistcore.detection.interval import Interval
 from twistcore.detection.paper import PaperDetector
 from twistcore.motion import Motion
@@ -42,8 +43,10 @@ class Detector(Protocol):
         ...
 
 
-DETECTORS: Mapping[str, Detector] = {"paper": PaperDetector()}
-DEFAULT_METHOD = "paper"
+DETECTORS: Mapping[str, Detector] = {
+    detector.name: detector for detector in (ConsistencyDetector(), PaperDetector())
+}
+DEFAULT_METHOD = "consistency"
 
 
 def detect(

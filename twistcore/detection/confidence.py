@@ -1,0 +1,35 @@
+"""Calibrated confidence of an interval [MATH.md §4.7].
+
+A logistic map, fitted on CMU subject 05 over candidates down to 0.3 τ of eleven protocols, plain
+and rich, and tested on the other subjects: AUC 0.966, ECE 0.009 at a prevalence of 0.948. 'Right'
+means IoU ≥ 0.5 with a true interval, ≥ 80 % of whose frames are corrected by ≥ 80 %.
+"""
+
+from __future__ import annotations
+
+import math
+
+INTERCEPT, PER_LOG_GAIN, PER_CLOSING, PER_MARGIN, PER_LENGTH = (
+    -1.2539,
+    2.6955,
+    -0.7063,
+    -0.5883,
+    -0.1311,
+)
+MOST_CLOSING, MOST_MARGIN = 6.0, 5.0  # beyond, the fit saw nothing new
+LENGTH_FRAMES = 30.0
+
+
+def confidence(gain: float, closing: float, margin: float, frames: int) -> float:
+    """Probability that an interval is right, 0…1.
+
+    gain: of its pair, nats; closing: |residual| in σ; margin: log(|jump| / σ) of its weaker edge.
+    """
+    score = (
+        INTERCEPT
+        + PER_LOG_GAIN * math.log(max(gain, 0.5))
+        + PER_CLOSING * min(closing, MOST_CLOSING)
+        + PER_MARGIN * min(margin, MOST_MARGIN)
+        + PER_LENGTH * math.log1p(frames / LENGTH_FRAMES)
+    )
+    return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, score))))

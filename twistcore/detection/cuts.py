@@ -1,0 +1,49 @@
+"""Clip-wide discontinuities: a T-pose in frame 0, cuts. Borders, not events [MATH.md §4.8]."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twistcore.detection.prediction import Mask
+from twistcore.rotation import Array
+
+JUMP = 5.0  # times a joint's own pace
+SMALLEST = float(np.radians(0.5))  # joints that turn less in the jump do not vote
+SHARE = 0.5  # of the joints that turn at all
+SHARE_BESIDE, HOLE = 0.3, 3  # for frames within HOLE of a cut
+BLOCK_SECONDS = 0.13  # of the pace: the median over a block outlives a few frames of a cut
+
+
+def find_cuts(rotations: Array, fps: float) -> Mask:
+    """True where the step into a frame is a cut; rotations (frames, joints, 4) → (frames,).
+
+    A joint votes where it turns by more than JUMP times its median pace in the calmest of the
+    blocks around, or hardly turns; a cut needs half of the votes of the joints that ever turn.
+    """
+    frames = len(rotations)
+    cut = np.zeros(frames, dtype=bool)
+    block = max(8, round(BLOCK_SECONDS * fps))
+    if frames < 2 * block:
+        return cut
+    # the arc cosine is inexact below 1e-6°, far below any vote
+    turn = 2.0 * np.arccos(
+        np.minimum(np.abs(np.einsum("tjk,tjk->tj", rotations[:-1], rotations[1:])), 1.0)
+    )
+    turn = turn[:, turn.max(axis=0) > SMALLEST]
+    if turn.shape[1] == 0:
+        return cut
+    whole = (frames - 1) // block * block
+    pace = np.median(turn[:whole].reshape(-1, block, turn.shape[1]), axis=1)
+    padded = np.concatenate([pace[:1], pace, pace[-1:]])
+    calm = np.maximum(np.minimum(padded[:-2], padded[2:]), pace)
+    at = np.minimum(np.arange(frames - 1) // block, len(pace) - 1)
+    jump = (turn > JUMP * calm[at]) & (turn > SMALLEST)
+    share = np.concatenate([[0.0], jump.mean(axis=1)])
+    # A blend from a T-pose fades out: weaker frames beside a cut belong to it, holes included.
+    candidates = np.flatnonzero(share > SHARE_BESIDE)
+    if len(candidates):
+        groups = np.split(candidates, np.flatnonzero(np.diff(candidates) > HOLE) + 1)
+        for group in groups:
+            if (share[group] > SHARE).any():
+                cut[group[0] : group[-1] + 1] = True
+    return cut

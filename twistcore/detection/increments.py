@@ -1,0 +1,36 @@
+"""Twist increments of a chain from relative rotations: no azimuth, no singularity [MATH.md §4.1].
+
+Unlike differences of θp and θc these are exact for a straight limb and across a swing of 180°.
+Their sum is not θp (holonomy), so the two are never compared.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twistcore.rotation import Array, wrap
+
+
+def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Array, Array]:
+    """x(t) = twist_a(q_P(t−1)⁻¹ q_P(t)), y(t) = twist_a(q_C(t) q_C(t−1)⁻¹); radians, (frames,).
+
+    A twist error δ of P (q_P ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes them by exactly +dδ and −dδ.
+    x(0) = y(0) = 0. q_parent, q_child: (frames, 4); axis: unit, (3,) or (frames, 3), in P's frame.
+    """
+    x, y = np.zeros(len(q_parent)), np.zeros(len(q_parent))
+    a = axis if axis.ndim == 1 else axis[1:]
+    x[1:] = _twist_between(q_parent, a, -1.0)
+    y[1:] = _twist_between(q_child, a, 1.0)
+    return x, y
+
+
+def _twist_between(q: Array, axis: Array, cross_sign: float) -> Array:
+    """Twist of q(t−1)⁻¹ q(t) (cross_sign −1) or q(t) q(t−1)⁻¹ (+1); only w and v·a are formed."""
+    w0, w1 = q[:-1, 0], q[1:, 0]
+    x0, y0, z0 = q[:-1, 1], q[:-1, 2], q[:-1, 3]
+    x1, y1, z1 = q[1:, 1], q[1:, 2], q[1:, 3]
+    ax, ay, az = axis[..., 0], axis[..., 1], axis[..., 2]
+    w = w0 * w1 + x0 * x1 + y0 * y1 + z0 * z1
+    straight = w0 * (x1 * ax + y1 * ay + z1 * az) - w1 * (x0 * ax + y0 * ay + z0 * az)
+    cross = (y0 * z1 - z0 * y1) * ax + (z0 * x1 - x0 * z1) * ay + (x0 * y1 - y0 * x1) * az
+    return wrap(2.0 * np.arctan2(straight + cross_sign * cross, w))
