@@ -1,6 +1,7 @@
 """Decisions, undo, and the session that keeps them."""
 
 import json
+from contextlib import closing
 from dataclasses import replace
 
 import numpy as np
@@ -20,16 +21,25 @@ from twistcore.review import (
     Decision,
     Edit,
     Insert,
+    Journal,
     Redetect,
     Remove,
     Review,
     accepted_motion,
     read_session,
+    recover,
     session_bytes,
     start_review,
     write_session,
 )
-from twistcore.review.model import constant, levelled, resized
+from twistcore.review.model import (
+    constant,
+    flattened,
+    following,
+    levelled,
+    overlapping,
+    resized,
+)
 from twistcore.review.session import check_belongs
 
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")
@@ -52,7 +62,7 @@ def commands(state):
     ids = st.sampled_from([j.id for j in state.intervals])
     return st.one_of(
         st.builds(Decide, st.tuples(ids), st.sampled_from(list(Decision)), st.just("me")),
-        st.builds(Annotate, ids, st.text(max_size=8)),
+        st.builds(Annotate, ids, st.text(max_size=8), st.text(max_size=3)),
         st.builds(
             lambda i, grow: Edit(
                 i,
@@ -201,3 +211,72 @@ def test_a_session_of_another_clip_is_refused(tmp_path):
     session = read_session(path)
     with pytest.raises(ClipMismatchError, match="chain"):
         check_belongs(replace(session, sha256=other.sha256), other, ())
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.data())
+def test_a_journal_cut_anywhere_gives_back_every_whole_command(tmp_path_factory, data):
+    path = tmp_path_factory.mktemp("journal") / "walk.twist.journal"
+    review = fresh()
+    states = [session_bytes(CLIP, review.state)]
+    with closing(Journal(path, CLIP, review.state)) as journal:
+        for _ in range(data.draw(st.integers(1, 6))):
+            step = data.draw(st.sampled_from(["do", "do", "do", "undo", "redo"]))
+            if step == "do":
+                command = data.draw(commands(review.state))
+                review.do(command)
+                journal.do(command)
+            else:
+                (review.undo if step == "undo" else review.redo)()
+                journal.append({step: True})
+            states.append(session_bytes(CLIP, review.state))
+    whole = path.read_bytes()
+    assert session_bytes(CLIP, recover(path).review.state) == states[-1]
+    head = whole.index(b"\n") + 1
+    cut = data.draw(st.integers(head, len(whole)))
+    path.write_bytes(whole[:cut])
+    back = recover(path)
+    assert back.entries == whole[:cut].count(b"\n") - 1
+    assert back.damaged == 0
+    assert session_bytes(CLIP, back.review.state) == states[back.entries]
+
+
+def test_a_journal_damaged_in_the_middle_keeps_what_stands_before(tmp_path):
+    path = tmp_path / "j"
+    review = fresh()
+    journal = Journal(path, CLIP, review.state)
+    for judged in review.state.intervals[:4]:
+        journal.do(Decide((judged.id,), Decision.ACCEPTED, "me", "now"))
+    journal.close()
+    lines = path.read_bytes().split(b"\n")
+    lines[3] = lines[3][:10] + b"\x00\xff" + lines[3][12:]
+    path.write_bytes(b"\n".join(lines))
+    back = recover(path)
+    assert (back.entries, back.damaged) == (2, 2)
+    accepted = [j for j in back.review.state.intervals if j.decision == Decision.ACCEPTED]
+    assert len(accepted) == 2
+    path.write_bytes(b"nonsense\n")
+    with pytest.raises(FormatError, match="journal"):
+        recover(path)
+
+
+def test_overlapping_intervals_are_named():
+    review = fresh()
+    first = review.state.intervals[0]
+    assert overlapping(review.state.intervals) == frozenset()
+    interval = first.interval
+    review.do(Insert(constant(interval.chain, interval.stop - 2, interval.stop + 5, 0.1)))
+    other = review.state.next_id - 1
+    assert overlapping(review.state.intervals) == {first.id, other}
+    review.do(Decide((other,), Decision.REJECTED))
+    assert overlapping(review.state.intervals) == frozenset()
+
+
+def test_following_takes_a_drift_out():
+    theta = np.zeros(100)
+    theta[40:60] = np.linspace(0.5, 1.5, 20)
+    interval = following(constant("LeftArm", 40, 60, 1.0), theta)
+    np.testing.assert_allclose(interval.offset, theta[40:60])
+    assert np.ptp(flattened(interval).offset) == 0.0
+    whole = following(constant("LeftArm", 0, 100, 1.0), theta)
+    np.testing.assert_allclose(whole.offset, 1.0)

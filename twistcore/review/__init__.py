@@ -1,6 +1,7 @@
 """A person's judgement of the intervals: state, commands with undo, session file."""
 
 from twistcore.review.commands import Annotate, Command, Decide, Edit, Insert, Redetect, Remove
+from twistcore.review.journal import Journal, Recovered, recover
 from twistcore.review.model import Decision, Judged, ReviewState, start_review
 from twistcore.review.review import Review
 from twistcore.review.session import (
@@ -18,7 +19,9 @@ __all__ = [
     "Decision",
     "Edit",
     "Insert",
+    "Journal",
     "Judged",
+    "Recovered",
     "Redetect",
     "Remove",
     "Review",
@@ -26,6 +29,7 @@ __all__ = [
     "Session",
     "accepted_motion",
     "read_session",
+    "recover",
     "session_bytes",
     "start_review",
     "write_session",

@@ -93,10 +93,11 @@ class Edit:
 
 @dataclass(frozen=True)
 class Annotate:
-    """Set the note of an interval."""
+    """Set the note of an interval, and the reason of its rejection."""
 
     id: int
     note: str
+    reason: str = ""
 
     @property
     def text(self) -> str:
@@ -105,7 +106,7 @@ class Annotate:
 
     def apply(self, state: ReviewState) -> ReviewState:
         """The state after the command."""
-        return _replace(state, (self.id,), note=self.note)
+        return _replace(state, (self.id,), note=self.note, reason=self.reason)
 
     def continues(self, earlier: Command) -> bool:
         """Notes are steps of their own."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from types import MappingProxyType
@@ -27,7 +27,7 @@ class Judged:
 
     id: stays the same for the life of the review; by_hand: made by a person; edited: its frames
     or offset were; supported: the detector still finds it at the present τ; reviewer, decided_at
-    (ISO 8601), note: as entered.
+    (ISO 8601), note, reason (of a rejection): as entered.
     """
 
     id: int
@@ -39,11 +39,17 @@ class Judged:
     reviewer: str = ""
     decided_at: str = ""
     note: str = ""
+    reason: str = ""
 
     @property
     def kept(self) -> bool:
         """A person has put work into it: re-detection must not take it away."""
-        return self.by_hand or self.edited or bool(self.note) or self.decision != Decision.UNDECIDED
+        return (
+            self.by_hand
+            or self.edited
+            or bool(self.note or self.reason)
+            or self.decision != Decision.UNDECIDED
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +120,44 @@ def resized(interval: Interval, start: int, stop: int) -> Interval:
 def levelled(interval: Interval, delta: float) -> Interval:
     """The interval moved by whole to a new median offset `delta`, radians."""
     return interval.with_offset(interval.start, wrap(interval.offset + (delta - interval.delta)))
+
+
+def flattened(interval: Interval) -> Interval:
+    """The interval with its median offset in all frames: a level shift."""
+    return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
+
+
+def following(interval: Interval, theta_p: Array) -> Interval:
+    """The interval with an offset a frame, so that P's corrected twist runs straight across it.
+
+    theta_p: twist of P, radians, (frames,). For errors that drift or jitter inside.
+    """
+    outside = [t for t in (interval.start - 1, interval.stop) if 0 <= t < len(theta_p)]
+    if not outside:
+        return interval
+    before, behind = float(theta_p[outside[0]]), float(theta_p[outside[-1]])
+    share = (np.arange(interval.frames) + 1) / (interval.frames + 1)
+    line = before + wrap(behind - before) * share
+    offset: Array = wrap(theta_p[interval.start : interval.stop] - line)
+    return interval.with_offset(interval.start, offset)
+
+
+def overlapping(intervals: Sequence[Judged]) -> frozenset[int]:
+    """Ids of the intervals not rejected that share frames with another of their chain: they add."""
+    out: set[int] = set()
+    by_chain: dict[str, list[Judged]] = {}
+    for judged in intervals:
+        if judged.decision != Decision.REJECTED:
+            by_chain.setdefault(judged.interval.chain, []).append(judged)
+    for found in by_chain.values():
+        found.sort(key=lambda j: j.interval.start)
+        reach: Judged | None = None
+        for judged in found:
+            if reach is not None and judged.interval.start < reach.interval.stop:
+                out.update((judged.id, reach.id))
+            if reach is None or judged.interval.stop > reach.interval.stop:
+                reach = judged
+    return frozenset(out)
 
 
 def constant(chain: str, start: int, stop: int, delta: float) -> Interval:

@@ -59,6 +59,16 @@ class Review:
         return self._undone[-1].command.text if self._undone else ""
 
     @property
+    def history(self) -> tuple[str, ...]:
+        """Names of all steps, done and undone, in order; :attr:`position` of them are done."""
+        return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
+
+    @property
+    def position(self) -> int:
+        """How many steps are done."""
+        return len(self._done)
+
+    @property
     def saved(self) -> bool:
         """True if nothing has changed since the session was written or opened."""
         return self.state is self._saved

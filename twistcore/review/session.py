@@ -33,9 +33,9 @@ class Session:
     state: ReviewState
 
 
-def session_bytes(clip: Clip, state: ReviewState) -> bytes:
-    """The session as JSON; angles in degrees with nine decimals, times in frames."""
-    document = {
+def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
+    """The session as a JSON document; angles in degrees with nine decimals, times in frames."""
+    return {
         "schema": SCHEMA,
         "clip": str(clip.path),
         "sha256": clip.sha256,
@@ -43,8 +43,13 @@ def session_bytes(clip: Clip, state: ReviewState) -> bytes:
         "method": state.method,
         "tau_deg": {name: round(float(np.degrees(t)), 9) for name, t in state.tau.items()},
         "next_id": state.next_id,
-        "intervals": [_interval_to_json(j) for j in state.intervals],
+        "intervals": [_judged_to_json(j) for j in state.intervals],
     }
+
+
+def session_bytes(clip: Clip, state: ReviewState) -> bytes:
+    """The session file's bytes."""
+    document = session_document(clip, state)
     return (json.dumps(document, indent=1, ensure_ascii=False) + "\n").encode()
 
 
@@ -56,27 +61,35 @@ def write_session(path: Path, clip: Clip, state: ReviewState) -> None:
 def read_session(path: Path) -> Session:
     """Read a session; raises TwistError or FormatError in one sentence."""
     try:
-        document: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        document = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise TwistError(f"{path}: expected a session file, but there is no such file") from None
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError as error:
         raise FormatError(f"{path}: expected JSON ({error})") from None
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise FormatError(f"{path}: expected a document with schema {SCHEMA!r}")
+    try:
+        return session_from_document(document)
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}") from None
+
+
+def session_from_document(document: Any) -> Session:
+    """A session from its JSON document; FormatError says what is missing or wrong."""
+    if not isinstance(document, Mapping) or document.get("schema") != SCHEMA:
+        raise FormatError(f"expected a document with schema {SCHEMA!r}")
     try:
         tau = {name: float(np.radians(t)) for name, t in document["tau_deg"].items()}
         state = ReviewState(
             method=document["method"],
             tau=MappingProxyType(tau),
-            intervals=tuple(_interval_from_json(j) for j in document["intervals"]),
+            intervals=tuple(_judged_from_json(j) for j in document["intervals"]),
             next_id=document["next_id"],
             chain_order=MappingProxyType({name: k for k, name in enumerate(tau)}),
         )
         return Session(document["clip"], document["sha256"], document["fps"], state)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None
+        raise FormatError(f"{error} is missing or of the wrong kind") from None
 
 
 def accepted_motion(
@@ -101,35 +114,27 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
             raise ClipMismatchError(f"{clip.path}: an interval ends behind the clip's last frame")
 
 
-def _interval_to_json(judged: Judged) -> dict[str, Any]:
-    interval = judged.interval
+def interval_to_json(interval: Interval) -> dict[str, Any]:
+    """An interval with its offset in degrees: one number, or one for every frame."""
     degrees = [round(float(d), 9) for d in np.degrees(interval.offset)]
-    level = len(set(degrees)) == 1
     return {
-        "id": judged.id,
         "chain": interval.chain,
         "start": interval.start,
         "stop": interval.stop,
-        "offset_deg": degrees[0] if level else degrees,
+        "offset_deg": degrees[0] if len(set(degrees)) == 1 else degrees,
         "confidence": interval.confidence,
         "open": interval.open,
         "residual_deg": round(float(np.degrees(interval.residual)), 9),
-        "decision": judged.decision.value,
-        "by_hand": judged.by_hand,
-        "edited": judged.edited,
-        "supported": judged.supported,
-        "reviewer": judged.reviewer,
-        "decided_at": judged.decided_at,
-        "note": judged.note,
     }
 
 
-def _interval_from_json(entry: Mapping[str, Any]) -> Judged:
+def interval_from_json(entry: Mapping[str, Any]) -> Interval:
+    """The reverse; KeyError, TypeError or ValueError where it is damaged."""
     start, stop = int(entry["start"]), int(entry["stop"])
-    offset = np.radians(np.broadcast_to(np.asarray(entry["offset_deg"], float), (stop - start,)))
     if start < 0 or stop <= start:
         raise ValueError(f"an interval from {start} to {stop}")
-    interval = Interval(
+    offset = np.radians(np.broadcast_to(np.asarray(entry["offset_deg"], float), (stop - start,)))
+    return Interval(
         entry["chain"],
         start,
         stop,
@@ -138,9 +143,27 @@ def _interval_from_json(entry: Mapping[str, Any]) -> Judged:
         open=entry["open"],
         residual=float(np.radians(entry["residual_deg"])),
     )
+
+
+def _judged_to_json(judged: Judged) -> dict[str, Any]:
+    return {
+        "id": judged.id,
+        **interval_to_json(judged.interval),
+        "decision": judged.decision.value,
+        "by_hand": judged.by_hand,
+        "edited": judged.edited,
+        "supported": judged.supported,
+        "reviewer": judged.reviewer,
+        "decided_at": judged.decided_at,
+        "note": judged.note,
+        "reason": judged.reason,
+    }
+
+
+def _judged_from_json(entry: Mapping[str, Any]) -> Judged:
     return Judged(
         entry["id"],
-        interval,
+        interval_from_json(entry),
         Decision(entry["decision"]),
         by_hand=entry["by_hand"],
         edited=entry["edited"],
@@ -148,4 +171,5 @@ def _interval_from_json(entry: Mapping[str, Any]) -> Judged:
         reviewer=entry["reviewer"],
         decided_at=entry["decided_at"],
         note=entry["note"],
+        reason=entry.get("reason", ""),
     )
