@@ -33,6 +33,7 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.model import (
+    carried_over,
     constant,
     flattened,
     following,
@@ -280,3 +281,26 @@ def test_following_takes_a_drift_out():
     assert np.ptp(flattened(interval).offset) == 0.0
     whole = following(constant("LeftArm", 0, 100, 1.0), theta)
     np.testing.assert_allclose(whole.offset, 1.0)
+
+
+def test_tau_dragged_up_and_back_leaves_everything_as_it_was():
+    review = fresh()
+    ids = [(j.id, j.interval.start) for j in review.state.intervals]
+    for degrees in (10.0, 100.0, 179.0, 50.0, 5.0):
+        review.do(redetect("RightUpLeg", degrees, drag=7))
+    assert [(j.id, j.interval.start) for j in review.state.intervals] == ids
+    review.undo()
+    assert review.undo_text == ""
+
+
+def test_decisions_are_carried_over_to_another_take():
+    review, other = fresh(), fresh()
+    a, b, *_ = review.state.intervals
+    review.do(Decide((a.id,), Decision.ACCEPTED, "Ada", "then"))
+    review.do(Annotate(b.id, "look", "motion"))
+    review.do(Insert(constant("LeftLeg", 10, 20, 0.3)))
+    state = carried_over(review.state, other.state)
+    assert (state.find(a.id).decision, state.find(a.id).reviewer) == (Decision.ACCEPTED, "Ada")
+    assert (state.find(b.id).note, state.find(b.id).reason) == ("look", "motion")
+    assert len(state.intervals) == 9
+    assert sum(j.by_hand for j in state.intervals) == 1

@@ -142,6 +142,37 @@ def following(interval: Interval, theta_p: Array) -> Interval:
     return interval.with_offset(interval.start, offset)
 
 
+def carried_over(earlier: ReviewState, fresh: ReviewState) -> ReviewState:
+    """Decisions of an earlier take on the intervals of a re-exported one, matched by overlap.
+
+    A fresh interval takes verdict, reviewer, note and reason of the earlier one of its
+    chain that shares most frames with it. Hand-made ones come along where they still fit.
+    """
+    out = []
+    used: set[int] = set()
+    for judged in fresh.intervals:
+        best: Judged | None = None
+        most = 0
+        for old in earlier.of_chain(judged.interval.chain):
+            common = min(judged.interval.stop, old.interval.stop) - max(
+                judged.interval.start, old.interval.start
+            )
+            if common > most and old.id not in used and old.kept and not old.by_hand:
+                best, most = old, common
+        if best is None:
+            out.append(judged)
+            continue
+        used.add(best.id)
+        carried = {k: getattr(best, k) for k in ("decision", "reviewer", "decided_at", "note")}
+        out.append(replace(judged, **carried, reason=best.reason))
+    next_id = fresh.next_id
+    for old in earlier.intervals:
+        if old.by_hand and old.interval.chain in fresh.tau:
+            out.append(replace(old, id=next_id))
+            next_id += 1
+    return fresh.with_intervals(out, next_id)
+
+
 def overlapping(intervals: Sequence[Judged]) -> frozenset[int]:
     """Ids of the intervals not rejected that share frames with another of their chain: they add."""
     out: set[int] = set()

@@ -25,12 +25,17 @@ class Review:
         self._saved: ReviewState = state
 
     def do(self, command: Command) -> None:
-        """Carry out a command; a step of a drag joins the one before it."""
-        after = command.apply(self.state)
-        if self._done and command.continues(self._done[-1].command):
-            self._done[-1] = _Step(command, self._done[-1].before, after)
-        else:
-            self._done.append(_Step(command, self.state, after))
+        """Carry out a command; a step of a drag takes the place of the one before it.
+
+        It starts from where the drag began, so where a drag ends says all: a τ line dragged up and
+        back leaves every interval as it was.
+        """
+        same_drag = bool(self._done) and command.continues(self._done[-1].command)
+        before = self._done[-1].before if same_drag else self.state
+        after = command.apply(before)
+        if same_drag:
+            self._done.pop()
+        self._done.append(_Step(command, before, after))
         self._undone.clear()
         self.state = after
 
