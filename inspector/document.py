@@ -12,12 +12,15 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from inspector.background import Task
+from inspector.keeping import Keeper, Leftover, session_path
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, resolve_tau
+from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.refinement import offsets_by_chain, remove_twist
 from twistcore.review import (
+    CarryOver,
     Command,
     Decide,
     Decision,
@@ -29,6 +32,7 @@ from twistcore.review import (
     read_session,
     start_review,
 )
+from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
 from twistcore.review.session import check_belongs
 from twistcore.rotation import Array
@@ -54,6 +58,9 @@ class Analysed:
     rotations: Array  # global, (frames, joints, 4)
     positions: Array  # (frames, joints, 3)
     review: Review
+    session: Path | None = None  # the file the review was read from
+    earlier: tuple[Judged, ...] = ()  # a review of another version of this clip
+    notes: tuple[str, ...] = ()
 
     @property
     def motion(self) -> Motion:
@@ -61,9 +68,29 @@ class Analysed:
         return self.clip.motion
 
 
+class ClipMissingError(TwistError):
+    """A session whose clip is neither where it was nor beside the session."""
+
+    def __init__(self, session: Path, clip: str) -> None:
+        super().__init__(f"{session.name}: its clip {clip} is not where it was.")
+        self.session = session
+
+
 def analyse(path: Path, method: str = DEFAULT_METHOD) -> Analysed:
-    """Read and analyse a clip; raises TwistError. Safe to call in any thread."""
-    return analysed(read_bvh(path), method)
+    """Read and analyse a clip, with the session beside it; raises TwistError.
+
+    Safe to call in any thread.
+    """
+    beside = session_path(path)
+    if not beside.exists():
+        return analysed(read_bvh(path), method)
+    try:
+        return analyse_session(beside, path)
+    except FormatError as error:
+        aside = beside.with_name(beside.name + ".damaged")
+        beside.replace(aside)
+        data = analysed(read_bvh(path), method)
+        return replace(data, notes=(f"{error}. It was set aside as {aside.name}.",))
 
 
 def analysed(clip: Clip, method: str = DEFAULT_METHOD) -> Analysed:
@@ -84,22 +111,30 @@ def analysed(clip: Clip, method: str = DEFAULT_METHOD) -> Analysed:
     )
 
 
-def analyse_session(path: Path) -> Analysed:
+def analyse_session(path: Path, clip_path: Path | None = None) -> Analysed:
     """The clip of a session with the session's review; raises TwistError.
 
-    A clip that has moved is looked for by its name beside the session.
+    Without `clip_path` the clip is where it was when the session was saved, or beside the session.
+    A clip that has changed gets a review of its own, and the session's as `earlier`.
     """
     session = read_session(path)
-    clip_path = Path(session.clip)
-    if not clip_path.exists():
-        clip_path = path.with_name(clip_path.name)
-    data = analyse(clip_path, session.state.method)
-    check_belongs(session, data.clip, data.chains)
+    if clip_path is None:
+        clip_path = Path(session.clip)
+        if not clip_path.exists():
+            clip_path = path.with_name(clip_path.name)
+        if not clip_path.exists():
+            raise ClipMissingError(path, session.clip)
+    method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
+    data = analysed(read_bvh(clip_path), method)
+    try:
+        check_belongs(session, data.clip, data.chains)
+    except ClipMismatchError:
+        return replace(data, earlier=session.state.intervals)
     own = data.review.state
     state = replace(
         session.state, tau={**own.tau, **session.state.tau}, chain_order=own.chain_order
     )
-    return replace(data, review=Review(state))
+    return replace(data, review=Review(state), session=path)
 
 
 class Document(QObject):
@@ -113,6 +148,8 @@ class Document(QObject):
     frame_changed = Signal(int)
     show_changed = Signal()
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
+    locate = Signal(object)  # the clip of this session file is asked for
+    question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -121,7 +158,8 @@ class Document(QObject):
         self.interval_id: int | None = None
         self.frame = 0
         self.show = Show.BOTH
-        self.session_file: Path | None = None
+        self.keeper = Keeper(self)
+        self.keeper.trouble.connect(lambda text: self.message.emit(text, True))
         self.reviewer = ""
         self._offsets: dict[str, Array] = {}
         self._task: Task | None = None
@@ -131,34 +169,48 @@ class Document(QObject):
 
     def open(self, path: Path) -> None:
         """Read and analyse a clip in the background; the old one stays until the new is there."""
-        self._open(path, lambda: analyse(path), None)
+        self._open(path, lambda: analyse(path))
 
-    def open_session(self, path: Path) -> None:
-        """Open a session and its clip in the background."""
-        self._open(path, lambda: analyse_session(path), path)
+    def open_session(self, path: Path, clip: Path | None = None) -> None:
+        """Open a session and its clip, which may have moved to `clip`, in the background."""
+        self._open(path, lambda: analyse_session(path, clip))
 
-    def _open(self, path: Path, work: Callable[[], Analysed], session: Path | None) -> None:
+    def _open(self, path: Path, work: Callable[[], Analysed]) -> None:
         if self._task is not None:
             self._task.cancel()
         self._task = Task(work, self)
-        self._task.finished.connect(lambda data: self.show_clip(data, session))
+        self._task.finished.connect(self.show_clip)
         self._task.failed.connect(self._open_failed)
         self.opening.emit(path.name)
         self._task.start()
 
-    def show_clip(self, data: Analysed, session: Path | None = None) -> None:
-        """Make an analysed clip the present one, with the session file it came from."""
+    def show_clip(self, data: Analysed) -> None:
+        """Make an analysed clip the present one."""
         self._task = None
-        self.session_file = session
         self.data = data
         self.frame = 0
         self.interval_id = None
+        leftover = self.keeper.begin(data.clip, data.review, data.session)
         intervals = self.review.state.intervals
         self.chain = intervals[0].interval.chain if intervals else ""
         if not self.chain and data.chains:
             self.chain = data.chains[0].name
         self._offsets = self._sum_of_offsets()
         self.opened.emit()
+        self._tell_about(data)
+        if leftover is not None and leftover.recovered.entries:
+            self._offer(leftover)
+        elif data.earlier:
+            self.question.emit(
+                f"{data.clip.name} has changed since its session was saved.",
+                (("Carry decisions over", lambda: self.do(CarryOver(data.earlier))),),
+            )
+
+    def _tell_about(self, data: Analysed) -> None:
+        if data.session is not None:
+            self.message.emit(f"Going on with {data.session.name}.", False)
+        for note in data.notes:
+            self.message.emit(note, True)
         for warning in data.clip.warnings:
             self.message.emit(f"{data.clip.name}: {warning}", False)
         if not data.chains:
@@ -167,9 +219,41 @@ class Document(QObject):
                 False,
             )
 
+        if self.keeper.read_only:
+            self.message.emit(
+                f"{data.clip.name} is open in another window: you can look, not save.", True
+            )
+
+    def _offer(self, leftover: Leftover) -> None:
+        count = leftover.recovered.entries
+        steps = "step was" if count == 1 else f"{count} steps were"
+        self.question.emit(
+            f"The last review of this clip ended without saving; {steps} kept.",
+            (
+                ("Restore", lambda: self.restore(leftover)),
+                ("Discard", lambda: leftover.path.unlink(missing_ok=True)),
+            ),
+        )
+
+    def restore(self, leftover: Leftover) -> None:
+        """Go on with the review that an earlier run left in its journal."""
+        assert self.data is not None
+        review = leftover.recovered.review
+        self.data = replace(self.data, review=review)
+        self.keeper.continue_with(review, leftover)
+        self._review_changed()
+
+    def close_clip(self) -> None:
+        """Let the clip's journal and lock go; the program is about to end."""
+        self.keeper.end()
+
     def _open_failed(self, error: Exception) -> None:
         self._task = None
-        self.message.emit(str(error), True)
+        if isinstance(error, ClipMissingError):
+            session = error.session
+            self.question.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))
+        else:
+            self.message.emit(str(error), True)
 
     # -- what views read ----------------------------------------------------------------------
 
@@ -300,18 +384,21 @@ class Document(QObject):
         except (KeyError, ValueError) as error:
             self.message.emit(f"{command.text}: {error}", True)
             return
+        self.keeper.record(command, getattr(command, "drag", 0))
         self._review_changed()
 
     def undo(self) -> None:
         """Take the last command back."""
-        if self.data:
+        if self.data and self.review.undo_text:
             self.review.undo()
+            self.keeper.record_step(UNDO)
             self._review_changed()
 
     def redo(self) -> None:
         """Do the last undone command again."""
-        if self.data:
+        if self.data and self.review.redo_text:
             self.review.redo()
+            self.keeper.record_step(REDO)
             self._review_changed()
 
     def decide(self, decision: Decision, ids: Sequence[int] = ()) -> None:

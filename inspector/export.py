@@ -21,13 +21,12 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.document import Document
+from inspector.keeping import SESSION_SUFFIX
 from twistcore.bvh import write_bvh
 from twistcore.compare import compare
 from twistcore.errors import TwistError
 from twistcore.report import Report, write_report
 from twistcore.review import Decision, write_session
-
-SESSION_SUFFIX = ".twist.json"
 
 
 @dataclass(frozen=True)
@@ -38,11 +37,6 @@ class ExportChoice:
     undecided: bool = False
     session: bool = True
     report: bool = True
-
-
-def session_path(clip: Path) -> Path:
-    """Where a clip's session lies unless the person says otherwise."""
-    return clip.with_name(clip.stem + SESSION_SUFFIX)
 
 
 def export(document: Document, choice: ExportChoice) -> str:

@@ -25,7 +25,8 @@ from PySide6.QtWidgets import (
 from inspector import theme as themes
 from inspector.actions import build_actions, shortcuts_markdown
 from inspector.document import Document, Show
-from inspector.export import SESSION_SUFFIX, ExportChoice, ExportDialog, export, session_path
+from inspector.export import ExportChoice, ExportDialog, export
+from inspector.keeping import SESSION_SUFFIX
 from inspector.message_bar import MessageBar
 from inspector.panels import ChainsPanel, DetailCard, IntervalsPanel, Transport
 from inspector.playback import Player
@@ -34,7 +35,7 @@ from inspector.settings import Settings, save_settings
 from inspector.viewport import Viewport
 from twistcore import __version__
 from twistcore.errors import TwistError
-from twistcore.review import Decision, Insert, Remove, write_session
+from twistcore.review import Decision, Insert, Remove
 from twistcore.review.model import constant, resized
 
 SAMPLE = Path(__file__).parent.parent / "assets" / "walk_injected.bvh"
@@ -125,6 +126,8 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         document = self.document
         document.message.connect(self.bar.show_message)
+        document.question.connect(self.bar.ask)
+        document.locate.connect(self.locate_clip)
         document.opening.connect(lambda name: self.statusBar().showMessage(f"Opening {name} …"))
         document.opened.connect(self._opened)
         document.intervals_changed.connect(self._review_changed)
@@ -175,20 +178,19 @@ class MainWindow(QMainWindow):
 
     def save_session(self) -> bool:
         """Write the session beside the clip; True if it is on disk."""
-        data = self.document.data
-        if data is None:
-            return True
-        path = self.document.session_file or session_path(data.clip.path)
-        try:
-            write_session(path, data.clip, self.document.review.state)
-        except OSError as error:
-            self.bar.show_message(f"{path}: not saved ({error.strerror}).", True)
+        if trouble := self.document.keeper.save():
+            self.bar.show_message(trouble, True)
             return False
-        self.document.session_file = path
-        self.document.review.mark_saved()
         self._review_changed()
-        self.statusBar().showMessage(f"Saved {path.name}", 4000)
+        if path := self.document.keeper.session_file:
+            self.statusBar().showMessage(f"Saved {path.name}", 4000)
         return True
+
+    def locate_clip(self, session: Path) -> None:
+        """Ask where the clip of a session went, and open both."""
+        name, _ = QFileDialog.getOpenFileName(self, "Locate the clip", str(session.parent), "*.bvh")
+        if name:
+            self.document.open_session(session, Path(name))
 
     def export_dialog(self) -> None:
         """Ask where to and export."""
@@ -236,6 +238,8 @@ class MainWindow(QMainWindow):
         )
         if answer == button.Save:
             return self.save_session()
+        if answer == button.Discard:
+            self.document.keeper.give_up()
         return answer == button.Discard
 
     # -- the review ---------------------------------------------------------------------------
@@ -510,6 +514,7 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.player.pause()
+        self.document.close_clip()
         self.settings.geometry = bytes(self.saveGeometry().toHex().data()).decode()
         self.settings.layout = bytes(self.saveState(_STATE_VERSION).toHex().data()).decode()
         if self._settings_file is not None:

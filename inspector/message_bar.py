@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
 _SHOWN_MS = 8000
 
@@ -25,6 +27,8 @@ class MessageBar(QFrame):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(10, 4, 4, 4)
         layout.addWidget(self.label, 1)
+        self._answers = QHBoxLayout()
+        layout.addLayout(self._answers)
         layout.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
@@ -33,12 +37,43 @@ class MessageBar(QFrame):
 
     def show_message(self, text: str, wrong: bool) -> None:
         """Show a sentence; `wrong` marks an error."""
+        if self._answers.count() and self.isVisible() and not wrong:
+            return  # a question waits for its answer
+        self._show(text, wrong)
+        if wrong:
+            self._timer.stop()
+        else:
+            self._timer.start(_SHOWN_MS)
+
+    def ask(self, text: str, answers: Sequence[tuple[str, Callable[[], object]]]) -> None:
+        """Show a sentence with buttons; it stays until one is pressed or it is closed."""
+        self._show(text, False)
+        self._timer.stop()
+        for name, slot in answers:
+            button = QPushButton(name)
+            button.clicked.connect(self._answered)
+            button.clicked.connect(lambda _=False, do=slot: do())
+            self._answers.addWidget(button)
+
+    def buttons(self) -> list[QPushButton]:
+        """The answers that are offered now."""
+        every = (self._answers.itemAt(k).widget() for k in range(self._answers.count()))
+        return [b for b in every if isinstance(b, QPushButton)]
+
+    def _answered(self) -> None:
+        self._clear()
+        self.hide()
+
+    def _clear(self) -> None:
+        while item := self._answers.takeAt(0):
+            if widget := item.widget():
+                widget.hide()
+                widget.deleteLater()
+
+    def _show(self, text: str, wrong: bool) -> None:
+        self._clear()
         self.label.setText(text)
         self.setProperty("wrong", wrong)
         self.style().unpolish(self)
         self.style().polish(self)
         self.show()
-        if wrong:
-            self._timer.stop()
-        else:
-            self._timer.start(_SHOWN_MS)

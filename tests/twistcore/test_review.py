@@ -17,6 +17,7 @@ from twistcore.detection import Interval, detect
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.review import (
     Annotate,
+    CarryOver,
     Decide,
     Decision,
     Edit,
@@ -33,7 +34,6 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.model import (
-    carried_over,
     constant,
     flattened,
     following,
@@ -78,6 +78,7 @@ def commands(state):
         ),
         st.builds(lambda i, d: Edit(i, levelled(state.find(i).interval, d)), ids, st.floats(-3, 3)),
         st.builds(lambda s: Insert(constant("LeftArm", s, s + 4, 0.5)), st.integers(0, 300)),
+        st.just(CarryOver(fresh().state.intervals[:3])),
         st.builds(redetect, st.sampled_from(["LeftForeArm", "RightUpLeg"]), st.floats(0.5, 150)),
     )
 
@@ -299,7 +300,8 @@ def test_decisions_are_carried_over_to_another_take():
     review.do(Decide((a.id,), Decision.ACCEPTED, "Ada", "then"))
     review.do(Annotate(b.id, "look", "motion"))
     review.do(Insert(constant("LeftLeg", 10, 20, 0.3)))
-    state = carried_over(review.state, other.state)
+    other.do(CarryOver(review.state.intervals))
+    state = other.state
     assert (state.find(a.id).decision, state.find(a.id).reviewer) == (Decision.ACCEPTED, "Ada")
     assert (state.find(b.id).note, state.find(b.id).reason) == ("look", "motion")
     assert len(state.intervals) == 9

@@ -1,6 +1,15 @@
 """A person's judgement of the intervals: state, commands with undo, session file."""
 
-from twistcore.review.commands import Annotate, Command, Decide, Edit, Insert, Redetect, Remove
+from twistcore.review.commands import (
+    Annotate,
+    CarryOver,
+    Command,
+    Decide,
+    Edit,
+    Insert,
+    Redetect,
+    Remove,
+)
 from twistcore.review.journal import Journal, Recovered, recover
 from twistcore.review.model import Decision, Judged, ReviewState, start_review
 from twistcore.review.review import Review
@@ -14,6 +23,7 @@ from twistcore.review.session import (
 
 __all__ = [
     "Annotate",
+    "CarryOver",
     "Command",
     "Decide",
     "Decision",

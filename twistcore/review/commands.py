@@ -9,7 +9,13 @@ from types import MappingProxyType
 from typing import Protocol
 
 from twistcore.detection import Interval
-from twistcore.review.model import Decision, Judged, ReviewState, as_written
+from twistcore.review.model import (
+    Decision,
+    Judged,
+    ReviewState,
+    as_written,
+    carried_over,
+)
 
 
 class Command(Protocol):
@@ -202,6 +208,27 @@ class Redetect:
             and earlier.drag == self.drag
             and set(earlier.tau) == set(self.tau)
         )
+
+
+@dataclass(frozen=True, eq=False)
+class CarryOver:
+    """Take the decisions of an earlier review of another take of this clip over."""
+
+    earlier: tuple[Judged, ...]
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        return "Carry decisions over"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        return carried_over(self.earlier, state)
+
+    def continues(self, earlier: Command) -> bool:
+        """A step of its own."""
+        del earlier
+        return False
 
 
 def _match(

@@ -1,8 +1,9 @@
 """The journal: every command on disk before the next one, so that no decision is ever lost.
 
 A journal is a text file, one JSON document a line. The first line holds the session as it was when
-the journal began; each further line one command, an undo or a redo. A line cut short by a crash is
-left out; what stands before it counts.
+the journal began; each further line one command, an undo, a redo, or the whole session again (an
+undo of something older than the journal). A line cut short by a crash is left out; what stands
+before it counts.
 """
 
 from __future__ import annotations
@@ -18,13 +19,24 @@ import numpy as np
 
 from twistcore.bvh import Clip
 from twistcore.errors import FormatError, TwistError
-from twistcore.review.commands import Annotate, Command, Decide, Edit, Insert, Redetect, Remove
+from twistcore.review.commands import (
+    Annotate,
+    CarryOver,
+    Command,
+    Decide,
+    Edit,
+    Insert,
+    Redetect,
+    Remove,
+)
 from twistcore.review.model import Decision, ReviewState
 from twistcore.review.review import Review
 from twistcore.review.session import (
     Session,
     interval_from_json,
     interval_to_json,
+    judged_from_json,
+    judged_to_json,
     session_document,
     session_from_document,
 )
@@ -104,20 +116,28 @@ def recover(path: Path) -> Recovered:
     whole = [line for line in lines[1:-1] if line]
     for line in whole:
         try:
-            _replay(review, json.loads(line))
-        except (ValueError, KeyError, TypeError, AttributeError, IndexError):
+            review = _replayed(review, json.loads(line))
+        except (ValueError, KeyError, TypeError, AttributeError, FormatError):
             break  # later commands may refer to what this one did
         entries += 1
     return Recovered(session, review, entries, len(whole) - entries)
 
 
-def _replay(review: Review, entry: Mapping[str, Any]) -> None:
+def _replayed(review: Review, entry: Mapping[str, Any]) -> Review:
+    if "session" in entry:
+        return Review(session_from_document(entry["session"]).state)
     if "undo" in entry:
         review.undo()
     elif "redo" in entry:
         review.redo()
     else:
         review.do(command_from_json(entry))
+    return review
+
+
+def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
+    """An entry with the whole session."""
+    return {"session": session_document(clip, state)}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
@@ -149,6 +169,8 @@ def command_to_json(command: Command) -> dict[str, Any]:
                 "method": command.method,
                 "drag": command.drag,
             }
+        case CarryOver():
+            return {"do": kind, "earlier": [judged_to_json(j) for j in command.earlier]}
     raise TypeError(f"{kind} has no form in a journal")
 
 
@@ -166,6 +188,7 @@ _READERS: Mapping[str, Callable[[Mapping[str, Any]], Command]] = {
         e["method"],
         e["drag"],
     ),
+    "CarryOver": lambda e: CarryOver(tuple(judged_from_json(j) for j in e["earlier"])),
 }
 
 

@@ -142,7 +142,7 @@ def following(interval: Interval, theta_p: Array) -> Interval:
     return interval.with_offset(interval.start, offset)
 
 
-def carried_over(earlier: ReviewState, fresh: ReviewState) -> ReviewState:
+def carried_over(earlier: Sequence[Judged], fresh: ReviewState) -> ReviewState:
     """Decisions of an earlier take on the intervals of a re-exported one, matched by overlap.
 
     A fresh interval takes verdict, reviewer, note and reason of the earlier one of its
@@ -153,7 +153,9 @@ def carried_over(earlier: ReviewState, fresh: ReviewState) -> ReviewState:
     for judged in fresh.intervals:
         best: Judged | None = None
         most = 0
-        for old in earlier.of_chain(judged.interval.chain):
+        for old in earlier:
+            if old.interval.chain != judged.interval.chain:
+                continue
             common = min(judged.interval.stop, old.interval.stop) - max(
                 judged.interval.start, old.interval.start
             )
@@ -166,7 +168,7 @@ def carried_over(earlier: ReviewState, fresh: ReviewState) -> ReviewState:
         carried = {k: getattr(best, k) for k in ("decision", "reviewer", "decided_at", "note")}
         out.append(replace(judged, **carried, reason=best.reason))
     next_id = fresh.next_id
-    for old in earlier.intervals:
+    for old in earlier:
         if old.by_hand and old.interval.chain in fresh.tau:
             out.append(replace(old, id=next_id))
             next_id += 1

@@ -64,6 +64,11 @@ class Review:
         return self._undone[-1].command.text if self._undone else ""
 
     @property
+    def state_before_last(self) -> ReviewState:
+        """The state before the last command that is done; the present one if there is none."""
+        return self._done[-1].before if self._done else self.state
+
+    @property
     def history(self) -> tuple[str, ...]:
         """Names of all steps, done and undone, in order; :attr:`position` of them are done."""
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))

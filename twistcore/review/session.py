@@ -43,7 +43,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
         "method": state.method,
         "tau_deg": {name: round(float(np.degrees(t)), 9) for name, t in state.tau.items()},
         "next_id": state.next_id,
-        "intervals": [_judged_to_json(j) for j in state.intervals],
+        "intervals": [judged_to_json(j) for j in state.intervals],
     }
 
 
@@ -83,7 +83,7 @@ def session_from_document(document: Any) -> Session:
         state = ReviewState(
             method=document["method"],
             tau=MappingProxyType(tau),
-            intervals=tuple(_judged_from_json(j) for j in document["intervals"]),
+            intervals=tuple(judged_from_json(j) for j in document["intervals"]),
             next_id=document["next_id"],
             chain_order=MappingProxyType({name: k for k, name in enumerate(tau)}),
         )
@@ -145,7 +145,8 @@ def interval_from_json(entry: Mapping[str, Any]) -> Interval:
     )
 
 
-def _judged_to_json(judged: Judged) -> dict[str, Any]:
+def judged_to_json(judged: Judged) -> dict[str, Any]:
+    """An interval under review."""
     return {
         "id": judged.id,
         **interval_to_json(judged.interval),
@@ -160,7 +161,8 @@ def _judged_to_json(judged: Judged) -> dict[str, Any]:
     }
 
 
-def _judged_from_json(entry: Mapping[str, Any]) -> Judged:
+def judged_from_json(entry: Mapping[str, Any]) -> Judged:
+    """The reverse; KeyError, TypeError or ValueError where it is damaged."""
     return Judged(
         entry["id"],
         interval_from_json(entry),

@@ -1,0 +1,254 @@
+"""Nothing decided is lost: the session beside the clip, its journal, and the lock on both."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+from PySide6.QtCore import QLockFile, QObject, QTimer, Signal
+
+from twistcore.bvh import Clip
+from twistcore.errors import TwistError
+from twistcore.review import Command, Journal, Recovered, Review, recover, write_session
+from twistcore.review.journal import command_to_json, state_entry
+
+SESSION_SUFFIX = ".twist.json"
+_JOURNAL_SUFFIX = ".journal"
+_IDLE_MS = 300  # a drag that pauses this long is put on disk
+
+
+def session_path(clip: Path) -> Path:
+    """Where a clip's session lies unless the person says otherwise."""
+    return clip.with_name(clip.stem + SESSION_SUFFIX)
+
+
+@dataclass(frozen=True, eq=False)
+class Leftover:
+    """A journal that an earlier run left behind, and what it holds."""
+
+    path: Path
+    recovered: Recovered
+
+
+class Keeper(QObject):
+    """Journal, session file and lock of the open clip.
+
+    The journal is begun with the first command, so that a clip that is only looked at leaves
+    nothing behind. A drag is one entry: where it ended.
+    """
+
+    trouble = Signal(str)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.session_file: Path | None = None
+        self.read_only = False
+        self._clip: Clip | None = None
+        self._review: Review | None = None
+        self._journal: Journal | None = None
+        self._lock: QLockFile | None = None
+        self._pending: Command | None = None
+        self._first = 0  # position of the review's history at which the journal begins
+        self._detached = False  # the journal no longer knows the review's history
+        self._told = False
+        self._idle = QTimer(self)
+        self._idle.setSingleShot(True)
+        self._idle.setInterval(_IDLE_MS)
+        self._idle.timeout.connect(self.flush)
+
+    # -- one clip after the other -------------------------------------------------------------
+
+    def begin(self, clip: Clip, review: Review, session_file: Path | None) -> Leftover | None:
+        """Watch over another clip's review; returns what an earlier run left unsaved."""
+        self.end()
+        self._clip, self._review = clip, review
+        self.session_file = session_file
+        self._told = False
+        self.read_only = not self._take_lock()
+        if self.read_only:
+            return None
+        for path in (self.journal_path, self._refuge()):
+            if path.exists():
+                return self._leftover(path)
+        return None
+
+    def end(self) -> None:
+        """Let the clip go; its journal stays unless everything in it is saved."""
+        self.flush()
+        if self._journal is not None:
+            if self._review is not None and self._review.saved:
+                self._journal.discard()
+            else:
+                self._journal.close()
+        self._journal = None
+        if self._lock is not None:
+            self._lock.unlock()
+        self._lock = None
+        self._clip = self._review = None
+
+    def give_up(self) -> None:
+        """The person gives unsaved decisions up: the journal goes."""
+        self._pending = None
+        if self._journal is not None:
+            self._journal.discard()
+            self._journal = None
+
+    def continue_with(self, review: Review, leftover: Leftover) -> None:
+        """Go on with a recovered review; its journal is replaced by one that begins with it."""
+        self._review = review
+        self._start_journal()
+        if self._journal is not None and leftover.path != self._journal.path:
+            leftover.path.unlink(missing_ok=True)
+
+    # -- recording ----------------------------------------------------------------------------
+
+    def record(self, command: Command, drag: int = 0) -> None:
+        """Put a command on disk; a step of a drag waits for the drag's end."""
+        if self._pending is not None and not command.continues(self._pending):
+            self.flush()
+        if drag:
+            self._pending = command
+            self._idle.start()
+            if self._journal is None:
+                self._start_journal(before_last=True)
+        else:
+            self._append(command_to_json(command))
+
+    def record_step(self, entry: Mapping[str, Any]) -> None:
+        """Put an undo or redo on disk; what is older than the journal, as the whole state."""
+        self.flush()
+        if self._clip is None or self._review is None:
+            return
+        if self._journal is None:
+            self._start_journal()
+            self._detached = True
+        if self._review.position < self._first:
+            self._detached = True
+        state = state_entry(self._clip, self._review.state)
+        self._append(state if self._detached else entry)
+
+    def flush(self) -> None:
+        """Put a waiting drag on disk."""
+        self._idle.stop()
+        if self._pending is not None:
+            pending, self._pending = self._pending, None
+            self._append(command_to_json(pending))
+
+    def save(self) -> str:
+        """Write the session file; a sentence if that failed, else ''."""
+        if self._clip is None or self._review is None:
+            return ""
+        path = self.session_file or session_path(self._clip.path)
+        if self.read_only:
+            return f"{path.name} is open in another window; this one cannot save it."
+        self.flush()
+        try:
+            write_session(path, self._clip, self._review.state)
+        except OSError as error:
+            return f"{path}: not saved ({error.strerror}). Your decisions stay in the journal."
+        self.session_file = path
+        self._review.mark_saved()
+        self.give_up()
+        return ""
+
+    # -- paths and lock -----------------------------------------------------------------------
+
+    @property
+    def journal_path(self) -> Path:
+        """Beside the session."""
+        assert self._clip is not None
+        path = self.session_file or session_path(self._clip.path)
+        return path.with_name(path.name + _JOURNAL_SUFFIX)
+
+    def _refuge(self) -> Path:
+        """Where the journal goes if the clip's folder cannot be written."""
+        assert self._clip is not None
+        mark = hashlib.sha256(str(self._clip.path.resolve()).encode()).hexdigest()[:12]
+        folder = platformdirs.user_state_path("twist-inspector", appauthor=False)
+        return folder / f"{self._clip.path.stem}-{mark}{_JOURNAL_SUFFIX}"
+
+    def _take_lock(self) -> bool:
+        path = self.journal_path
+        lock = QLockFile(str(path.with_name(path.name + ".lock")))
+        lock.setStaleLockTime(0)  # never by age: Qt looks whether the process is still alive
+        if lock.tryLock(0):
+            self._lock = lock
+            return True
+        # A folder that cannot be written cannot be locked either: nobody else writes there.
+        return lock.error() != QLockFile.LockError.LockFailedError
+
+    def _leftover(self, path: Path) -> Leftover | None:
+        try:
+            recovered = recover(path)
+        except TwistError as error:
+            self._set_aside(path, str(error))
+            return None
+        assert self._clip is not None
+        if recovered.session.sha256 != self._clip.sha256:
+            self._set_aside(path, f"{path.name} belongs to another version of the clip")
+            return None
+        if recovered.damaged:
+            self.trouble.emit(
+                f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
+            )
+        return Leftover(path, recovered)
+
+    def _set_aside(self, path: Path, why: str) -> None:
+        aside = path.with_name(path.name + ".damaged")
+        try:
+            path.replace(aside)
+            self.trouble.emit(f"{why}. It was set aside as {aside.name}.")
+        except OSError as error:
+            self.trouble.emit(f"{why}, and cannot be set aside ({error.strerror}).")
+
+    # -- the journal --------------------------------------------------------------------------
+
+    def _append(self, entry: Mapping[str, Any]) -> None:
+        if self.read_only or self._clip is None:
+            return
+        if self._journal is None:
+            self._start_journal(before_last=True)
+        if self._journal is None:
+            return
+        try:
+            self._journal.append(entry)
+        except OSError as error:
+            self._complain(error)
+            self._journal.close()
+            self._journal = None
+
+    def _start_journal(self, *, before_last: bool = False) -> None:
+        """Begin a journal with the review as it is, or as it was before its last command."""
+        if self.read_only or self._clip is None or self._review is None:
+            return
+        state = self._review.state_before_last if before_last else self._review.state
+        refuge = self._refuge()
+        for path in (self.journal_path, refuge):
+            try:
+                if path == refuge:
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                if path.exists() and self._journal is None and before_last:
+                    # Decided without answering the offer to restore: the old one is not lost.
+                    path.replace(path.with_name(path.name + ".unanswered"))
+                if self._journal is not None:
+                    self._journal.close()
+                self._journal = Journal(path, self._clip, state)
+                self._first = self._review.position - (1 if before_last else 0)
+                self._detached = False
+            except OSError as error:
+                self._journal = None
+                last = error
+                continue
+            return
+        self._complain(last)
+
+    def _complain(self, error: OSError) -> None:
+        if not self._told:
+            self._told = True
+            self.trouble.emit(
+                f"The journal cannot be written ({error.strerror}): save the session soon."
+            )
