@@ -186,3 +186,25 @@ def evaluation_to_text(evaluation: Evaluation) -> str:
         f"changed by more than 1°; mean change {evaluation.damage_mean:.4f}°."
     )
     return "\n".join(lines)
+
+
+def match_intervals(
+    found: Sequence[tuple[int, int]], true: Sequence[tuple[int, int]], least: float = 0.5
+) -> dict[int, int]:
+    """Index in `found` → index in `true`, one to one, the best overlap first.
+
+    Intervals are [start, stop); two match where intersection over union is at least `least`.
+    """
+    if not found or not true:
+        return {}
+    f, t = np.array(found)[:, None], np.array(true)[None]
+    shared = np.minimum(f[..., 1], t[..., 1]) - np.maximum(f[..., 0], t[..., 0])
+    overlap = shared / (np.maximum(f[..., 1], t[..., 1]) - np.minimum(f[..., 0], t[..., 0]))
+    matched: dict[int, int] = {}
+    for flat in np.argsort(-overlap, axis=None, kind="stable"):
+        i, j = (int(k) for k in np.unravel_index(flat, overlap.shape))
+        if overlap[i, j] < least:
+            break
+        if i not in matched and j not in matched.values():
+            matched[i] = j
+    return matched
