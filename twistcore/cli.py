@@ -116,12 +116,34 @@ def _parser() -> argparse.ArgumentParser:
     tune.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N")
     tune.set_defaults(run=commands.tune)
 
+    benchmark = subparsers.add_parser("benchmark", help="compare methods on errors put into clips")
+    benchmark.add_argument("folder", type=Path, metavar="FOLDER")
+    benchmark.add_argument(
+        "--protocol", action="extend", nargs="+", metavar="NAME", help="as of inject; default P0"
+    )
+    benchmark.add_argument(
+        "--methods", action="extend", nargs="+", metavar="NAME", help="default all"
+    )
+    benchmark.add_argument("--seeds", type=_count, default=3, metavar="N", help="how many")
+    benchmark.add_argument("--seed", type=int, default=1, metavar="N", help="the first seed")
+    benchmark.add_argument("--workers", type=_count, metavar="N", help="default all cores")
+    benchmark.add_argument("--resume", action="store_true", help="continue an unfinished run")
+    benchmark.add_argument("--json", type=Path, metavar="FILE")
+    benchmark.add_argument("--csv", type=Path, metavar="FILE")
+    benchmark.set_defaults(run=_benchmark)
+
     diff = subparsers.add_parser("diff", help="what differs between two clips")
     diff.add_argument("a", type=Path, metavar="A")
     diff.add_argument("b", type=Path, metavar="B")
     _json(diff)
     diff.set_defaults(run=commands.diff)
     return parser
+
+
+def _benchmark(arguments: argparse.Namespace) -> int:
+    from twistcore.benchmark.command import benchmark  # scipy.signal takes a while to load
+
+    return benchmark(arguments)
 
 
 def _clip(parser: argparse.ArgumentParser) -> None:
@@ -162,3 +184,9 @@ def _positive(text: str) -> float:
     if not (math.isfinite(value) and value > 0.0):
         raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
     return value
+
+
+def _count(text: str) -> int:
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found {text!r}")
+    return int(text)

@@ -1,0 +1,258 @@
+"""The benchmark: the same numbers however it is run, and the numbers of evaluation.py."""
+
+import csv
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.conftest import ASSETS
+from twistcore.benchmark import Settings, run_benchmark, run_clip, runner
+from twistcore.benchmark.baselines import BASELINES, continuous, slerp
+from twistcore.benchmark.clips import result_from_json
+from twistcore.benchmark.filtering import fidelity
+from twistcore.benchmark.markdown import benchmark_to_markdown, table
+from twistcore.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
+from twistcore.benchmark.scene import leading_frames, make_scene
+from twistcore.benchmark.tables import benchmark_to_json, make_rows
+from twistcore.benchmark.tally import MICRO, total_of
+from twistcore.cli import main
+from twistcore.detection import DETECTORS
+from twistcore.errors import FormatError
+from twistcore.evaluation import match_intervals, measure, summarise
+from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
+from twistcore.synthesis import Truth, inject, parse_protocol
+
+CLIPS = {name: ASSETS / name for name in ("basketball.bvh", "walk.bvh")}
+QUICK = Settings(("P0",), ("paper", "savgol"), (1,))
+
+
+@pytest.fixture(scope="module")
+def scene(walk):
+    return make_scene("walk.bvh", walk.motion, parse_protocol("P0"))
+
+
+def document(summary, settings=QUICK):
+    return benchmark_to_json(summary, settings, "assets")
+
+
+def test_intervals_match_one_to_one_at_half_their_union():
+    assert match_intervals([(0, 10)], [(0, 20)]) == {0: 0}
+    assert match_intervals([(0, 10)], [(0, 21)]) == {}
+    assert match_intervals([(0, 10), (0, 9)], [(0, 9)]) == {1: 0}
+    assert match_intervals([], [(0, 9)]) == {}
+    assert match_intervals([(0, 1), (5, 6)], [(5, 6), (0, 1)]) == {0: 1, 1: 0}
+
+
+@pytest.mark.parametrize("method", ["paper", "savgol", "pca"])
+def test_a_pass_counts_what_evaluation_measures(scene, method):
+    """Passes look at one limb; evaluation.py looks at the whole clip and knows no limbs."""
+    samples, motion = [], scene.motion
+    for index, targets in scene.passes():
+        errors = draw(scene, index, targets, 7)
+        dirty = inject(motion, scene.chains, errors)
+        refined = apply_method(method, dirty, scene.chains, errors)
+        truth = Truth("walk.bvh", "P0", 7, motion.frames, motion.fps, errors)
+        samples.append(
+            measure(truth, motion, motion.with_rotations(refined.rotations), scene.chains)
+        )
+    known = summarise(samples)
+    ours = total_of(run_item(scene, method, 7).values())
+    assert ours.frames == known.overall.frames
+    assert 100.0 * ours.repaired / ours.frames == pytest.approx(known.overall.fsr)
+    assert ours.after / ours.frames / MICRO == pytest.approx(known.overall.mae_after, abs=1e-6)
+    assert np.sqrt(ours.after_squared / ours.frames / MICRO) == pytest.approx(
+        known.overall.rmse_after, abs=1e-4
+    )
+    altered = 100.0 * (ours.damaged + ours.natural) / ours.pairs
+    assert altered == pytest.approx(known.damage_share)
+
+
+@pytest.mark.parametrize("method", DETECTORS)
+def test_a_limb_alone_is_analysed_as_in_the_whole_body(scene, method):
+    index, targets = scene.passes()[3]
+    errors = draw(scene, index, targets, 1)
+    limb = next(group for group in scene.limbs if targets[0] in group)
+    dirty = inject(scene.motion, scene.chains, errors)
+    alone, whole = (apply_method(method, dirty, c, errors) for c in (limb, scene.chains))
+    for chain in limb:
+        assert alone.found[chain.name] == whole.found[chain.name]
+        np.testing.assert_array_equal(
+            alone.rotations[:, chain.parent], whole.rotations[:, chain.parent]
+        )
+
+
+def test_errors_depend_on_seed_clip_chain_and_protocol_alone(scene):
+    def starts(seed, which):
+        return [(e.chain, e.start, e.stop) for e in draw(scene, *scene.passes()[which], seed)]
+
+    assert starts(1, 0) == starts(1, 0)
+    assert starts(1, 0) != starts(2, 0)
+    assert {chain for chain, *_ in starts(1, 4)} == {scene.chains[4].name}
+
+
+def test_limbs_of_a_body(scene):
+    assert sorted(len(limb) for limb in scene.limbs) == [2, 2, 3, 3]
+
+
+def test_a_leading_pose_is_dropped_and_motion_is_not(walk):
+    moving = walk.motion.sliced(leading_frames(walk.motion), walk.motion.frames)
+    assert leading_frames(moving) == 0
+    posed = np.concatenate([moving.rotations[:3] * 0.0, moving.rotations])
+    posed[:3, :, 0] = 1.0
+    turned = moving.rotations.copy()  # far from the T-pose in every joint
+    turned = np.concatenate([posed[:3], normalise(turned + np.array([0.0, 1.0, 1.0, 0.0]))], axis=0)
+    positions = np.concatenate([moving.positions[:3], moving.positions])
+    assert leading_frames(replace(moving, rotations=turned, positions=positions)) == 3
+
+
+@pytest.mark.parametrize("name", BASELINES)
+def test_a_baseline_leaves_a_still_pose_alone(name):
+    pose = normalise(np.array([[0.9, 0.1, -0.3, 0.2], [0.5, 0.5, 0.5, -0.5]]))
+    still = np.repeat(pose[None], 60, axis=0)
+    out = BASELINES[name].correct(still, 120.0, [(10, 20)])
+    np.testing.assert_allclose(out, still, atol=1e-9)
+
+
+def test_slerp_turns_evenly():
+    q = quaternion_from_axis_angle(np.array([0.0, 0.6, 0.8]), np.linspace(0.0, 2.0, 30))[:, None]
+    spoiled = q.copy()
+    spoiled[[*range(5), *range(10, 17)]] = [1.0, 0.0, 0.0, 0.0]
+    out = BASELINES["slerp-oracle"].correct(spoiled, 120.0, [(0, 5), (10, 17)])
+    assert geodesic_angle(out[5:], q[5:]).max() < 1e-9
+    assert geodesic_angle(out[:5], q[5]).max() < 1e-9  # nothing before it: the next pose is held
+    assert geodesic_angle(slerp(q[0], -q[9], np.array([1.0])), q[9]).max() < 1e-9
+
+
+def test_continuous_changes_signs_only():
+    rng = np.random.default_rng(3)
+    q = np.cumsum(rng.normal(size=(50, 2, 4)) * 0.1, axis=0)
+    q[..., 0] += 2.0
+    mixed = q * rng.choice([-1.0, 1.0], size=(50, 2, 1))
+    out = continuous(mixed)
+    assert (np.abs(out) == np.abs(q)).all()
+    assert (np.einsum("tji,tji->tj", out[:-1], out[1:]) > 0.0).all()
+
+
+def test_a_causal_low_pass_lags_and_flattens_and_the_detectors_do_not(scene):
+    measured = {m: fidelity(scene, clean_run(scene, m).outcome.rotations) for m in METHODS}
+    assert measured["butterworth-causal"].lag > 40_000
+    assert abs(measured["butterworth"].lag) < 8_000
+    for low_pass in ("butterworth-causal", "butterworth"):
+        assert measured[low_pass].kept < 950_000
+    for exact in (*DETECTORS, "unroll"):
+        assert (measured[exact].lag, measured[exact].kept) == (0, 1_000_000)
+
+
+def test_every_method_on_a_clip():
+    settings = Settings(("P0", "H8", "H10", "rich+H1"), METHODS, (1,))
+    result = run_clip(CLIPS["walk.bvh"], "walk.bvh", settings)
+    assert not result.problems
+    assert result_from_json(json.loads(json.dumps(result.to_json()))).to_json() == result.to_json()
+    summary = runner.Summary()
+    summary.add(result)
+    rows = {
+        (r.protocol, r.method): r.to_json()
+        for r in make_rows(summary, settings)
+        if (r.side, r.segment, r.audited) == ("", "Overall", False)
+    }
+    for protocol in ("P0", "H8", "rich+H1"):
+        assert rows[protocol, "unroll"]["rer_percent"] == pytest.approx(100.0)
+        assert rows[protocol, "unroll"]["damage_percent"] == 0.0
+        assert rows[protocol, "slerp-oracle"]["fsr_percent"] > 50.0
+    assert rows["P0", "paper"]["fsr_percent"] > 80.0
+    assert rows["P0", "consistency"]["fsr_percent"] > 99.0
+    assert rows["P0", "consistency"]["recall_percent"] > 99.0
+    assert rows["P0", "savgol"]["precision_percent"] is None
+    assert rows["P0", "paper"]["passes"] == 10
+    assert rows["H8", "paper"]["passes"] == 6
+    assert rows["H10", "paper"]["fsr_percent"] is None
+    assert rows["H10", "consistency"]["false_alarms"] == 0
+    assert rows["H10", "butterworth-causal"]["natural_percent"] > 1.0
+    page = benchmark_to_markdown(summary, settings, "assets")
+    assert "P0-all" in page
+    assert "Performance Improvement" in page
+    assert "░" in page
+
+
+def test_the_same_numbers_with_any_number_of_workers(tmp_path):
+    alone = run_benchmark(CLIPS, QUICK, workers=1)
+    pooled = run_benchmark(CLIPS, QUICK, workers=2, partial=tmp_path / "p.jsonl")
+    assert document(alone) == document(pooled)
+    resumed = run_benchmark(CLIPS, QUICK, workers=1, partial=tmp_path / "p.jsonl", resume=True)
+    assert document(resumed) == document(alone)
+
+
+def test_an_interrupted_run_keeps_what_is_done_and_resumes(tmp_path, monkeypatch):
+    part, done = tmp_path / "p.jsonl", []
+
+    def once(path, name, settings):
+        if done:
+            raise KeyboardInterrupt
+        done.append(name)
+        return run_clip(path, name, settings)
+
+    monkeypatch.setattr(runner, "run_clip", once)
+    stopped = run_benchmark(CLIPS, QUICK, workers=1, partial=part)
+    assert (stopped.clips, stopped.missing) == (1, 1)
+    with part.open("a") as file:
+        file.write('{"clip": "walk.bvh", "mic')  # killed while it wrote
+
+    ran = []
+
+    def seen(path, name, settings):
+        ran.append(name)
+        return run_clip(path, name, settings)
+
+    monkeypatch.setattr(runner, "run_clip", seen)
+    resumed = run_benchmark(CLIPS, QUICK, workers=1, partial=part, resume=True)
+    assert ran == [name for name in CLIPS if name not in done]
+    assert document(resumed) == document(run_benchmark(CLIPS, QUICK, workers=1))
+    ran.clear()
+    run_benchmark(CLIPS, QUICK, workers=1, partial=part, resume=True)
+    assert not ran
+    with pytest.raises(FormatError, match="the same protocols"):
+        run_benchmark(CLIPS, Settings(), workers=1, partial=part, resume=True)
+
+
+def test_the_command_lists_a_clip_that_it_cannot_read(tmp_path, capsys):
+    folder = tmp_path / "clips"
+    (folder / "inner").mkdir(parents=True)
+    shutil.copy(CLIPS["walk.bvh"], folder / "inner" / "walk.BVH")
+    (folder / "broken.bvh").write_text("HIERARCHY\nROOT")
+    out, sheet = tmp_path / "out.json", tmp_path / "out.csv"
+    words = ["benchmark", str(folder), "--methods", "paper", "--seeds", "1", "--workers", "1"]
+    assert main([*words, "--json", str(out), "--csv", str(sheet)]) == 1
+    printed = capsys.readouterr()
+    assert "broken.bvh" in printed.err
+    assert str(tmp_path) not in printed.out
+    written = json.loads(out.read_text())
+    assert [p["clip"] for p in written["problems"]] == ["broken.bvh"]
+    assert (written["clips"], written["complete"]) == (1, True)
+    lines = list(csv.DictReader(sheet.read_text().splitlines()))
+    assert len(lines) == len(written["rows"])
+    assert lines[0]["fsr_percent"] == str(written["rows"][0]["fsr_percent"])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["nowhere"], "nowhere"),
+        ([str(ASSETS), "--methods", "magic"], "no method 'magic'"),
+        ([str(ASSETS), "--protocol", "P7"], "no protocol 'P7'"),
+        ([str(ASSETS), "--json", "nowhere/x.json"], "existing folder"),
+    ],
+)
+def test_refused_in_one_line(words, said, capsys):
+    assert main(["benchmark", *words]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+def test_a_table_lines_up():
+    assert table(["a", "n"], [["x", "1.0"], ["yy", "-10.25"]]) == (
+        "| a  |      n |\n|----|-------:|\n| x  |    1.0 |\n| yy | -10.25 |"
+    )

@@ -1,0 +1,210 @@
+"""What a user would otherwise try [Choi26 §2]: filters, projections, interpolation by an oracle.
+
+They act on the sign-continuous quaternion components of the chains' joints, renormalised. None
+knows of parents and children, so none can tell a twist error from a motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import interpolate, signal
+
+from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
+
+CUTOFF = 6.0  # Hz, the usual choice for gait
+SAVGOL_SECONDS, SAVGOL_DEGREE = 0.1, 3
+KALMAN_ACCELERATION = np.radians(2000.0) / 2.0  # of components, which are half angles, per s²
+KALMAN_NOISE = np.radians(1.0) / 2.0
+PCA_VARIANCE = 0.99
+
+Gap = tuple[int, int]
+Correct = Callable[[Array, float, Sequence[Gap]], Array]
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """One line of the table that is no detector.
+
+    correct: (rotations (frames, joints, 4) sign-continuous, frames a second, wrong frames) → the
+    same shape; oracle: it is told where the true intervals lie, and acts in the target's joints
+    alone; whole_body: one joint's result depends on the others'.
+    """
+
+    name: str
+    label: str
+    why: str
+    correct: Correct
+    oracle: bool = False
+    whole_body: bool = False
+
+
+def continuous(rotations: Array) -> Array:
+    """The same rotations, each quaternion on the side of the one before; (frames, …, 4)."""
+    opposed = np.einsum("t...i,t...i->t...", rotations[:-1], rotations[1:]) < 0.0
+    flips = np.zeros(rotations.shape[:-1], dtype=bool)
+    flips[1:] = np.logical_xor.accumulate(opposed, axis=0)
+    return np.where(flips[..., None], -rotations, rotations)
+
+
+def _butterworth_causal(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
+    del gaps
+    sections = signal.butter(4, _cutoff(fps), fs=fps, output="sos")
+    settled = signal.sosfilt_zi(sections)[:, :, None, None] * q[0]
+    smooth: Array = signal.sosfilt(sections, q, axis=0, zi=settled)[0]
+    return smooth
+
+
+def _butterworth_zero_phase(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
+    del gaps
+    sections = signal.butter(2, _cutoff(fps), fs=fps, output="sos")
+    smooth: Array = signal.sosfiltfilt(sections, q, axis=0, padlen=min(9, len(q) - 1))
+    return smooth
+
+
+def _cutoff(fps: float) -> float:
+    return min(CUTOFF, 0.45 * fps)
+
+
+def _savgol(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
+    del gaps
+    window = max(2 * round(SAVGOL_SECONDS * fps / 2.0) + 1, SAVGOL_DEGREE + 2)
+    if window > len(q):
+        return q
+    smooth: Array = signal.savgol_filter(q, window, SAVGOL_DEGREE, axis=0)
+    return smooth
+
+
+def _kalman(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
+    """The constant-velocity filter in its steady state, which is an α-β filter."""
+    del gaps
+    index = KALMAN_ACCELERATION / (fps * fps * KALMAN_NOISE)
+    r = (4.0 + index - np.sqrt(8.0 * index + index * index)) / 4.0
+    alpha = 1.0 - r * r
+    beta = 2.0 * (2.0 - alpha) - 4.0 * np.sqrt(1.0 - alpha)
+    b, a = [alpha, beta - alpha, 0.0], [1.0, alpha + beta - 2.0, 1.0 - alpha]
+    settled = signal.lfilter_zi(b, a)[:, None, None] * q[0]
+    smooth: Array = signal.lfilter(b, a, q, axis=0, zi=settled)[0]
+    return smooth
+
+
+def _pca(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
+    del fps, gaps
+    flat = q.reshape(len(q), -1)
+    mean = flat.mean(axis=0)
+    values, vectors = np.linalg.eigh(np.cov(flat - mean, rowvar=False))
+    held = np.cumsum(values[::-1]) / max(values.sum(), 1e-300)
+    basis = vectors[:, ::-1][:, : int(np.searchsorted(held, PCA_VARIANCE)) + 1]
+    projected: Array = ((flat - mean) @ basis @ basis.T + mean).reshape(q.shape)
+    return projected
+
+
+def _pchip(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
+    del fps
+    good = _outside(len(q), gaps)
+    if len(good) < 2 or len(good) == len(q):
+        return q
+    at = np.setdiff1d(np.arange(len(q)), good)
+    known = continuous(q[good])
+    out = q.copy()
+    inside = np.clip(at, good[0], good[-1])  # beyond the clip's ends the last pose is held
+    out[at] = interpolate.PchipInterpolator(good, known, axis=0)(inside)
+    return out
+
+
+def _slerp(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
+    del fps
+    out = q.copy()
+    good = _outside(len(q), gaps)
+    if not len(good):
+        return out
+    for start, stop in gaps:
+        at = np.arange(start, stop)
+        after = np.searchsorted(good, at)
+        left, right = good[np.maximum(after - 1, 0)], good[np.minimum(after, len(good) - 1)]
+        left, right = np.where(after == 0, right, left), np.where(after == len(good), left, right)
+        share = (at - left) / np.maximum(right - left, 1)
+        out[at] = slerp(q[left], q[right], share[:, None])
+    return out
+
+
+def _outside(frames: int, gaps: Sequence[Gap]) -> np.typing.NDArray[np.int64]:
+    wrong = np.zeros(frames, dtype=bool)
+    for start, stop in gaps:
+        wrong[start:stop] = True
+    return np.flatnonzero(~wrong)
+
+
+def slerp(p: Array, q: Array, share: Array) -> Array:
+    """The shorter arc from p to q, (…, 4) each; share 0…1, (…)."""
+    turn = multiply(p * np.array([1.0, -1.0, -1.0, -1.0]), q)
+    turn = np.where(turn[..., :1] < 0.0, -turn, turn)
+    sine = np.linalg.norm(turn[..., 1:], axis=-1)
+    axis = turn[..., 1:] / np.maximum(sine, 1e-300)[..., None]
+    angle = share * 2.0 * np.arctan2(sine, turn[..., 0])
+    return normalise(multiply(p, quaternion_from_axis_angle(axis, angle)))
+
+
+def _unroll(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
+    del fps, gaps
+    return q
+
+
+BASELINES: Mapping[str, Baseline] = {
+    b.name: b
+    for b in (
+        Baseline(
+            "butterworth-causal",
+            "Butterworth, causal",
+            "4th order, 6 Hz, one pass: what a live stream would use; lags",
+            _butterworth_causal,
+        ),
+        Baseline(
+            "butterworth",
+            "Butterworth, zero phase",
+            "2nd order, 6 Hz, forwards and backwards (4th in all): the standard of gait analysis",
+            _butterworth_zero_phase,
+        ),
+        Baseline(
+            "savgol",
+            "Savitzky-Golay",
+            "cubic over 0.1 s: keeps peaks better than a low pass, removes noise, not level shifts",
+            _savgol,
+        ),
+        Baseline(
+            "kalman",
+            "Kalman, causal",
+            "constant velocity, 1° and 2000°/s², steady state: the dynamic model of [Choi26 §2.3]",
+            _kalman,
+        ),
+        Baseline(
+            "pca",
+            "PCA projection",
+            "components with 99 % of the clip's variance: the subspace idea of [Choi26 §2.2]",
+            _pca,
+            whole_body=True,
+        ),
+        Baseline(
+            "pchip-oracle",
+            "PCHIP (oracle)",
+            "told the true intervals, interpolates joints across them: forgets what moved there",
+            _pchip,
+            oracle=True,
+        ),
+        Baseline(
+            "slerp-oracle",
+            "Slerp (oracle)",
+            "told the true intervals, turns evenly from the last good pose to the next",
+            _slerp,
+            oracle=True,
+        ),
+        Baseline(
+            "unroll",
+            "Unroll / Euler filter",
+            "writes the same orientation in other angles, so a twist error stays what it is",
+            _unroll,
+        ),
+    )
+}

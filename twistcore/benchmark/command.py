@@ -1,0 +1,92 @@
+"""`twistcore benchmark`."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import platformdirs
+
+from twistcore.atomic import write_atomically
+from twistcore.benchmark.baselines import BASELINES
+from twistcore.benchmark.clips import Settings
+from twistcore.benchmark.markdown import benchmark_to_markdown
+from twistcore.benchmark.passes import METHODS
+from twistcore.benchmark.runner import find_clips, run_benchmark
+from twistcore.benchmark.tables import benchmark_to_json, make_rows, rows_to_csv
+from twistcore.detection import DETECTORS
+from twistcore.errors import TwistError
+from twistcore.synthesis import parse_protocol
+
+
+def benchmark(arguments: argparse.Namespace) -> int:
+    """Run it, print the tables, write the files; 1 where a clip could not be processed."""
+    settings = Settings(
+        protocols=_protocols(arguments.protocol or ["P0"]),
+        methods=_methods(arguments.methods or ["all"]),
+        seeds=tuple(range(arguments.seed, arguments.seed + arguments.seeds)),
+    )
+    folder: Path = arguments.folder
+    for target in (arguments.json, arguments.csv):
+        if target and not target.parent.is_dir():
+            raise TwistError(f"{target}: expected an existing folder to write into")
+    clips = find_clips(folder)
+    summary = run_benchmark(
+        clips,
+        settings,
+        workers=arguments.workers or os.cpu_count() or 1,
+        partial=partial_path(folder, arguments.json, settings),
+        resume=arguments.resume,
+    )
+    source = folder.resolve().name
+    print(benchmark_to_markdown(summary, settings, source), end="")
+    if arguments.json:
+        document = benchmark_to_json(summary, settings, source)
+        text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+        write_atomically(arguments.json, (text + "\n").encode())
+    if arguments.csv:
+        write_atomically(arguments.csv, rows_to_csv(make_rows(summary, settings)).encode())
+    for _, problem in summary.problems:
+        print(problem, file=sys.stderr)
+    if summary.missing:
+        print(
+            f"stopped with {summary.missing} of {len(clips)} clips to go; --resume continues",
+            file=sys.stderr,
+        )
+        return 130
+    return int(bool(summary.problems))
+
+
+def partial_path(folder: Path, json_file: Path | None, settings: Settings) -> Path:
+    """Where partial results are kept: beside the JSON file, else in the user's cache."""
+    if json_file:
+        return json_file.with_name(f"{json_file.name}.partial.jsonl")
+    words = json.dumps([str(folder.resolve()), settings.to_json()])
+    name = hashlib.sha256(words.encode()).hexdigest()[:16]
+    return Path(platformdirs.user_cache_dir("twist-inspector")) / "benchmark" / f"{name}.jsonl"
+
+
+def _protocols(names: Sequence[str]) -> tuple[str, ...]:
+    """Names as given, each once, checked; 'P0-all' is P0 here."""
+    plain = ["P0" if name == "P0-all" else name for name in _split(names)]
+    return tuple(dict.fromkeys(parse_protocol(name).name for name in plain))
+
+
+def _methods(names: Sequence[str]) -> tuple[str, ...]:
+    """Method names in the table's order; 'all', 'detectors' and 'baselines' name several."""
+    groups = {"all": METHODS, "detectors": tuple(DETECTORS), "baselines": tuple(BASELINES)}
+    chosen: set[str] = set()
+    for name in _split(names):
+        if name not in groups and name not in METHODS:
+            raise TwistError(f"no method {name!r}; expected {', '.join((*METHODS, *groups))}")
+        chosen.update(groups.get(name, (name,)))
+    return tuple(m for m in METHODS if m in chosen)
+
+
+def _split(names: Sequence[str]) -> list[str]:
+    return [part for name in names for part in name.split(",") if part]
