@@ -51,8 +51,25 @@ def real(tmp_path_factory):
         printed("diff", walk, dirty, "--json"),
         json.loads((folder / "walk_injected.report.json").read_text()),
         session_document(dirty),
+        *benchmark_documents(folder),
     ]
     return {d["schema"]: d for d in documents}
+
+
+def benchmark_documents(folder):
+    import contextlib
+    import io
+    import shutil
+
+    clips, out = folder / "clips", folder / "benchmark.json"
+    clips.mkdir()
+    shutil.copy(ASSETS / "walk_injected.bvh", clips)
+    (clips / "broken.bvh").write_text("HIERARCHY")
+    words = ["--methods", "paper", "--seeds", "1", "--workers", "1", "--json", str(out)]
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        assert main(["benchmark", str(clips), *words]) == 1
+    with out.with_name("benchmark.json.partial.jsonl").open(encoding="utf-8") as partial:
+        return json.loads(out.read_text(encoding="utf-8")), json.loads(next(partial))
 
 
 def session_document(path):
