@@ -42,15 +42,49 @@ ACTIONS: tuple[ActionSpec | str, ...] = (
     ActionSpec("accept", "Edit", "Accept", ("A",), "Accept and go to the next undecided"),
     ActionSpec("reject", "Edit", "Reject", ("R",), "Reject and go to the next undecided"),
     ActionSpec("reset", "Edit", "Reset to undecided", ("Backspace",)),
+    ActionSpec(
+        "accept_confident",
+        "Edit",
+        "Accept the sure ones…",
+        ("Ctrl+Shift+A",),
+        "Accept all undecided with a confidence of at least …",
+    ),
     SEPARATOR,
     ActionSpec("start_here", "Edit", "Start at playhead", ("[",)),
     ActionSpec("stop_here", "Edit", "Stop at playhead", ("]",)),
     ActionSpec("insert_interval", "Edit", "New interval at playhead", ("Ins",)),
     ActionSpec("remove_interval", "Edit", "Remove hand-made interval", ("Del",)),
+    ActionSpec("make_level", "Edit", "One offset in all frames", ("E",), "A level shift"),
+    ActionSpec(
+        "make_following",
+        "Edit",
+        "An offset a frame",
+        ("Shift+E",),
+        "The twist runs straight through the interval",
+    ),
+    SEPARATOR,
+    ActionSpec("use_consistency", "Edit", "Detect with our detector", (), "", True, True, "method"),
+    ActionSpec(
+        "use_paper", "Edit", "Detect with the paper's detector", (), "", True, False, "method"
+    ),
+    SEPARATOR,
+    ActionSpec("preferences", "Edit", "Preferences…", ("Ctrl+,",), "Reviewer, frames, keys"),
     ActionSpec("next_interval", "Go", "Next interval", ("N",)),
     ActionSpec("previous_interval", "Go", "Previous interval", ("Shift+N",)),
+    ActionSpec(
+        "next_faint", "Go", "Next suspicious moment", ("M",), "Faint candidates down to half of τ"
+    ),
     SEPARATOR,
     ActionSpec("toggle_play", "Go", "Play or pause", ("Space",)),
+    ActionSpec(
+        "loop_interval",
+        "Go",
+        "Loop the interval",
+        ("O",),
+        "Play the selected interval ± 0.5 s over and over",
+        True,
+        False,
+    ),
     ActionSpec("faster", "Go", "Faster", ("L",)),
     ActionSpec("slower", "Go", "Slower", ("J",)),
     ActionSpec("normal_speed", "Go", "Real-time speed", ("K",)),
@@ -80,6 +114,7 @@ ACTIONS: tuple[ActionSpec | str, ...] = (
     ActionSpec("theme_dark", "View", "Dark", (), "", True, False, "theme"),
     SEPARATOR,
     ActionSpec("full_screen", "View", "Full screen", ("F11",), "", True, False),
+    ActionSpec("command_palette", "Help", "Command palette…", ("Ctrl+K",), "Any action by name"),
     ActionSpec("show_shortcuts", "Help", "Keyboard and mouse", ("?",)),
     ActionSpec("show_about", "Help", "About Twist Inspector"),
 )
@@ -126,8 +161,34 @@ def build_actions(
     return actions, menus
 
 
+MOUSE = (
+    ("Plots: wheel", "zoom at the cursor"),
+    ("Plots: Shift+wheel", "pan"),
+    ("Plots: drag an edge or the body of an interval", "resize or move it"),
+    ("Plots: drag the τ line, double click on the strength", "set τ"),
+    ("Plots: right button", "menu; it never deletes"),
+    ("3D: drag · Shift+drag · wheel", "orbit · pan · zoom"),
+    ("3D: click a bone", "select its chain"),
+)
+
+
 def shortcuts_markdown() -> str:
-    """The table of keys for the help window and the docs."""
-    lines = ["| key | does |", "|---|---|"]
-    lines += [f"| {' · '.join(s.keys)} | {s.tip or s.text} |" for s in specs() if s.keys]
+    """The table of keys and mouse for the help window and docs/shortcuts.md."""
+    lines = ["# Keyboard and mouse", ""]
+    for menu in MENUS:
+        rows = [s for s in specs() if s.menu == menu and s.keys]
+        if rows:
+            lines += [f"## {menu}", "", "| key | does |", "|---|---|"]
+            lines += [f"| {' or '.join(f'`{k}`' for k in s.keys)} | {_does(s)} |" for s in rows]
+            lines.append("")
+    lines += ["## Mouse", "", "| where | does |", "|---|---|"]
+    lines += [f"| {where} | {does} |" for where, does in MOUSE]
     return "\n".join(lines) + "\n"
+
+
+def _does(spec: ActionSpec) -> str:
+    return f"{spec.text}: {spec.tip}" if spec.tip else spec.text
+
+
+if __name__ == "__main__":
+    print(shortcuts_markdown(), end="")

@@ -58,6 +58,7 @@ class Analysed:
     rotations: Array  # global, (frames, joints, 4)
     positions: Array  # (frames, joints, 3)
     review: Review
+    method: str = DEFAULT_METHOD
     session: Path | None = None  # the file the review was read from
     earlier: tuple[Judged, ...] = ()  # a review of another version of this clip
     notes: tuple[str, ...] = ()
@@ -108,6 +109,7 @@ def analysed(clip: Clip, method: str = DEFAULT_METHOD) -> Analysed:
         rotations=rotations,
         positions=positions,
         review=Review(start_review(method, tau, found, [c.name for c in chains])),
+        method=method,
     )
 
 
@@ -143,10 +145,12 @@ class Document(QObject):
     opened = Signal()  # another clip, or none: everything is new
     opening = Signal(str)  # a clip is being read: its name
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
+    method_changed = Signal()  # another detector: other curves
     chain_changed = Signal()  # the selected chain
     interval_changed = Signal()  # the selected interval
     frame_changed = Signal(int)
     show_changed = Signal()
+    numbering_changed = Signal()  # frames are counted from another number
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
     locate = Signal(object)  # the clip of this session file is asked for
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
@@ -161,6 +165,7 @@ class Document(QObject):
         self.keeper = Keeper(self)
         self.keeper.trouble.connect(lambda text: self.message.emit(text, True))
         self.reviewer = ""
+        self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._offsets: dict[str, Array] = {}
         self._task: Task | None = None
         self._drag = 0
@@ -367,6 +372,12 @@ class Document(QObject):
             at = 0 if direction > 0 else -1
         self.select_interval(ids[at], jump=True)
 
+    def set_first_frame(self, first: int) -> None:
+        """Call the clip's first frame 0 or 1, as the person's other software does."""
+        if first != self.first_frame:
+            self.first_frame = first
+            self.numbering_changed.emit()
+
     def set_show(self, show: Show) -> None:
         """Show before, after or both."""
         if show != self.show:
@@ -407,10 +418,14 @@ class Document(QObject):
         if not chosen:
             self.message.emit("Select an interval first (N goes to the next).", False)
             return
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        self.do(Decide(chosen, decision, self.reviewer, now))
+        self.do(Decide(chosen, decision, self.reviewer, self.now()))
         if decision != Decision.UNDECIDED:
             self.step_interval(+1, undecided=True)
+
+    @staticmethod
+    def now() -> str:
+        """The present time for a decision, ISO 8601."""
+        return datetime.now(UTC).isoformat(timespec="seconds")
 
     def begin_drag(self) -> int:
         """A number for the commands of one drag, which are undone together."""
@@ -430,6 +445,26 @@ class Document(QObject):
             found = self.data.analysis.intervals(name, tau)
             self.do(Redetect({name: tau}, found, drag=drag))
 
+    def use_method(self, method: str) -> None:
+        """Detect with another detector, at its own τ; what a person decided stays."""
+        if self.data is None or method == self.review.state.method:
+            return
+        analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
+        tau = resolve_tau(analysis, self.data.chains)
+        found = [i for name, t in tau.items() for i in analysis.intervals(name, t)]
+        self.do(Redetect(tau, tuple(found), method=method))
+
+    def faint(self) -> list[Interval]:
+        """What the detector finds between half of τ and τ, where the review has nothing."""
+        if self.data is None:
+            return []
+        state, out = self.review.state, []
+        for chain in self.data.chains:
+            known = [(j.interval.start, j.interval.stop) for j in state.of_chain(chain.name)]
+            candidates = self.data.analysis.intervals(chain.name, 0.5 * state.tau[chain.name])
+            out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]
+        return out
+
     def accepted_motion(self, *, undecided: bool = False) -> Motion:
         """The motion that an export writes."""
         assert self.data is not None
@@ -439,10 +474,20 @@ class Document(QObject):
 
     def _review_changed(self) -> None:
         self._offsets = self._sum_of_offsets()
+        self._follow_method()
         if self.interval_id is not None and self.interval is None:
             self.interval_id = None
             self.interval_changed.emit()
         self.intervals_changed.emit()
+
+    def _follow_method(self) -> None:
+        """An undo may have gone back to another detector: its curve belongs to its τ."""
+        assert self.data is not None
+        method = self.review.state.method
+        if method != self.data.method:
+            analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
+            self.data = replace(self.data, analysis=analysis, method=method)
+            self.method_changed.emit()
 
     def _sum_of_offsets(self) -> dict[str, Array]:
         return offsets_by_chain(self.review.state.chosen(undecided=True), self.frames)

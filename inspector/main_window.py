@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QApplication,
     QDockWidget,
     QFileDialog,
-    QInputDialog,
     QLabel,
     QMainWindow,
     QMenu,
@@ -24,28 +23,29 @@ from PySide6.QtWidgets import (
 
 from inspector import theme as themes
 from inspector.actions import build_actions, shortcuts_markdown
-from inspector.document import Document, Show
+from inspector.document import Document
 from inspector.export import ExportChoice, ExportDialog, export
+from inspector.go_actions import GoActions
 from inspector.keeping import SESSION_SUFFIX
 from inspector.message_bar import MessageBar
-from inspector.panels import ChainsPanel, DetailCard, IntervalsPanel, Transport
+from inspector.palette import CommandPalette
+from inspector.panels import ChainsPanel, DetailCard, HistoryPanel, IntervalsPanel, Transport
 from inspector.playback import Player
 from inspector.plots import Timeline
+from inspector.preferences import Preferences, apply_keys
+from inspector.review_actions import ReviewActions
 from inspector.settings import Settings, save_settings
 from inspector.viewport import Viewport
 from twistcore import __version__
 from twistcore.errors import TwistError
-from twistcore.review import Decision, Insert, Remove
-from twistcore.review.model import constant, resized
+from twistcore.review import Decision
 
 SAMPLE = Path(__file__).parent.parent / "assets" / "walk_injected.bvh"
 _STATE_VERSION = 1
-_NEW_FRAMES = 10
 _LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
-_TEN = 10
 
 
-class MainWindow(QMainWindow):
+class MainWindow(ReviewActions, GoActions):
     """The program's window."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
@@ -53,13 +53,14 @@ class MainWindow(QMainWindow):
         super().__init__()
         self.settings, self._settings_file = settings, settings_file
         self.document = Document(self)
-        self.document.reviewer = settings.reviewer
+        self._take_settings()
         self.player = Player(self.document, self)
         self.theme = self._wanted_theme()
         self.setAcceptDrops(True)
         self.setWindowTitle("Twist Inspector")
         self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.AllowNestedDocks)
         self.actions_by_id, self._menus = build_actions(self, self.menuBar())
+        apply_keys(self.actions_by_id, settings)
         self._build()
         self._connect()
         self._restore()
@@ -91,6 +92,11 @@ class MainWindow(QMainWindow):
         self._dock("Curves", self.timeline, Qt.DockWidgetArea.BottomDockWidgetArea)
         left = self._dock("Chains", self.chains, Qt.DockWidgetArea.LeftDockWidgetArea)
         rest = self._dock("Intervals", right, Qt.DockWidgetArea.RightDockWidgetArea)
+        history = self._dock(
+            "History", HistoryPanel(self.document), Qt.DockWidgetArea.RightDockWidgetArea
+        )
+        self.tabifyDockWidget(rest, history)
+        rest.raise_()
         self.resizeDocks([left, rest], [_LEFT_WIDTH, _RIGHT_WIDTH], Qt.Orientation.Horizontal)
         tools = QToolBar("Tools")
         tools.setObjectName("tools")
@@ -242,59 +248,6 @@ class MainWindow(QMainWindow):
             self.document.keeper.give_up()
         return answer == button.Discard
 
-    # -- the review ---------------------------------------------------------------------------
-
-    def _judge(self, decision: Decision) -> None:
-        self.document.decide(decision, self.intervals.selected_ids())
-
-    def accept(self) -> None:
-        """Accept the selected intervals."""
-        self._judge(Decision.ACCEPTED)
-
-    def reject(self) -> None:
-        """Reject the selected intervals."""
-        self._judge(Decision.REJECTED)
-
-    def reset(self) -> None:
-        """Take the verdict back."""
-        self._judge(Decision.UNDECIDED)
-
-    def undo(self) -> None:
-        """Take the last command back."""
-        self.document.undo()
-
-    def redo(self) -> None:
-        """Do it again."""
-        self.document.redo()
-
-    def start_here(self) -> None:
-        """The selected interval starts at the playhead."""
-        if judged := self.document.interval:
-            start = min(self.document.frame, judged.interval.stop - 1)
-            self.document.edit(judged.id, resized(judged.interval, start, judged.interval.stop))
-
-    def stop_here(self) -> None:
-        """The selected interval ends with the playhead's frame."""
-        if judged := self.document.interval:
-            stop = max(self.document.frame + 1, judged.interval.start + 1)
-            self.document.edit(judged.id, resized(judged.interval, judged.interval.start, stop))
-
-    def insert_interval(self) -> None:
-        """A hand-made interval around the playhead; its δ is the parent's jump into it."""
-        document = self.document
-        if document.data is None or not document.chain:
-            return
-        start = max(0, document.frame - _NEW_FRAMES // 2)
-        stop = min(document.frames, start + _NEW_FRAMES)
-        jump = float(document.data.signals[document.chain].dtheta_p[start])
-        document.do(Insert(constant(document.chain, start, stop, jump)))
-        document.select_interval(document.review.state.next_id - 1)
-
-    def remove_interval(self) -> None:
-        """Remove the selected interval if it was made by hand."""
-        if judged := self.document.interval:
-            self.document.do(Remove(judged.id))
-
     def _review_changed(self) -> None:
         data = self.document.data
         review = self.document.review if data else None
@@ -307,76 +260,17 @@ class MainWindow(QMainWindow):
             title = name.capitalize()
             action.setText(f"{title} {text[0].lower()}{text[1:]}" if text else title)
             action.setIconText(title)
+        if review is not None:
+            method = self.actions_by_id[f"use_{review.state.method}"]
+            method.blockSignals(True)
+            method.setChecked(True)
+            method.blockSignals(False)
         title = "Twist Inspector"
         self.setWindowTitle(f"{data.clip.name}[*] – {title}" if data else title)
         self.setWindowModified(review is not None and not review.saved)
         intervals = self.document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
         self.decided.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
-
-    # -- going about --------------------------------------------------------------------------
-
-    def next_interval(self) -> None:
-        """Go to the next interval."""
-        self.document.step_interval(+1)
-
-    def previous_interval(self) -> None:
-        """Go to the previous interval."""
-        self.document.step_interval(-1)
-
-    def toggle_play(self) -> None:
-        """Play or pause."""
-        self.player.toggle()
-
-    def faster(self) -> None:
-        """Play faster."""
-        self.player.step_speed(+1)
-
-    def slower(self) -> None:
-        """Play slower."""
-        self.player.step_speed(-1)
-
-    def normal_speed(self) -> None:
-        """Play in real time."""
-        self.player.set_speed(1.0)
-
-    def next_frame(self) -> None:
-        """One frame on."""
-        self.document.go_to(self.document.frame + 1)
-
-    def previous_frame(self) -> None:
-        """One frame back."""
-        self.document.go_to(self.document.frame - 1)
-
-    def ten_forward(self) -> None:
-        """Ten frames on."""
-        self.document.go_to(self.document.frame + _TEN)
-
-    def ten_back(self) -> None:
-        """Ten frames back."""
-        self.document.go_to(self.document.frame - _TEN)
-
-    def first_frame(self) -> None:
-        """To the start."""
-        self.document.go_to(0)
-
-    def last_frame(self) -> None:
-        """To the end."""
-        self.document.go_to(self.document.frames - 1)
-
-    def go_to_frame(self) -> None:
-        """Ask for a frame."""
-        last = max(self.document.frames - 1, 0)
-        frame, chosen = QInputDialog.getInt(
-            self, "Go to frame", f"Frame (0 – {last})", self.document.frame, 0, last
-        )
-        if chosen:
-            self.document.go_to(frame)
-
-    def cycle_show(self) -> None:
-        """Before, after, both, before …"""
-        every = list(Show)
-        self.document.set_show(every[(every.index(self.document.show) + 1) % len(every)])
 
     def focus_chain(self) -> None:
         """Turn the camera to the selected chain."""
@@ -452,6 +346,27 @@ class MainWindow(QMainWindow):
         themes.apply_theme(app, theme)
         for view in (self.viewport, self.timeline, self.chains, self.intervals):
             view.set_theme(theme)
+
+    def _take_settings(self) -> None:
+        self.document.reviewer = self.settings.reviewer
+        self.document.set_first_frame(self.settings.first_frame)
+
+    def preferences(self) -> None:
+        """Reviewer, how frames are counted, keys."""
+        dialog = Preferences(self.settings, self)
+        dialog.accepted.connect(lambda: self._preferred(dialog))
+        dialog.open()
+
+    def _preferred(self, dialog: Preferences) -> None:
+        dialog.take(self.settings)
+        self._take_settings()
+        apply_keys(self.actions_by_id, self.settings)
+
+    def command_palette(self) -> None:
+        """Any action by a part of its name."""
+        palette = CommandPalette(self.actions_by_id, self)
+        palette.show()
+        palette.line.setFocus()
 
     def show_shortcuts(self) -> None:
         """Keys and mouse in a window of their own."""

@@ -8,6 +8,7 @@ from inspector.document import Document
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 _TICK_MS = 16
+_AROUND_S = 0.5
 
 
 class Player(QObject):
@@ -25,6 +26,7 @@ class Player(QObject):
         self._start = 0
         self._shown = 0
         self.speed = 1.0
+        self.looping = False
         document.opened.connect(self.pause)
 
     @property
@@ -46,6 +48,21 @@ class Player(QObject):
         if self.playing:
             self._timer.stop()
             self.changed.emit()
+
+    def set_loop(self, on: bool) -> None:
+        """Keep to the selected interval and half a second around it."""
+        self.looping = on
+        if self.playing:
+            self._begin()
+
+    def span(self) -> tuple[int, int]:
+        """Frames [first, stop) that are played over and over."""
+        frames = self._document.frames
+        judged = self._document.interval
+        if not self.looping or judged is None or self._document.data is None:
+            return 0, frames
+        around = round(_AROUND_S * self._document.data.motion.fps)
+        return max(0, judged.interval.start - around), min(frames, judged.interval.stop + around)
 
     def set_speed(self, speed: float) -> None:
         """Play at a multiple of real time; negative goes backwards."""
@@ -72,5 +89,6 @@ class Player(QObject):
         if self._document.frame != self._shown:  # a person moved the playhead meanwhile
             self._begin()
         passed = self._clock.elapsed() / 1000.0 * self.speed * data.motion.fps
-        self._shown = int(self._start + passed) % data.motion.frames
+        first, stop = self.span()
+        self._shown = first + int(self._start + passed - first) % (stop - first)
         self._document.go_to(self._shown)

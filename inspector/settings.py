@@ -16,13 +16,20 @@ RECENT = 10
 
 @dataclass
 class Settings:
-    """theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex."""
+    """What is kept.
+
+    theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex; first_frame: 0 or 1;
+    step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table.
+    """
 
     theme: str = "system"
     recent: list[str] = field(default_factory=list)
     reviewer: str = ""
     geometry: str = ""
     layout: str = ""
+    first_frame: int = 0
+    step: int = 10
+    keys: dict[str, list[str]] = field(default_factory=dict)
 
     def remember(self, path: Path) -> None:
         """Put a file first in the list of recent ones."""
@@ -50,7 +57,10 @@ def load_settings(path: Path) -> tuple[Settings, str]:
             raise ValueError
         if not all(isinstance(r, str) for r in values.get("recent", [])):
             raise ValueError
-        return Settings(**values), ""
+        settings = Settings(**values)
+        if settings.first_frame not in (0, 1) or settings.step < 1:
+            raise ValueError
+        return settings, ""
     except FileNotFoundError:
         return Settings(), ""
     except OSError as error:

@@ -2,7 +2,8 @@
 
 from inspector.panels.chains import ChainsPanel
 from inspector.panels.detail import DetailCard
+from inspector.panels.history import HistoryPanel
 from inspector.panels.intervals import IntervalsPanel
 from inspector.panels.transport import Transport
 
-__all__ = ["ChainsPanel", "DetailCard", "IntervalsPanel", "Transport"]
+__all__ = ["ChainsPanel", "DetailCard", "HistoryPanel", "IntervalsPanel", "Transport"]

@@ -134,6 +134,7 @@ class ChainsPanel(QWidget):
         self._stack.addWidget(self.table)
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
         document.opened.connect(self._reset)
+        document.method_changed.connect(self._reset)
         document.intervals_changed.connect(self._model.refresh)
         document.chain_changed.connect(self._select_row)
         self._reset()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
+    QComboBox,
     QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
@@ -17,8 +18,10 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.document import Document
-from twistcore.review import Annotate, Decision
+from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
+
+REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
 
 
 class DetailCard(QWidget):
@@ -39,7 +42,17 @@ class DetailCard(QWidget):
             box.setKeyboardTracking(False)
             box.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.note = QLineEdit()
-        self.note.setPlaceholderText("Note, or the reason of a rejection")
+        self.note.setPlaceholderText("Note")
+        self.reason = QComboBox()
+        self.reason.setEditable(True)
+        self.reason.addItems(REASONS)
+        self.reason.setToolTip("Why it is rejected")
+        line = self.reason.lineEdit()
+        assert line is not None
+        line.setPlaceholderText("Reason of a rejection")
+        self.why = QLabel()
+        self.why.setObjectName("soft")
+        self.why.setWordWrap(True)
         edges = QHBoxLayout()
         edges.addWidget(self.start, 1)
         edges.addWidget(QLabel("to"))
@@ -48,6 +61,7 @@ class DetailCard(QWidget):
         form.setContentsMargins(0, 0, 0, 0)
         form.addRow("Frames", edges)
         form.addRow("δ", self.delta)
+        form.addRow("Reason", self.reason)
         form.addRow("Note", self.note)
         buttons = QHBoxLayout()
         self.buttons: dict[Decision, QPushButton] = {}
@@ -64,12 +78,16 @@ class DetailCard(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 6, 8, 8)
         layout.addWidget(self.title)
+        layout.addWidget(self.why)
         layout.addLayout(form)
         layout.addLayout(buttons)
         self.start.valueChanged.connect(self._edges_edited)
         self.stop.valueChanged.connect(self._edges_edited)
         self.delta.valueChanged.connect(self._delta_edited)
         self.note.editingFinished.connect(self._note_edited)
+        line.editingFinished.connect(self._note_edited)
+        self.reason.activated.connect(self._note_edited)
+        document.numbering_changed.connect(self._refresh)
         document.opened.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
         document.interval_changed.connect(self._refresh)
@@ -77,32 +95,45 @@ class DetailCard(QWidget):
 
     def _refresh(self) -> None:
         judged = self._document.interval
-        for widget in (self.start, self.stop, self.delta, self.note, *self.buttons.values()):
+        for widget in (
+            self.start,
+            self.stop,
+            self.delta,
+            self.note,
+            self.reason,
+            *self.buttons.values(),
+        ):
             widget.setEnabled(judged is not None)
         if judged is None:
             self.title.setText("No interval selected")
+            self.why.setText("N goes to the next one.")
             return
         interval = judged.interval
         label = self._document.find_chain(interval.chain).label
         varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
         self.title.setText(f"<b>{label}</b> · {count}{varies}")
+        self.why.setText(explanation(judged))
+        first = self._document.first_frame
         boxes = (self.start, self.stop, self.delta)
         for box in boxes:
             box.blockSignals(True)
-        self.start.setRange(0, interval.stop - 1)
-        self.stop.setRange(interval.start + 1, self._document.frames)
-        self.start.setValue(interval.start)
-        self.stop.setValue(interval.stop)
+        self.start.setRange(first, interval.stop - 1 + first)
+        self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
+        self.start.setValue(interval.start + first)
+        self.stop.setValue(interval.stop + first)
         self.delta.setValue(float(np.degrees(interval.delta)))
         for box in boxes:
             box.blockSignals(False)
         if not self.note.hasFocus():
             self.note.setText(judged.note)
+        if not self.reason.hasFocus():
+            self.reason.setCurrentText(judged.reason)
 
     def _edges_edited(self) -> None:
         if judged := self._document.interval:
-            start, stop = self.start.value(), self.stop.value()
+            first = self._document.first_frame
+            start, stop = self.start.value() - first, self.stop.value() - first
             self._document.edit(judged.id, resized(judged.interval, start, stop))
 
     def _delta_edited(self, degrees: float) -> None:
@@ -111,5 +142,27 @@ class DetailCard(QWidget):
 
     def _note_edited(self) -> None:
         judged = self._document.interval
-        if judged and self.note.text() != judged.note:
-            self._document.do(Annotate(judged.id, self.note.text()))
+        note, reason = self.note.text(), self.reason.currentText().strip()
+        if judged and (note, reason) != (judged.note, judged.reason):
+            self._document.do(Annotate(judged.id, note, reason))
+
+
+def explanation(judged: Judged) -> str:
+    """Why the interval is there, in a line or two."""
+    if judged.by_hand:
+        return "Made by hand."
+    interval, parts = judged.interval, []
+    if interval.confidence is not None:
+        parts.append(f"Confidence {interval.confidence:.2f}")
+    evidence = interval.evidence or {}
+    for name, edge in zip(("opens", "closes"), evidence.get("edges", ()), strict=False):
+        parts.append(
+            f"{name} with x {edge['residual_x_deg']:+.1f}° against y {edge['residual_y_deg']:+.1f}°"
+        )
+    if abs(interval.residual) > np.radians(0.005):
+        parts.append(f"left over {np.degrees(interval.residual):+.2f}°")
+    if interval.open:
+        parts.append("open: the other side of the clip may be the wrong one")
+    if not judged.supported:
+        parts.append("no longer found at this τ")
+    return "; ".join(parts)

@@ -30,6 +30,7 @@ from PySide6.QtWidgets import (
 from inspector.document import Document
 from inspector.theme import Theme
 from twistcore.review import Decision, Judged
+from twistcore.review.model import overlapping
 
 _Index = QModelIndex | QPersistentModelIndex
 _HEADS = ("Chain", "Decision", "Start", "Stop", "Frames", "δ", "Time", "Conf.", "Note")
@@ -59,10 +60,12 @@ class _IntervalModel(QAbstractTableModel):
         self._document = document
         self.theme = theme
         self.rows: tuple[Judged, ...] = ()
+        self.shared: frozenset[int] = frozenset()  # overlap another of their chain: offsets add
 
     def refresh(self) -> None:
         """Take the review's intervals over; rows are reset only if they are other ones."""
         new = self._document.intervals
+        self.shared = overlapping(new)
         same = [j.id for j in new] == [j.id for j in self.rows]
         if same:
             self.rows = new
@@ -117,20 +120,22 @@ class _IntervalModel(QAbstractTableModel):
                 }[judged.decision]
             )
         if role == Qt.ItemDataRole.ToolTipRole:
-            return _tip(judged)
+            return _tip(judged, judged.id in self.shared)
         return None
 
     def _text(self, judged: Judged) -> tuple[str, ...]:
         interval = judged.interval
         assert self._document.data is not None
         decision = MARKS[judged.decision]
+        if judged.id in self.shared:
+            decision += " +"
         if not judged.supported:
             decision += " (below τ)"
         return (
             self._document.find_chain(interval.chain).label,
             decision,
-            str(interval.start),
-            str(interval.stop),
+            str(interval.start + self._document.first_frame),
+            str(interval.stop + self._document.first_frame),
             str(interval.frames),
             f"{np.degrees(interval.delta):+.1f}°".replace("-", "−"),
             f"{interval.start * self._document.data.motion.frame_time:.2f} s",
@@ -139,11 +144,15 @@ class _IntervalModel(QAbstractTableModel):
         )
 
 
-def _tip(judged: Judged) -> str:
+def _tip(judged: Judged, shared: bool) -> str:
     interval = judged.interval
     parts = [f"{interval.chain}, {interval.frames} frames"]
     if abs(interval.residual) > 1e-9:
         parts.append(f"left over behind the last edge: {np.degrees(interval.residual):+.2f}°")
+    if shared:
+        parts.append("overlaps another interval of its chain: their offsets add")
+    if judged.reason:
+        parts.append(f"reason: {judged.reason}")
     if judged.edited:
         parts.append("edited by hand")
     if judged.by_hand:
@@ -211,6 +220,7 @@ class IntervalsPanel(QWidget):
         layout.addWidget(self._stack, 1)
         document.opened.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
+        document.numbering_changed.connect(self._model.refresh)
         document.interval_changed.connect(self._select_row)
         document.chain_changed.connect(self._chain_changed)
         self._refresh()

@@ -55,7 +55,7 @@ class Transport(QWidget):
         self.frame = QSpinBox()
         self.frame.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.frame.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000000") + 36)
-        self.frame.setToolTip("Frame, counted from 0 (Ctrl+J)")
+        self.frame.setToolTip("Frame (Ctrl+J)")
         self.time = QLabel()
         self.time.setMinimumWidth(self.fontMetrics().horizontalAdvance("000.000 / 000.00 s") + 8)
         self.speed = QComboBox()
@@ -67,7 +67,8 @@ class Transport(QWidget):
         for widget in (self.slider, self.frame, self.time, self.speed, self.show_box):
             layout.addWidget(widget, 1 if widget is self.slider else 0)
         self.slider.valueChanged.connect(document.go_to)
-        self.frame.valueChanged.connect(document.go_to)
+        self.frame.valueChanged.connect(lambda f: document.go_to(f - document.first_frame))
+        document.numbering_changed.connect(self._opened)
         self.speed.activated.connect(lambda k: player.set_speed(SPEEDS[k]))
         self.show_box.activated.connect(lambda k: document.set_show(list(Show)[k]))
         document.opened.connect(self._opened)
@@ -82,7 +83,8 @@ class Transport(QWidget):
         last = max(self._document.frames - 1, 0)
         for widget in (self.slider, self.frame):
             widget.blockSignals(True)
-            widget.setRange(0, last)
+            first = self._document.first_frame if widget is self.frame else 0
+            widget.setRange(first, last + first)
             widget.setEnabled(last > 0)
             widget.blockSignals(False)
         self._frame_changed(self._document.frame)
@@ -90,7 +92,7 @@ class Transport(QWidget):
     def _frame_changed(self, frame: int) -> None:
         for widget in (self.slider, self.frame):
             widget.blockSignals(True)
-            widget.setValue(frame)
+            widget.setValue(frame + (self._document.first_frame if widget is self.frame else 0))
             widget.blockSignals(False)
         if data := self._document.data:
             seconds = frame * data.motion.frame_time

@@ -80,7 +80,9 @@ class RootAxis(_Axis):
 
 
 class FrameAxis(_Axis):
-    """Whole frames only."""
+    """Whole frames only, counted from `first`."""
+
+    first = 0
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
         """No fractions of a frame."""
@@ -88,7 +90,7 @@ class FrameAxis(_Axis):
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """Integers."""
-        return [f"{v:.0f}".replace("-", "−") for v in values]
+        return [f"{v + self.first:.0f}".replace("-", "−") for v in values]
 
 
 class Pane(pg.PlotWidget):
@@ -191,6 +193,13 @@ class Pane(pg.PlotWidget):
         span = high - low
         foot = 0.03 if low == 0.0 else 0.07
         self.view.setYRange(low - foot * span, high + 0.24 * span, padding=0.0)
+
+    def count_from(self, first: int) -> None:
+        """Call the first frame `first`."""
+        axis = self.getAxis("bottom")
+        axis.first = first
+        axis.picture = None
+        axis.update()
 
     def show_frames(self, first: float, last: float) -> None:
         """Range in time."""

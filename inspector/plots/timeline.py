@@ -77,6 +77,8 @@ class Timeline(QWidget):
         document.opened.connect(self._opened)
         document.chain_changed.connect(lambda: self._mark("chain"))
         document.intervals_changed.connect(lambda: self._mark("review"))
+        document.method_changed.connect(lambda: self._mark("chain"))
+        document.numbering_changed.connect(self._renumber)
         document.interval_changed.connect(self._interval_changed)
         document.frame_changed.connect(self._frame_changed)
         self._opened()
@@ -291,16 +293,21 @@ class Timeline(QWidget):
             span = last - first
             self.show_range(frame - 0.1 * span, frame + 0.9 * span)
 
+    def _renumber(self) -> None:
+        for pane in self.panes.values():
+            pane.count_from(self.document.first_frame)
+        self._show_readout()
+
     def _show_readout(self) -> None:
         document = self.document
         if document.data is None:
             self.readout.setText("")
             return
         step = document.data.motion.frame_time
-        last = document.frames - 1
-        frame = f"{document.frame:{len(str(last))}d}"
+        first, last = document.first_frame, document.frames - 1
+        frame = f"{document.frame + first:{len(str(last + first))}d}"
         seconds = f"{document.frame * step:{len(f'{last * step:.3f}')}.3f}"
-        self.readout.setText(f"frame {frame} / {last} · {seconds} s")
+        self.readout.setText(f"frame {frame} / {last + first} · {seconds} s")
 
     def _show_titles(self) -> None:
         if self._curves is None:

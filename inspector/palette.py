@@ -1,0 +1,64 @@
+"""The command palette: every action by typing a part of its name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import QDialog, QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+
+_ROWS = 12
+
+
+class CommandPalette(QDialog):
+    """A line to type in and the actions that fit; Enter does the first or the chosen one."""
+
+    def __init__(self, actions: Mapping[str, QAction], parent: QWidget) -> None:
+        super().__init__(parent, Qt.WindowType.Popup)
+        self._actions = actions
+        self.line = QLineEdit()
+        self.line.setPlaceholderText("What do you want to do?")
+        self.list = QListWidget()
+        self.list.setUniformItemSizes(True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 6, 6, 6)
+        layout.addWidget(self.line)
+        layout.addWidget(self.list)
+        self.line.textChanged.connect(self._filter)
+        self.line.returnPressed.connect(self._do)
+        self.line.installEventFilter(self)
+        self.list.itemActivated.connect(self._do)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._filter("")
+        width = min(560, parent.width() - 40)
+        self.resize(width, self.list.sizeHintForRow(0) * _ROWS + 60)
+        self.move(parent.mapToGlobal(QPoint((parent.width() - width) // 2, 60)))
+
+    def _filter(self, typed: str) -> None:
+        self.list.clear()
+        words = typed.lower().split()
+        for name, action in self._actions.items():
+            text = action.text().replace("&", "")
+            if action.isEnabled() and all(w in text.lower() for w in words):
+                keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+                item = QListWidgetItem(f"{text}    {keys}" if keys else text)
+                item.setData(Qt.ItemDataRole.UserRole, name)
+                self.list.addItem(item)
+        self.list.setCurrentRow(0)
+
+    def _do(self) -> None:
+        item = self.list.currentItem()
+        self.close()
+        if item is not None:
+            self._actions[item.data(Qt.ItemDataRole.UserRole)].trigger()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Up and down move in the list while the line is typed in."""
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
+            step = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()), 0)
+            if step:
+                row = self.list.currentRow() + step
+                self.list.setCurrentRow(max(0, min(row, self.list.count() - 1)))
+                return True
+        return super().eventFilter(watched, event)
