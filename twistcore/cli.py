@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import math
 import os
 import sys
@@ -23,12 +24,18 @@ class _Parser(argparse.ArgumentParser):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit code. No traceback reaches a person."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without θ or → is no reason to fail
     arguments = _parser().parse_args(argv)
     try:
         code: int = arguments.run(arguments)
     except TwistError as error:
-        print(error, file=sys.stderr)
+        print(" ".join(str(error).splitlines()), file=sys.stderr)
         return 2
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except OSError as error:
         print(f"{error.filename or 'file'}: {error.strerror}", file=sys.stderr)
         return 2
@@ -87,7 +94,7 @@ def _parser() -> argparse.ArgumentParser:
     _clip(inject)
     _output(inject)
     inject.add_argument("--truth", type=Path, required=True, metavar="TRUTH.json")
-    inject.add_argument("--seed", type=int, required=True, metavar="N")
+    inject.add_argument("--seed", type=_seed, required=True, metavar="N")
     inject.add_argument(
         "--protocol",
         default="P0",
@@ -167,13 +174,24 @@ def _chains(parser: argparse.ArgumentParser) -> None:
 def _detection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
     parser.add_argument("--tau", type=_tau, default=None, metavar="auto|DEG")
-    parser.add_argument("--profile", type=Path, metavar="FILE", help="τ per joint, TOML")
+    parser.add_argument(
+        "--profile",
+        type=Path,
+        metavar="FILE",
+        help="τ per joint, TOML; --tau is for joints it does not name",
+    )
     parser.add_argument("--fps", type=_positive, default=None, help="instead of the file's rate")
     _chains(parser)
 
 
 def _tau(text: str) -> float | None:
     return None if text == "auto" else math.radians(_positive(text))
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0, found {text!r}")
+    return int(text)
 
 
 def _positive(text: str) -> float:

@@ -108,15 +108,27 @@ def detect(arguments: argparse.Namespace) -> int:
                 f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
                 f"{'  open' if i.open else ''}"
             )
+            if arguments.explain:
+                _explain(i)
         print(f"{len(found)} interval{'' if len(found) == 1 else 's'} in {len(chains)} chains")
-    if not chains:
-        print(f"{arguments.clip}: no chain of parent, child and grandchild", file=sys.stderr)
+    if _tell_no_chain(arguments.clip, chains):
         return 1
     return int(arguments.fail_over is not None and len(found) > arguments.fail_over)
 
 
+def _explain(interval: Interval) -> None:
+    for edge in (interval.evidence or {}).get("edges", ()):
+        print(
+            f"    frames {edge['start']}–{edge['stop']}: x {edge['residual_x_deg']:+.2f}° against "
+            f"y {edge['residual_y_deg']:+.2f}°, agreement {edge['agreement']:.2f}, "
+            f"jump {edge['jump_deg']:+.2f}° ± {edge['sigma_deg']:.3f}°"
+        )
+    print(f"    left over {math.degrees(interval.residual):+.3f}°")
+
+
 def signals(arguments: argparse.Namespace) -> int:
     """Signals as CSV: one line a chain and frame, degrees."""
+    _refuse_overwrite([arguments.csv], [arguments.clip])
     clip = read_bvh(arguments.clip)
     chains = _chosen_chains(clip, arguments.chain)
     out = io.StringIO()
@@ -129,13 +141,15 @@ def signals(arguments: argparse.Namespace) -> int:
         for frame, row in enumerate(np.hstack([angles, shares]).tolist()):
             writer.writerow([chain.name, frame, *(f"{v:.6f}" for v in row)])
     write_atomically(arguments.csv, out.getvalue().encode())
-    return 0 if chains else 1
+    return _tell_no_chain(arguments.clip, chains)
 
 
 def refine_clip(arguments: argparse.Namespace) -> int:
     """Write a corrected BVH, and a report if asked."""
     clip = read_bvh(arguments.clip, fps=arguments.fps)
-    _refuse_overwrite(arguments.output, arguments.clip)
+    _refuse_overwrite([arguments.output], [arguments.clip])
+    if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
+        raise TwistError(f"{arguments.report}: expected a folder for the report")
     chains = _chosen_chains(clip, arguments.chain)
     tau, found = _detected(arguments, clip, chains)
     state = start_review(arguments.method, tau, found, [c.name for c in chains])
@@ -153,16 +167,14 @@ def refine_clip(arguments: argparse.Namespace) -> int:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
     print(f"{arguments.output}: {len(wanted)} of {len(found)} intervals corrected")
     skipped = _tell_uncorrected(clip, chains, [review.state.find(i).interval for i in wanted])
-    if not chains:
-        print(f"{arguments.clip}: no chain of parent, child and grandchild", file=sys.stderr)
-    return int(skipped or not chains)
+    return int(skipped or bool(_tell_no_chain(arguments.clip, chains)))
 
 
 def apply(arguments: argparse.Namespace) -> int:
     """Replay a session: the same bytes as the program's export."""
     session = read_session(arguments.session)
     clip = read_bvh(arguments.clip, fps=session.fps)
-    _refuse_overwrite(arguments.output, arguments.clip)
+    _refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
     chains = find_chains(clip.motion)
     check_belongs(session, clip, chains)
     write_bvh(clip, accepted_motion(clip, chains, session.state), arguments.output)
@@ -175,7 +187,7 @@ def inject_errors(arguments: argparse.Namespace) -> int:
     """Put errors into a clip and write their truth."""
     protocol = parse_protocol(arguments.protocol)
     clip = read_bvh(arguments.clip)
-    _refuse_overwrite(arguments.output, arguments.clip)
+    _refuse_overwrite([arguments.output, arguments.truth], [arguments.clip])
     every = find_chains(clip.motion)
     chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
     if not chains:
@@ -201,6 +213,9 @@ def inject_errors(arguments: argparse.Namespace) -> int:
     names = ", ".join(sorted({e.chain for e in errors}))
     print(f"{arguments.output}: {len(errors)} errors in {names or 'no chain'}, ", end="")
     print(f"protocol {protocol.name}, seed {arguments.seed}")
+    if not errors and not protocol.clean:
+        print(f"{arguments.clip}: too short for an error to be put in", file=sys.stderr)
+        return 1
     return 0
 
 
@@ -347,6 +362,13 @@ def _detection_to_json(
     }
 
 
+def _tell_no_chain(clip: Path, chains: Sequence[Chain]) -> int:
+    """1, with a sentence, where there was nothing to look at; else 0."""
+    if not chains:
+        print(f"{clip}: no chain of parent, child and grandchild", file=sys.stderr)
+    return int(not chains)
+
+
 def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> bool:
     """Say what could not be corrected, or not without moving a helper joint; True if skipped."""
     skipped = False
@@ -372,11 +394,18 @@ def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Inte
     return skipped
 
 
-def _refuse_overwrite(output: Path, source: Path) -> None:
-    if output.exists() and source.exists() and output.samefile(source):
-        raise TwistError(f"{output}: expected another file than the source, which is never changed")
-    if not output.parent.is_dir():
-        raise TwistError(f"{output}: expected an existing folder to write into")
+def _refuse_overwrite(outputs: Sequence[Path], sources: Sequence[Path]) -> None:
+    """Before anything is written: every output has a folder and replaces no input or output."""
+    for k, output in enumerate(outputs):
+        for source in sources:
+            if output.exists() and source.exists() and output.samefile(source):
+                raise TwistError(f"{output}: expected another file than an input of this command")
+        if output.resolve() in [other.resolve() for other in outputs[:k]]:
+            raise TwistError(f"{output}: expected different files for different outputs")
+        if output.is_dir():
+            raise TwistError(f"{output}: expected a file to write, but this is a folder")
+        if not output.parent.is_dir():
+            raise TwistError(f"{output}: expected an existing folder to write into")
 
 
 def _print_json(document: dict[str, Any]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.interval import Interval
@@ -47,7 +48,7 @@ def remove_twist(motion: Motion, chains: Sequence[Chain], offsets: Mapping[str, 
         at = np.flatnonzero(offset)
         if not len(at):
             continue
-        axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+        axis = _bone(motion, chain, at)
         parent = rotations[at, chain.parent]
         back = quaternion_from_axis_angle(axis, -offset[at])
         rotations[at, chain.parent] = normalise(multiply(parent, back))
@@ -58,8 +59,21 @@ def remove_twist(motion: Motion, chains: Sequence[Chain], offsets: Mapping[str, 
     return motion.with_rotations(rotations)
 
 
+def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
+    """Unit axis to turn about in the frames `at`, (3,) or (n, 3).
+
+    With position channels the child's very place in each frame, though it vary by less than the
+    1° that detection passes over: turning about a mean would move the child.
+    """
+    if chain.child in motion.positioned:
+        place = motion.translation(chain.child)[at]
+        if (np.linalg.norm(place, axis=1) > 1e-6 * motion.skeleton.height).all():
+            return normalise(place)
+    return chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+
+
 def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
-    """Children of P (and its End Sites) beside the bone axis, whose place a correction moves.
+    """Children of P beside the bone axis, whose place a correction moves.
 
     Distance from the axis by joint name, in the file's unit; empty for an ordinary limb.
     """

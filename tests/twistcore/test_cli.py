@@ -1,6 +1,7 @@
 """The command line: its words, its exit codes, its one-line complaints."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -119,6 +120,14 @@ def test_diff_of_a_clip_with_itself_is_nothing(capsys):
         ("evaluate", "--truth", WALK, "--clean", WALK, "--refined", WALK),
         ("evaluate", "--truth", TRUTH, "--clean", ASSETS / "dance.bvh", "--refined", WALK),
         ("diff", WALK, ASSETS / "dance.bvh"),
+        ("signals", WALK, "--csv", WALK),
+        ("inject", WALK, "-o", "o.bvh", "--truth", WALK, "--seed", "1"),
+        ("inject", WALK, "-o", "x", "--truth", "x", "--seed", "1"),
+        ("inject", WALK, "-o", "o.bvh", "--truth", "no/t.json", "--seed", "1"),
+        ("inject", WALK, "-o", "o.bvh", "--truth", "t.json", "--seed", "-1"),
+        ("inject", WALK, "-o", "o.bvh", "--truth", "t.json", "--seed", "1", "--protocol", "H99"),
+        ("refine", WALK, "-o", "."),
+        ("refine", WALK, "-o", "r.bvh", "--report", WALK),
         ("frobnicate",),
     ],
 )
@@ -151,3 +160,17 @@ def test_the_core_starts_without_qt_or_vtk():
     heavy = "'PySide6', 'vtk', 'pyvista', 'pyqtgraph'"
     code = f"import sys, twistcore.cli; sys.exit(any(m in sys.modules for m in ({heavy})))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_terminal_without_greek_and_a_closed_pipe_are_no_errors():
+    code = "import sys; from twistcore.cli import main; sys.exit(main(sys.argv[1:]))"
+    words = [sys.executable, "-c", code, "info", str(WALK)]
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(words, env=ascii_only, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    words = [sys.executable, "-c", code, "detect", str(DIRTY), "--json", "--explain"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.read(10)
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait() == 0

@@ -1,5 +1,7 @@
 """What a correction changes, and all that it does not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -148,3 +150,18 @@ def test_a_joint_that_cannot_take_a_rotation_is_left_alone():
     chains = find_chains(clip.motion)
     refined = remove_twist(clip.motion, chains, {"LeftArm": np.array([0.0, 1.0])})
     np.testing.assert_array_equal(refined.rotations, clip.motion.rotations)
+
+
+def test_a_bone_whose_place_varies_a_little_keeps_every_position():
+    """Position channels on the child that wander by less than the 1° detection passes over."""
+    motion = WALK.motion
+    child = motion.skeleton.index("LeftForeArm")
+    wander = np.random.default_rng(0).normal(0.0, 0.02, (motion.frames, 1, 3))
+    positions = np.concatenate([motion.positions, motion.skeleton.offsets[child] + wander], axis=1)
+    moving = replace(motion, positioned=(*motion.positioned, child), positions=positions)
+    chains = find_chains(moving)
+    chain = next(c for c in chains if c.name == "LeftArm")
+    assert chain.axis.ndim == 1
+    refined = remove_twist(moving, chains, {"LeftArm": np.full(motion.frames, 1.5)})
+    before, after = forward_kinematics(moving)[1], forward_kinematics(refined)[1]
+    assert np.abs(before - after).max() <= 1e-9 * motion.skeleton.height

@@ -193,6 +193,11 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
         lambda d: json.dumps({k: v for k, v in json.loads(d).items() if k != "intervals"}).encode(),
         lambda d: d.replace(b'"undecided"', b'"perhaps"'),
         lambda d: d.replace(b'"stop": 138', b'"stop": 2'),
+        lambda d: d.replace(b'"stop": 138', b'"stop": 10000000000000'),
+        lambda d: d.replace(b'"next_id": 9', b'"next_id": 1'),
+        lambda d: d.replace(b'"fps": 120', b'"fps": 0, "x": 120'),
+        lambda d: d.replace(b'"residual_deg": ', b'"offset_deg": NaN, "residual_deg": '),
+        lambda d: d.replace(b'"LeftForeArm"', b'["LeftForeArm"]'),
     ],
 )
 def test_a_damaged_session_is_one_sentence(tmp_path, damage):
@@ -306,3 +311,24 @@ def test_decisions_are_carried_over_to_another_take():
     assert (state.find(b.id).note, state.find(b.id).reason) == ("look", "motion")
     assert len(state.intervals) == 9
     assert sum(j.by_hand for j in state.intervals) == 1
+
+
+def test_a_kept_interval_hides_no_other():
+    review = fresh()
+    review.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 100, 103, 0.5),)))
+    small = review.state.of_chain("LeftLeg")[0]
+    review.do(Decide((small.id,), Decision.REJECTED))
+    review.do(Redetect({"LeftLeg": 0.05}, (constant("LeftLeg", 102, 340, 0.5),)))
+    spans = [(j.interval.start, j.interval.stop) for j in review.state.of_chain("LeftLeg")]
+    assert spans == [(100, 103), (102, 340)]
+
+
+def test_a_kept_interval_stands_for_its_fragments():
+    review = fresh()
+    review.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 100, 150, 0.5),)))
+    whole = review.state.of_chain("LeftLeg")[0]
+    review.do(Decide((whole.id,), Decision.ACCEPTED))
+    halves = (constant("LeftLeg", 100, 120, 0.5), constant("LeftLeg", 120, 150, 0.5))
+    review.do(Redetect({"LeftLeg": 0.05}, halves))
+    (only,) = review.state.of_chain("LeftLeg")
+    assert (only.id, only.supported) == (whole.id, True)

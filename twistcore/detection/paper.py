@@ -13,7 +13,7 @@ from twistcore.motion import Motion
 from twistcore.rotation import Array, wrap
 from twistcore.signals import TwistSignals, twist_signals
 
-DEFAULT_TAU = float(np.radians(5.0))  # the paper names none; BENCHMARKS' re-run of it uses 5°
+DEFAULT_TAU = float(np.radians(5.0))  # the paper names none; 5° gives its success rates again
 
 
 @dataclass(frozen=True, eq=False)

@@ -169,9 +169,9 @@ class Remove:
 class Redetect:
     """A new τ (radians, by chain name) with what the detector finds in those chains at it.
 
-    Found intervals are matched to the earlier ones of their chain by overlap, the largest first.
-    What nobody touched is replaced or goes; what a person decided or edited stays, and says so if
-    the detector no longer supports it.
+    What a person decided or edited stays, stands for every found interval that is the same (IoU of
+    0.5 or more) or lies inside it (80 % or more), and says so if there is none. What nobody touched
+    is replaced, by overlap, the largest first, or goes. Every other found interval is new.
     """
 
     tau: Mapping[str, float]
@@ -234,17 +234,23 @@ class CarryOver:
 def _match(
     earlier: tuple[Judged, ...], found: list[Interval], next_id: int
 ) -> tuple[list[Judged], int]:
-    overlaps = sorted(_overlaps(earlier, found), reverse=True)
     partner: dict[int, int] = {}
     taken: set[int] = set()
-    for _, minus_k, minus_n in overlaps:
-        if -minus_k not in partner and -minus_n not in taken:
-            partner[-minus_k] = -minus_n
-            taken.add(-minus_n)
+    supported: set[int] = set()
+    for common, minus_k, minus_n in sorted(_overlaps(earlier, found), reverse=True):
+        k, n = -minus_k, -minus_n
+        if earlier[k].kept and _stands_for(earlier[k].interval, found[n], common):
+            supported.add(k)
+            taken.add(n)
+    for _, minus_k, minus_n in sorted(_overlaps(earlier, found), reverse=True):
+        k, n = -minus_k, -minus_n
+        if not earlier[k].kept and k not in partner and n not in taken:
+            partner[k] = n
+            taken.add(n)
     out = []
     for k, judged in enumerate(earlier):
         if judged.kept:
-            out.append(replace(judged, supported=judged.by_hand or k in partner))
+            out.append(replace(judged, supported=judged.by_hand or k in supported))
         elif k in partner:
             out.append(replace(judged, interval=found[partner[k]], supported=True))
     for n, interval in enumerate(found):
@@ -252,6 +258,11 @@ def _match(
             out.append(Judged(next_id, interval))
             next_id += 1
     return out, next_id
+
+
+def _stands_for(kept: Interval, found: Interval, common: int) -> bool:
+    union = kept.frames + found.frames - common
+    return common >= 0.5 * union or common >= 0.8 * found.frames
 
 
 def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tuple[int, int, int]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,7 @@ from twistcore.refinement import refine
 from twistcore.review.model import Decision, Judged, ReviewState
 
 SCHEMA = "twistcore.session/1"
+_ENDLESS = 100_000_000  # no clip has as many frames: a damaged number, not a wish for memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +39,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
     """The session as a JSON document; angles in degrees with nine decimals, times in frames."""
     return {
         "schema": SCHEMA,
-        "clip": str(clip.path),
+        "clip": str(clip.path.absolute()),
         "sha256": clip.sha256,
         "fps": clip.motion.fps,
         "method": state.method,
@@ -79,15 +81,24 @@ def session_from_document(document: Any) -> Session:
     if not isinstance(document, Mapping) or document.get("schema") != SCHEMA:
         raise FormatError(f"expected a document with schema {SCHEMA!r}")
     try:
+        fps = float(document["fps"])
+        if not (math.isfinite(fps) and fps > 0.0):
+            raise ValueError(f"fps {fps}")
         tau = {name: float(np.radians(t)) for name, t in document["tau_deg"].items()}
+        if not all(math.isfinite(t) and t > 0.0 for t in tau.values()):
+            raise ValueError("a τ that is not above 0")
+        intervals = tuple(judged_from_json(j) for j in document["intervals"])
+        ids = [j.id for j in intervals]
+        if len(set(ids)) != len(ids) or any(k >= int(document["next_id"]) for k in ids):
+            raise ValueError("an interval's id")
         state = ReviewState(
-            method=document["method"],
+            method=str(document["method"]),
             tau=MappingProxyType(tau),
-            intervals=tuple(judged_from_json(j) for j in document["intervals"]),
-            next_id=document["next_id"],
+            intervals=intervals,
+            next_id=int(document["next_id"]),
             chain_order=MappingProxyType({name: k for k, name in enumerate(tau)}),
         )
-        return Session(document["clip"], document["sha256"], document["fps"], state)
+        return Session(str(document["clip"]), str(document["sha256"]), fps, state)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(f"{error} is missing or of the wrong kind") from None
 
@@ -130,10 +141,14 @@ def interval_to_json(interval: Interval) -> dict[str, Any]:
 
 def interval_from_json(entry: Mapping[str, Any]) -> Interval:
     """The reverse; KeyError, TypeError or ValueError where it is damaged."""
-    start, stop = int(entry["start"]), int(entry["stop"])
-    if start < 0 or stop <= start:
+    start, stop = entry["start"], entry["stop"]
+    if not (isinstance(start, int) and isinstance(stop, int) and 0 <= start < stop < _ENDLESS):
         raise ValueError(f"an interval from {start} to {stop}")
+    if not isinstance(entry["chain"], str):
+        raise TypeError("a chain")
     offset = np.radians(np.broadcast_to(np.asarray(entry["offset_deg"], float), (stop - start,)))
+    if not np.isfinite(offset).all():
+        raise ValueError("an offset that is not finite")
     return Interval(
         entry["chain"],
         start,
@@ -164,7 +179,7 @@ def judged_to_json(judged: Judged) -> dict[str, Any]:
 def judged_from_json(entry: Mapping[str, Any]) -> Judged:
     """The reverse; KeyError, TypeError or ValueError where it is damaged."""
     return Judged(
-        entry["id"],
+        int(entry["id"]),
         interval_from_json(entry),
         Decision(entry["decision"]),
         by_hand=entry["by_hand"],

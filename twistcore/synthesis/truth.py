@@ -13,6 +13,7 @@ import numpy as np
 from twistcore.atomic import write_atomically
 from twistcore.errors import FormatError, TwistError
 from twistcore.synthesis.errors import InjectedError
+from twistcore.synthesis.protocol import parse_protocol
 
 SCHEMA = "twistcore.truth/1"
 
@@ -70,6 +71,8 @@ def read_truth(path: Path) -> Truth:
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise FormatError(f"{path}: expected a document with schema {SCHEMA!r}")
     try:
+        frames = int(document["frames"])
+        parse_protocol(document["protocol"])
         errors = tuple(
             InjectedError(
                 e["chain"],
@@ -80,13 +83,18 @@ def read_truth(path: Path) -> Truth:
             )
             for e in document["errors"]
         )
+        for e in errors:
+            if not (0 <= e.start < e.stop <= frames and len(e.offset) == e.stop - e.start):
+                raise ValueError(f"the error in frames {e.start}-{e.stop}")
+            if not np.isfinite(e.offset).all():
+                raise ValueError("an offset that is not finite")
         return Truth(
             document["clip"],
             document["protocol"],
             document["seed"],
-            document["frames"],
+            frames,
             document["fps"],
             errors,
         )
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None
