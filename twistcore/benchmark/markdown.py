@@ -50,7 +50,8 @@ def benchmark_to_markdown(summary: Summary, settings: Settings, source: str) -> 
     seeds = ", ".join(str(s) for s in settings.seeds)
     parts = [
         f"# Benchmark of {source}",
-        f"{summary.clips} clips, {minutes:.1f} minutes, seeds {seeds}. "
+        f"{summary.clips} clips, {minutes:.1f} minutes, seeds {seeds}, without {summary.dropped} "
+        "frames at the start of clips that are a T-pose or a blend out of it. "
         + (f"**{summary.missing} clips are missing.**" if summary.missing else ""),
         _LEGEND,
     ]

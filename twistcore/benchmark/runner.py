@@ -36,6 +36,7 @@ class Summary:
 
     clips: int = 0
     micros: int = 0
+    dropped: int = 0
     tallies: Tallies = field(default_factory=dict)
     fidelity: dict[str, list[tuple[str, Fidelity]]] = field(default_factory=dict)
     events: list[tuple[str, NaturalEvent]] = field(default_factory=list)
@@ -46,6 +47,7 @@ class Summary:
         """Take in a clip."""
         self.clips += result.tallies is not None and bool(result.tallies)
         self.micros += result.micros
+        self.dropped += result.dropped
         add_tallies(self.tallies, result.tallies or {})
         for method, measured in (result.fidelity or {}).items():
             self.fidelity.setdefault(method, []).append((result.clip, measured))
@@ -86,16 +88,18 @@ def run_benchmark(
     """
     summary = Summary()
     stamps = {name: _stamp(path) for name, path in clips.items()}
-    done = read_partial(partial, settings, stamps) if partial and resume else []
-    for result in done:
-        summary.add(result)
-    known = {result.clip for result in done}
+    known: set[str] = set()
+    if partial and resume and partial.exists():
+        for result in read_partial(partial, settings, stamps):
+            if result.clip not in known:
+                known.add(result.clip)
+                summary.add(result)
     # The longest first: a long clip that starts last would keep one core busy and the rest idle.
     todo = sorted((n for n in clips if n not in known), key=lambda n: (-stamps[n][0], n))
     summary.missing = len(todo)
     with (
-        _partial_file(partial, settings, append=bool(done)) as file,
-        _progress(len(clips), len(done)) as tell,
+        _partial_file(partial, settings, append=bool(known)) as file,
+        _progress(len(clips), len(known)) as tell,
     ):
         try:
             for result in _results(todo, clips, settings, workers):
@@ -103,7 +107,8 @@ def run_benchmark(
                 summary.missing -= 1
                 if file:
                     line = {**result.to_json(), "stamp": stamps[result.clip]}
-                    file.write(json.dumps(line, ensure_ascii=False) + "\n")
+                    text = json.dumps(line, ensure_ascii=False, separators=(",", ":"))
+                    file.write(text + "\n")
                     file.flush()
                 tell(result.clip)
         except KeyboardInterrupt:
@@ -169,11 +174,11 @@ def _stamp(path: Path) -> tuple[int, int]:
 
 def read_partial(
     path: Path, settings: Settings, stamps: dict[str, tuple[int, int]]
-) -> list[ClipResult]:
-    """Results of unchanged clips without problems; a last line cut short is no harm."""
-    if not path.exists():
-        return []
-    results = []
+) -> Iterator[ClipResult]:
+    """Results of unchanged clips without problems; a last line cut short is no harm.
+
+    FormatError where the file is another, or belongs to other settings.
+    """
     with path.open(encoding="utf-8") as file:
         try:
             head = json.loads(next(file, "null"))
@@ -193,8 +198,7 @@ def read_partial(
             except (ValueError, KeyError, TypeError):
                 continue
             if unchanged and not result.problems:
-                results.append(result)
-    return list({r.clip: r for r in results}.values())
+                yield result
 
 
 @contextmanager

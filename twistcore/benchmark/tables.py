@@ -193,6 +193,7 @@ def benchmark_to_json(summary: Summary, settings: Settings, source: str) -> dict
         "complete": summary.missing == 0,
         "clips": summary.clips,
         "minutes": round(summary.micros / MICRO / 60.0, 6),
+        "dropped_frames": summary.dropped,
         "seeds": list(settings.seeds),
         "auditor": settings.auditor,
         "protocols": [{"name": p, "text": protocol_text(p)} for p in settings.protocols],
