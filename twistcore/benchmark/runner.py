@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -126,14 +127,11 @@ def _results(
         for name in todo:
             yield run_clip(clips[name], name, settings)
         return
-    with _single_threaded():
-        pool = ProcessPoolExecutor(
-            workers, mp_context=multiprocessing.get_context("spawn"), initializer=_ignore_interrupt
-        )
+    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+    others = set(multiprocessing.active_children())
     jobs: dict[Future[ClipResult], str] = {}
     try:
-        # Workers start as jobs come in, and inherit the environment of that moment.
-        with _single_threaded():
+        with _starting_workers():  # they start as jobs come in
             jobs = {pool.submit(run_clip, clips[n], n, settings): n for n in todo}
         for job in as_completed(jobs):
             name = jobs.pop(job)
@@ -142,23 +140,30 @@ def _results(
             except Exception as error:  # a clip must not end a run of thousands: it is listed
                 reason = f"{name}: {type(error).__name__}: {error}"
                 yield ClipResult(name, problems=(reason,))
+    except (KeyboardInterrupt, GeneratorExit):  # do not wait for clips that nobody will see
+        for process in set(multiprocessing.active_children()) - others:
+            process.terminate()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _ignore_interrupt() -> None:
-    """Ctrl+C reaches every process of a terminal; the parent alone decides."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
 @contextmanager
-def _single_threaded() -> Iterator[None]:
-    """Processes started inside get one BLAS thread each: the cores are busy with clips."""
+def _starting_workers() -> Iterator[None]:
+    """What processes started inside inherit: one BLAS thread each, and no ear for Ctrl+C.
+
+    The cores are busy with clips; and Ctrl+C reaches every process of a terminal, while the parent
+    alone decides.
+    """
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
+    main = threading.current_thread() is threading.main_thread()
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
     try:
         yield
     finally:
+        if main:
+            signal.signal(signal.SIGINT, handler)
         for name, value in before.items():
             if value is None:
                 del os.environ[name]
