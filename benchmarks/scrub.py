@@ -23,7 +23,8 @@ from pyvistaqt import QtInteractor
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from inspector.document import Analysed, Document, Show, analyse
+from inspector.analysed import Analysed, analyse
+from inspector.document import Document, Show
 from inspector.theme import DARK
 from inspector.viewport import Viewport, driver
 from twistcore.detection import Interval

@@ -18,7 +18,8 @@ os.environ.setdefault("QT_API", "pyside6")
 import numpy as np
 from PySide6.QtWidgets import QApplication
 
-from inspector.document import Document, analysed
+from inspector.analysed import analysed
+from inspector.document import Document
 from inspector.plots import Timeline
 from inspector.theme import LIGHT, apply_theme
 from twistcore.bvh import Clip, read_bvh

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
@@ -11,12 +11,11 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from inspector.analysed import Analysed, ClipMissingError, analyse, analyse_session
 from inspector.background import Task
-from inspector.keeping import Keeper, Leftover, session_path
-from twistcore.bvh import Clip, read_bvh
-from twistcore.chain import Chain, find_chains
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, resolve_tau
-from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from inspector.keeping import Keeper, Leftover
+from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.detection import DETECTORS, Interval, resolve_tau
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.refinement import offsets_by_chain, remove_twist
 from twistcore.review import (
@@ -29,12 +28,9 @@ from twistcore.review import (
     Redetect,
     Review,
     accepted_motion,
-    read_session,
-    start_review,
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
-from twistcore.review.session import check_belongs
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, twist_signals
 
@@ -45,98 +41,6 @@ class Show(StrEnum):
     BEFORE = "before"
     AFTER = "after"
     BOTH = "both"
-
-
-@dataclass(frozen=True, eq=False)
-class Analysed:
-    """Everything about a clip that does not change while it is reviewed."""
-
-    clip: Clip
-    chains: tuple[Chain, ...]
-    analysis: Analysis
-    signals: dict[str, TwistSignals]
-    rotations: Array  # global, (frames, joints, 4)
-    positions: Array  # (frames, joints, 3)
-    review: Review
-    method: str = DEFAULT_METHOD
-    session: Path | None = None  # the file the review was read from
-    earlier: tuple[Judged, ...] = ()  # a review of another version of this clip
-    notes: tuple[str, ...] = ()
-
-    @property
-    def motion(self) -> Motion:
-        """The motion as read."""
-        return self.clip.motion
-
-
-class ClipMissingError(TwistError):
-    """A session whose clip is neither where it was nor beside the session."""
-
-    def __init__(self, session: Path, clip: str) -> None:
-        super().__init__(f"{session.name}: its clip {clip} is not where it was.")
-        self.session = session
-
-
-def analyse(path: Path, method: str = DEFAULT_METHOD) -> Analysed:
-    """Read and analyse a clip, with the session beside it; raises TwistError.
-
-    Safe to call in any thread.
-    """
-    beside = session_path(path)
-    if not beside.exists():
-        return analysed(read_bvh(path), method)
-    try:
-        return analyse_session(beside, path)
-    except FormatError as error:
-        aside = beside.with_name(beside.name + ".damaged")
-        beside.replace(aside)
-        data = analysed(read_bvh(path), method)
-        return replace(data, notes=(f"{error}. It was set aside as {aside.name}.",))
-
-
-def analysed(clip: Clip, method: str = DEFAULT_METHOD) -> Analysed:
-    """Analyse a clip that is in memory already."""
-    chains = find_chains(clip.motion)
-    analysis = DETECTORS[method].analyse(clip.motion, chains)
-    tau = resolve_tau(analysis, chains)
-    found = [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
-    rotations, positions = forward_kinematics(clip.motion)
-    return Analysed(
-        clip=clip,
-        chains=chains,
-        analysis=analysis,
-        signals={c.name: twist_signals(clip.motion, c) for c in chains},
-        rotations=rotations,
-        positions=positions,
-        review=Review(start_review(method, tau, found, [c.name for c in chains])),
-        method=method,
-    )
-
-
-def analyse_session(path: Path, clip_path: Path | None = None) -> Analysed:
-    """The clip of a session with the session's review; raises TwistError.
-
-    Without `clip_path` the clip is where it was when the session was saved, or beside the session.
-    A clip that has changed gets a review of its own, and the session's as `earlier`.
-    """
-    session = read_session(path)
-    if clip_path is None:
-        clip_path = Path(session.clip)
-        if not clip_path.exists():
-            clip_path = path.with_name(clip_path.name)
-        if not clip_path.exists():
-            raise ClipMissingError(path, session.clip)
-    method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
-    data = analysed(read_bvh(clip_path), method)
-    try:
-        check_belongs(session, data.clip, data.chains)
-    except ClipMismatchError:
-        return replace(data, earlier=session.state.intervals)
-    own = data.review.state
-    state = replace(
-        session.state, tau={**own.tau, **session.state.tau}, chain_order=own.chain_order
-    )
-    return replace(data, review=Review(state), session=path)
 
 
 class Document(QObject):
@@ -162,6 +66,7 @@ class Document(QObject):
         self.interval_id: int | None = None
         self.frame = 0
         self.show = Show.BOTH
+        self.exported: set[Path] = set()  # files this program wrote: it may write them again
         self.keeper = Keeper(self)
         self.keeper.trouble.connect(lambda text: self.message.emit(text, True))
         self.reviewer = ""
@@ -214,15 +119,22 @@ class Document(QObject):
     def _tell_about(self, data: Analysed) -> None:
         if data.session is not None:
             self.message.emit(f"Going on with {data.session.name}.", False)
+        chain_notes = dict.fromkeys(w for c in data.chains for w in c.warnings)
+        told = [f"{data.clip.name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
+        if not data.chains:
+            told.append(
+                f"{data.clip.name}: no chain of parent, child and grandchild; nothing to detect."
+            )
+        stuck = [c.label for c in data.chains if uncorrectable_joints(data.motion, c)]
+        if stuck:
+            told.append(
+                f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels."
+            )
+        if told:
+            more = f" (and {len(told) - 3} more: see the chains)" if len(told) > 3 else ""
+            self.message.emit(" ".join(told[:3]) + more, False)
         for note in data.notes:
             self.message.emit(note, True)
-        for warning in data.clip.warnings:
-            self.message.emit(f"{data.clip.name}: {warning}", False)
-        if not data.chains:
-            self.message.emit(
-                f"{data.clip.name}: no chain of parent, child and grandchild; nothing to detect.",
-                False,
-            )
 
         if self.keeper.read_only:
             self.message.emit(
@@ -356,16 +268,19 @@ class Document(QObject):
             self.interval_id = None
             self.interval_changed.emit()
 
-    def step_interval(self, direction: int, *, undecided: bool = False) -> None:
-        """Select the next (+1) or previous (−1) interval in the table's order, round the end."""
-        chosen = [
-            j
-            for j in self.intervals
-            if not undecided or j.decision == Decision.UNDECIDED or j.id == self.interval_id
+    def step_interval(
+        self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
+    ) -> None:
+        """Select the next (+1) or previous (−1) interval, round the end; order: see `decide`."""
+        by_id = {j.id: j for j in self.intervals}
+        ids = [
+            k
+            for k in (order or by_id)
+            if k in by_id
+            and (not undecided or by_id[k].decision == Decision.UNDECIDED or k == self.interval_id)
         ]
-        if not chosen:
+        if not ids:
             return
-        ids = [j.id for j in chosen]
         if self.interval_id in ids:
             at = (ids.index(self.interval_id) + direction) % len(ids)
         else:
@@ -390,6 +305,9 @@ class Document(QObject):
         """Carry out a command of the review."""
         if self.data is None:
             return
+        if self._task is not None:
+            self.message.emit("Another clip is being opened; nothing was changed.", False)
+            return
         try:
             self.review.do(command)
         except (KeyError, ValueError) as error:
@@ -412,20 +330,35 @@ class Document(QObject):
             self.keeper.record_step(REDO)
             self._review_changed()
 
-    def decide(self, decision: Decision, ids: Sequence[int] = ()) -> None:
-        """Judge intervals, or the selected one, then go on to the next undecided."""
+    def decide(
+        self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
+    ) -> None:
+        """Judge intervals, or the selected one, then go on to the next undecided.
+
+        order: ids as a person sees them listed; all by chain and start if none are given.
+        """
+        if self.data is None:
+            return
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
+        if chosen and all(self.review.state.find(k).decision == decision for k in chosen):
+            return
         if not chosen:
             self.message.emit("Select an interval first (N goes to the next).", False)
             return
         self.do(Decide(chosen, decision, self.reviewer, self.now()))
         if decision != Decision.UNDECIDED:
-            self.step_interval(+1, undecided=True)
+            self.step_interval(+1, undecided=True, order=order)
 
     @staticmethod
     def now() -> str:
         """The present time for a decision, ISO 8601."""
         return datetime.now(UTC).isoformat(timespec="seconds")
+
+    def accept_undecided(self) -> None:
+        """Accept everything nobody has judged, in one step."""
+        ids = tuple(j.id for j in self.intervals if j.decision == Decision.UNDECIDED)
+        if ids:
+            self.do(Decide(ids, Decision.ACCEPTED, self.reviewer, self.now()))
 
     def begin_drag(self) -> int:
         """A number for the commands of one drag, which are undone together."""
@@ -435,7 +368,11 @@ class Document(QObject):
     def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
         """Give an interval other frames (kept inside the clip) or another offset."""
         start, stop = max(interval.start, 0), min(interval.stop, self.frames)
-        if start < stop:
+        old = self.review.state.find(interval_id).interval
+        same = (start, stop) == (old.start, old.stop) and np.allclose(
+            interval.offset[start - interval.start : stop - interval.start], old.offset, atol=1e-12
+        )
+        if start < stop and (drag or not same):
             self.do(Edit(interval_id, resized(interval, start, stop), drag))
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
@@ -490,7 +427,12 @@ class Document(QObject):
             self.method_changed.emit()
 
     def _sum_of_offsets(self) -> dict[str, Array]:
-        return offsets_by_chain(self.review.state.chosen(undecided=True), self.frames)
+        """Of chains that can be corrected: no view shows what an export cannot write."""
+        assert self.data is not None
+        motion = self.data.motion
+        free = {c.name for c in self.data.chains if not uncorrectable_joints(motion, c)}
+        chosen = (i for i in self.review.state.chosen(undecided=True) if i.chain in free)
+        return offsets_by_chain(chosen, self.frames)
 
 
 def _at_frame(chain: Chain, frame: int) -> Chain:

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 from inspector.document import Document
 from inspector.keeping import SESSION_SUFFIX
 from twistcore.bvh import write_bvh
+from twistcore.chain import uncorrectable_joints
 from twistcore.compare import compare
 from twistcore.errors import TwistError
 from twistcore.report import Report, write_report
@@ -35,6 +36,7 @@ class ExportChoice:
 
     path: Path
     undecided: bool = False
+    replace: bool = False
     session: bool = True
     report: bool = True
 
@@ -49,7 +51,13 @@ def export(document: Document, choice: ExportChoice) -> str:
     clip = data.clip
     if choice.path.exists() and clip.path.exists() and choice.path.samefile(clip.path):
         raise TwistError(f"{choice.path}: choose another name; the source is never overwritten.")
-    refined = document.accepted_motion(undecided=choice.undecided)
+    if choice.path.exists() and choice.path not in document.exported and not choice.replace:
+        raise TwistError(f"{choice.path}: there is such a file already; choose another name.")
+    if choice.undecided:
+        # One step of the history: so the session says what the export did, and replays it.
+        document.accept_undecided()
+    refined = document.accepted_motion()
+    document.exported.add(choice.path)
     write_bvh(clip, refined, choice.path)
     if choice.session:
         write_session(
@@ -58,15 +66,32 @@ def export(document: Document, choice: ExportChoice) -> str:
     if choice.report:
         write_report(choice.path.parent, Report(clip, data.chains, document.review.state, refined))
     change = compare(clip.motion, refined)
+    left_out = uncorrected(document)
     if not change.joints:
-        return f"{choice.path.name}: written byte for byte as the source; nothing was accepted."
+        why = left_out or "nothing was accepted."
+        return f"{choice.path.name}: written byte for byte as the source; {why}"
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})
     return (
         f"{choice.path.name}: {change.frames} frames of {joints} joints changed by up to "
         f"{largest:.1f}°; no joint moved by more than {change.max_position_of_height:.0e} "
-        "of the height; every other byte is the source's."
-    )
+        f"of the height; every other byte is the source's. {left_out}"
+    ).strip()
+
+
+def uncorrected(document: Document) -> str:
+    """A sentence about accepted intervals that cannot be corrected, or ''."""
+    assert document.data is not None
+    motion = document.data.motion
+    accepted = {i.chain for i in document.review.state.chosen()}
+    stuck = [
+        f"{c.label} ({', '.join(joints)})"
+        for c in document.data.chains
+        if c.name in accepted and (joints := uncorrectable_joints(motion, c))
+    ]
+    if not stuck:
+        return ""
+    return f"Not corrected, for want of three rotation channels: {'; '.join(stuck)}."
 
 
 class ExportDialog(QDialog):
@@ -97,7 +122,7 @@ class ExportDialog(QDialog):
         self.warning.setWordWrap(True)
         self.undecided.toggled.connect(
             lambda on: self.warning.setText(
-                "Nobody has judged these: the report names them as undecided." if on else ""
+                "They are accepted in one step, which undo takes back." if on else ""
             )
         )
         form = QFormLayout()
@@ -107,6 +132,10 @@ class ExportDialog(QDialog):
         )
         form.addRow("", self.undecided)
         form.addRow("", self.warning)
+        self.replace = QCheckBox("Replace the file that is there")
+        self.path.textChanged.connect(self._path_changed)
+        self._path_changed()
+        form.addRow("", self.replace)
         form.addRow("With", self.session)
         form.addRow("", self.report)
         buttons = QDialogButtonBox(
@@ -121,13 +150,17 @@ class ExportDialog(QDialog):
         layout.addWidget(buttons)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
+    def _path_changed(self) -> None:
+        self.replace.setVisible(Path(self.path.text()).expanduser().exists())
+
     def choice(self) -> ExportChoice:
         """What the form says."""
         return ExportChoice(
             Path(self.path.text()).expanduser(),
-            self.undecided.isChecked(),
-            self.session.isChecked(),
-            self.report.isChecked(),
+            undecided=self.undecided.isChecked(),
+            replace=self.replace.isChecked(),
+            session=self.session.isChecked(),
+            report=self.report.isChecked(),
         )
 
     def _browse(self) -> None:

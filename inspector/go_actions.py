@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QInputDialog, QMainWindow
 
 from inspector.document import Document, Show
+from inspector.panels import IntervalsPanel
 from inspector.playback import Player
 from inspector.settings import Settings
 
@@ -15,14 +16,15 @@ class GoActions(QMainWindow):
     document: Document
     player: Player
     settings: Settings
+    intervals: IntervalsPanel
 
     def next_interval(self) -> None:
         """Go to the next interval."""
-        self.document.step_interval(+1)
+        self.document.step_interval(+1, order=self.intervals.shown_ids())
 
     def previous_interval(self) -> None:
         """Go to the previous interval."""
-        self.document.step_interval(-1)
+        self.document.step_interval(-1, order=self.intervals.shown_ids())
 
     def toggle_play(self) -> None:
         """Play or pause."""
@@ -70,6 +72,8 @@ class GoActions(QMainWindow):
 
     def go_to_frame(self) -> None:
         """Ask for a frame."""
+        if not self.document.frames:
+            return
         first = self.document.first_frame
         last = max(self.document.frames - 1, 0) + first
         frame, chosen = QInputDialog.getInt(

@@ -134,7 +134,8 @@ class MainWindow(ReviewActions, GoActions):
         document.message.connect(self.bar.show_message)
         document.question.connect(self.bar.ask)
         document.locate.connect(self.locate_clip)
-        document.opening.connect(lambda name: self.statusBar().showMessage(f"Opening {name} …"))
+        document.opening.connect(self._opening)
+        document.message.connect(lambda *_: self.statusBar().clearMessage())
         document.opened.connect(self._opened)
         document.intervals_changed.connect(self._review_changed)
         document.frame_changed.connect(self._show_position)
@@ -184,6 +185,7 @@ class MainWindow(ReviewActions, GoActions):
 
     def save_session(self) -> bool:
         """Write the session beside the clip; True if it is on disk."""
+        self.detail.commit()
         if trouble := self.document.keeper.save():
             self.bar.show_message(trouble, True)
             return False
@@ -209,12 +211,17 @@ class MainWindow(ReviewActions, GoActions):
 
     def export(self, choice: ExportChoice) -> None:
         """Write what was chosen and say what changed."""
+        self.detail.commit()
         try:
             self.bar.show_message(export(self.document, choice), False)
         except TwistError as error:
             self.bar.show_message(str(error), True)
         except OSError as error:
             self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
+
+    def _opening(self, name: str) -> None:
+        self.bar.hide()
+        self.statusBar().showMessage(f"Opening {name} …")
 
     def _opened(self) -> None:
         data = self.document.data
@@ -232,6 +239,7 @@ class MainWindow(ReviewActions, GoActions):
 
     def _may_leave(self) -> bool:
         """True once unsaved decisions are saved or knowingly given up."""
+        self.detail.commit()
         if self.document.data is None or self.document.review.saved:
             return True
         button = QMessageBox.StandardButton

@@ -10,7 +10,7 @@ from inspector.message_bar import MessageBar
 from inspector.panels import IntervalsPanel
 from inspector.plots import Timeline, proposed_interval
 from twistcore.detection import Interval
-from twistcore.review import Decide, Decision, Insert, Remove
+from twistcore.review import Decide, Decision, Insert, Judged, Remove
 from twistcore.review.model import flattened, following, resized
 
 
@@ -24,7 +24,9 @@ class ReviewActions(QMainWindow):
     _faint: Interval | None = None
 
     def _judge(self, decision: Decision) -> None:
-        self.document.decide(decision, self.intervals.selected_ids())
+        if self.document.data is not None:
+            order = self.intervals.shown_ids()
+            self.document.decide(decision, self.intervals.selected_ids(), order)
 
     def accept(self) -> None:
         """Accept the selected intervals."""
@@ -75,14 +77,18 @@ class ReviewActions(QMainWindow):
     def start_here(self) -> None:
         """The selected interval starts at the playhead."""
         if judged := self.document.interval:
-            start = min(self.document.frame, judged.interval.stop - 1)
-            self.document.edit(judged.id, resized(judged.interval, start, judged.interval.stop))
+            self._resize(judged, self.document.frame, judged.interval.stop)
 
     def stop_here(self) -> None:
         """The selected interval ends with the playhead's frame."""
         if judged := self.document.interval:
-            stop = max(self.document.frame + 1, judged.interval.start + 1)
-            self.document.edit(judged.id, resized(judged.interval, judged.interval.start, stop))
+            self._resize(judged, judged.interval.start, self.document.frame + 1)
+
+    def _resize(self, judged: Judged, start: int, stop: int) -> None:
+        if stop <= start:
+            self.bar.show_message("The playhead is on the wrong side of the interval.", False)
+        else:
+            self.document.edit(judged.id, resized(judged.interval, start, stop))
 
     def make_level(self) -> None:
         """The selected interval gets one offset in all its frames."""

@@ -1,12 +1,18 @@
 """What many tests need: the sample clips and small skeletons made in memory."""
 
+import atexit
+import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
 
 from twistcore.bvh import Clip, read_bvh
 
-ASSETS = Path(__file__).parent.parent / "assets"
+# A copy: reviews leave sessions and journals beside their clips, and assets/ is not for that.
+ASSETS = Path(tempfile.mkdtemp(prefix="twist-assets-"))
+shutil.copytree(Path(__file__).parent.parent / "assets", ASSETS, dirs_exist_ok=True)
+atexit.register(shutil.rmtree, ASSETS, ignore_errors=True)
 
 
 @pytest.fixture(scope="session")

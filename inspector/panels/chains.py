@@ -18,6 +18,8 @@ from PySide6.QtWidgets import (
 
 from inspector.document import Document
 from inspector.theme import Theme
+from twistcore.chain import uncorrectable_joints
+from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
 
 _Index = QModelIndex | QPersistentModelIndex
@@ -78,8 +80,9 @@ class _ChainModel(QAbstractTableModel):
         found = self._document.review.state.of_chain(chain.name)
         decided = sum(j.decision != Decision.UNDECIDED for j in found)
         if role == Qt.ItemDataRole.DisplayRole:
+            stuck = uncorrectable_joints(data.motion, chain)
             return (
-                chain.label,
+                f"{chain.label} (fixed)" if stuck else chain.label,
                 f"{decided} / {len(found)}" if found else "–",
                 f"{self._peak[index.row()]:.1f}°",
                 f"{np.degrees(self._document.review.state.tau[chain.name]):.1f}°",
@@ -88,7 +91,14 @@ class _ChainModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(index.column())
         if role == Qt.ItemDataRole.ToolTipRole:
-            return "\n".join((f"{chain.name}: {_TIPS[index.column()]}", *chain.warnings))
+            stuck = uncorrectable_joints(data.motion, chain)
+            notes = list(chain.warnings)
+            if stuck:
+                notes.append(f"not corrected: {', '.join(stuck)} without three rotation channels")
+            beside = children_off_axis(data.motion, chain)
+            if beside:
+                notes.append(f"beside the bone, so a correction moves them: {', '.join(beside)}")
+            return "\n".join((f"{chain.name}: {_TIPS[index.column()]}", *notes))
         if role == Qt.ItemDataRole.ForegroundRole:
             if index.column() == 1 and found:
                 done = decided == len(found)
@@ -123,7 +133,7 @@ class ChainsPanel(QWidget):
         header = self.table.horizontalHeader()
         header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        header.setStretchLastSection(True)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = QLabel("The chains of a clip appear here.")
         self._hint.setObjectName("soft")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
@@ -18,9 +18,11 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.document import Document
+from inspector.panels.keys import LetterKeys
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
 
+_BURST_MS = 800
 REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
 
 
@@ -32,6 +34,11 @@ class DetailCard(QWidget):
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._document = document
+        self._shown: int | None = None  # whose note stands in the form
+        self._drag = 0
+        self._burst = QTimer(self)
+        self._burst.setSingleShot(True)
+        self._burst.setInterval(_BURST_MS)
         self.title = QLabel()
         self.start, self.stop = QSpinBox(), QSpinBox()
         self.delta = QDoubleSpinBox()
@@ -88,6 +95,8 @@ class DetailCard(QWidget):
         line.editingFinished.connect(self._note_edited)
         self.reason.activated.connect(self._note_edited)
         document.numbering_changed.connect(self._refresh)
+        self._letters = LetterKeys(self)
+        self._letters.watch(self.start, self.stop, self.delta)
         document.opened.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
         document.interval_changed.connect(self._refresh)
@@ -95,6 +104,10 @@ class DetailCard(QWidget):
 
     def _refresh(self) -> None:
         judged = self._document.interval
+        if self._shown != (judged.id if judged else None):
+            self.commit()
+            self._shown = judged.id if judged else None
+            self._show_note(judged)
         for widget in (
             self.start,
             self.stop,
@@ -125,23 +138,39 @@ class DetailCard(QWidget):
         self.delta.setValue(float(np.degrees(interval.delta)))
         for box in boxes:
             box.blockSignals(False)
-        if not self.note.hasFocus():
-            self.note.setText(judged.note)
-        if not self.reason.hasFocus():
-            self.reason.setCurrentText(judged.reason)
+        if not self.note.hasFocus() and not self.reason.hasFocus():
+            self._show_note(judged)
+
+    def _show_note(self, judged: Judged | None) -> None:
+        self.note.setText(judged.note if judged else "")
+        self.reason.setCurrentText(judged.reason if judged else "")
+
+    def commit(self) -> None:
+        """Keep a note that is still being typed, for the interval it was typed for."""
+        self._note_edited()
 
     def _edges_edited(self) -> None:
         if judged := self._document.interval:
             first = self._document.first_frame
             start, stop = self.start.value() - first, self.stop.value() - first
-            self._document.edit(judged.id, resized(judged.interval, start, stop))
+            edited = resized(judged.interval, start, stop)
+            self._document.edit(judged.id, edited, self._joined())
 
     def _delta_edited(self, degrees: float) -> None:
         if judged := self._document.interval:
-            self._document.edit(judged.id, levelled(judged.interval, float(np.radians(degrees))))
+            edited = levelled(judged.interval, float(np.radians(degrees)))
+            self._document.edit(judged.id, edited, self._joined())
+
+    def _joined(self) -> int:
+        """Steps of a spin box in quick succession are one step of the history."""
+        if not self._burst.isActive():
+            self._drag = self._document.begin_drag()
+        self._burst.start()
+        return self._drag
 
     def _note_edited(self) -> None:
-        judged = self._document.interval
+        shown = (j for j in self._document.intervals if j.id == self._shown)
+        judged = next(shown, None)
         note, reason = self.note.text(), self.reason.currentText().strip()
         if judged and (note, reason) != (judged.note, judged.reason):
             self._document.do(Annotate(judged.id, note, reason))

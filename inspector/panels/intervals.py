@@ -193,6 +193,7 @@ class IntervalsPanel(QWidget):
     def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._document = document
+        self._refreshing = False
         self._model = _IntervalModel(document, theme)
         self._proxy = _Filter(document)
         self._proxy.setSourceModel(self._model)
@@ -200,6 +201,7 @@ class IntervalsPanel(QWidget):
         self.filter = QComboBox()
         self.filter.addItems(FILTERS)
         self.filter.setToolTip("Which intervals are listed")
+        self.filter.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.filter.currentTextChanged.connect(self._filter_changed)
         self.count = QLabel()
         self.count.setObjectName("soft")
@@ -260,13 +262,19 @@ class IntervalsPanel(QWidget):
         rows = sorted(i.row() for i in self.table.selectionModel().selectedRows())
         return tuple(self._judged(row).id for row in rows)
 
+    def shown_ids(self) -> tuple[int, ...]:
+        """Ids of the rows that are listed, top to bottom."""
+        return tuple(self._judged(row).id for row in range(self._proxy.rowCount()))
+
     def _judged(self, proxy_row: int) -> Judged:
         source = self._proxy.mapToSource(self._proxy.index(proxy_row, 0))
         return self._model.rows[source.row()]
 
     def _refresh(self) -> None:
+        self._refreshing = True  # rows that vanish must not select others
         self._model.refresh()
         self._proxy.invalidate()
+        self._refreshing = False
         intervals = self._document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
         known = any(j.interval.confidence is not None for j in intervals)
@@ -274,6 +282,8 @@ class IntervalsPanel(QWidget):
         self.count.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
         if not self._document.data:
             self._hint.setText("Open a BVH: its suspicious intervals are listed here.")
+        elif not self._document.data.chains:
+            self._hint.setText("No chain in this skeleton, so nothing to find.")
         elif not intervals:
             self._hint.setText("Nothing found at this τ.\nLower the τ line to look closer.")
         else:
@@ -284,6 +294,8 @@ class IntervalsPanel(QWidget):
     def _filter_changed(self, text: str) -> None:
         self._proxy.chosen = text
         self._refresh()
+        if self._document.interval_id not in self.shown_ids():
+            self._document.select_interval(None)  # A and R never judge what is not listed
 
     def _chain_changed(self) -> None:
         if self._proxy.chosen == "This chain":
@@ -308,5 +320,5 @@ class IntervalsPanel(QWidget):
         self.table.clearSelection()
 
     def _row_selected(self, current: QModelIndex) -> None:
-        if current.isValid():
+        if current.isValid() and not self._refreshing:
             self._document.select_interval(self._judged(current.row()).id, jump=True)

@@ -13,10 +13,12 @@ from PySide6.QtWidgets import (
     QSlider,
     QSpinBox,
     QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
 from inspector.document import Document, Show
+from inspector.panels.keys import LetterKeys
 from inspector.playback import SPEEDS, Player
 
 _PLAY, _PAUSE = "Play", "Pause"
@@ -34,8 +36,14 @@ class Transport(QWidget):
     ) -> None:
         super().__init__(parent)
         self._document, self._player = document, player
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(8, 4, 8, 4)
+        rows = QVBoxLayout(self)
+        rows.setContentsMargins(8, 4, 8, 4)
+        rows.setSpacing(2)
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        rows.addWidget(self.slider)
+        layout = QHBoxLayout()
+        rows.addLayout(layout)
         self._play = QToolButton()
         for name, button, glyph in (
             ("previous_frame", QToolButton(), "◀"),
@@ -50,8 +58,6 @@ class Transport(QWidget):
             button.clicked.connect(actions[name].trigger)
             layout.addWidget(button)
         self._play.setFixedWidth(self._play.fontMetrics().horizontalAdvance("Pause") + 20)
-        self.slider = QSlider(Qt.Orientation.Horizontal)
-        self.slider.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.frame = QSpinBox()
         self.frame.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.frame.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000000") + 36)
@@ -64,13 +70,19 @@ class Transport(QWidget):
         self.show_box = QComboBox()
         self.show_box.addItems([s.value.capitalize() for s in Show])
         self.show_box.setToolTip("What the 3D view shows (B)")
-        for widget in (self.slider, self.frame, self.time, self.speed, self.show_box):
-            layout.addWidget(widget, 1 if widget is self.slider else 0)
+        for widget in (self.frame, self.time):
+            layout.addWidget(widget)
+        layout.addStretch(1)
+        for box in (self.speed, self.show_box):
+            box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            layout.addWidget(box)
         self.slider.valueChanged.connect(document.go_to)
         self.frame.valueChanged.connect(lambda f: document.go_to(f - document.first_frame))
         document.numbering_changed.connect(self._opened)
         self.speed.activated.connect(lambda k: player.set_speed(SPEEDS[k]))
         self.show_box.activated.connect(lambda k: document.set_show(list(Show)[k]))
+        self._letters = LetterKeys(self)
+        self._letters.watch(self.frame)
         document.opened.connect(self._opened)
         document.frame_changed.connect(self._frame_changed)
         document.show_changed.connect(self._show_changed)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.document import Analysed
+from inspector.analysed import Analysed
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.rotation import Array, multiply, quaternion_from_axis_angle, twist_angle, wrap
 

@@ -8,7 +8,8 @@ from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
-from inspector.document import Document, analyse
+from inspector.analysed import analyse
+from inspector.document import Document
 from inspector.plots import Timeline, proposed_interval
 from inspector.plots.curves import Corrected, degrees_about, root_scale, thinned, unreliable_spans
 from inspector.theme import DARK, LIGHT

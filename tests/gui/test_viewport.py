@@ -10,7 +10,8 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
-from inspector.document import Document, Show, analyse
+from inspector.analysed import analyse
+from inspector.document import Document, Show
 from inspector.theme import DARK, LIGHT
 from inspector.viewport import VIEWS, Viewport, driver
 from inspector.viewport.bodies import build_soup, find_bones, place

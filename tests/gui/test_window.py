@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,9 +10,13 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication
 
+from inspector.actions import shortcuts_markdown
 from inspector.document import Show
 from inspector.export import ExportChoice, ExportDialog
 from inspector.main_window import MainWindow
+from inspector.palette import CommandPalette
+from inspector.panels import HistoryPanel
+from inspector.preferences import Preferences
 from inspector.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
 from twistcore.bvh import read_bvh
@@ -377,3 +382,215 @@ def test_settings_are_kept_and_damage_is_set_aside(tmp_path):
     assert again == Settings()
     assert "set aside" in complaint
     assert (tmp_path / "deep" / "settings.json.damaged").exists()
+
+
+def test_a_note_stays_with_the_interval_it_was_typed_for(qtbot, opened):
+    opened.next_interval()
+    first = opened.document.interval_id
+    opened.detail.note.setFocus()
+    qtbot.keyClicks(opened.detail.note, "bad strap")
+    opened.actions_by_id["reject"].trigger()
+    assert opened.document.interval_id != first
+    judged = opened.document.review.state.find(first)
+    assert (judged.decision, judged.note) == (Decision.REJECTED, "bad strap")
+    assert all(not j.note for j in opened.document.intervals if j.id != first)
+
+
+def test_a_note_still_being_typed_is_saved(qtbot, window, tmp_path):
+    path = tmp_path / "walk.bvh"
+    shutil.copy(DIRTY, path)
+    open_clip(qtbot, window, path)
+    window.next_interval()
+    window.detail.note.setFocus()
+    qtbot.keyClicks(window.detail.note, "half a wo")
+    press(qtbot, window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    saved = json.loads((tmp_path / "walk.twist.json").read_text())
+    assert saved["intervals"][0]["note"] == "half a wo"
+
+
+def test_letters_are_keys_while_a_spin_box_has_the_focus(qtbot, opened):
+    opened.next_interval()
+    opened.detail.start.setFocus()
+    qtbot.keyClick(opened.detail.start, Qt.Key.Key_A)
+    assert decisions(opened)[0] == Decision.ACCEPTED
+
+
+def test_going_on_follows_what_is_listed(qtbot, opened):
+    opened.intervals.filter.setCurrentText("Undecided")
+    opened.next_interval()
+    for k in range(3):
+        assert opened.document.interval is opened.document.intervals[k]
+        opened.accept()
+    opened.intervals.filter.setCurrentText("Accepted")
+    assert opened.document.interval is None
+    opened.reject()
+    assert decisions(opened)[:3] == [Decision.ACCEPTED] * 3
+
+
+def test_edges_at_the_playhead_never_turn_an_interval_over(opened):
+    opened.next_interval()
+    before = opened.document.interval.interval
+    opened.document.go_to(0)
+    opened.stop_here()
+    opened.document.go_to(343)
+    opened.start_here()
+    assert opened.document.interval.interval is before
+    assert "wrong side" in opened.bar.label.text()
+    assert opened.document.review.undo_text == ""
+
+
+def test_a_crash_is_offered_to_be_restored(qtbot, tmp_path):
+    path = tmp_path / "walk.bvh"
+    shutil.copy(DIRTY, path)
+    first = MainWindow(Settings(theme="light"), None)
+    open_clip(qtbot, first, path)
+    first.next_interval()
+    first.accept()
+    first.accept()
+    first.undo()
+    journal = tmp_path / "walk.twist.json.journal"
+    kept = journal.read_bytes()
+    expected = decisions(first)
+    first.document.review.mark_saved()
+    first.close()
+    assert not journal.exists()
+    journal.write_bytes(kept)  # as a killed program leaves it
+    second = MainWindow(Settings(theme="light"), None)
+    second.show()
+    open_clip(qtbot, second, path)
+    assert "3 steps were kept" in second.bar.label.text()
+    restore = next(b for b in second.bar.buttons() if b.text() == "Restore")
+    qtbot.mouseClick(restore, Qt.MouseButton.LeftButton)
+    assert decisions(second) == expected
+    assert second.isWindowModified()
+    second.document.review.mark_saved()
+    second.close()
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.bvh"]
+
+
+def test_a_second_window_on_a_session_only_looks(qtbot, opened):
+    other = MainWindow(Settings(theme="light"), None)
+    open_clip(qtbot, other, DIRTY)
+    assert "another window" in other.bar.label.text()
+    other.next_interval()
+    other.accept()
+    assert not other.save_session()
+    assert "cannot save" in other.bar.label.text()
+    other.document.review.mark_saved()
+    other.close()
+
+
+def test_a_session_beside_the_clip_is_gone_on_with(qtbot, window, tmp_path):
+    path = tmp_path / "walk.bvh"
+    shutil.copy(DIRTY, path)
+    open_clip(qtbot, window, path)
+    window.next_interval()
+    window.accept()
+    window.save_session()
+    open_clip(qtbot, window, ASSETS / "dance.bvh")
+    open_clip(qtbot, window, path)
+    assert decisions(window)[0] == Decision.ACCEPTED
+    # Another version of the clip: the decisions are offered, not forced.
+    path.write_bytes(path.read_bytes().replace(b"\r\n", b"\n"))
+    open_clip(qtbot, window, path)
+    assert decisions(window)[0] == Decision.UNDECIDED
+    carry = next(b for b in window.bar.buttons() if b.text() == "Carry decisions over")
+    qtbot.mouseClick(carry, Qt.MouseButton.LeftButton)
+    assert decisions(window)[0] == Decision.ACCEPTED
+
+
+def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, tmp_path):
+    path = tmp_path / "walk.bvh"
+    shutil.copy(DIRTY, path)
+    (tmp_path / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
+    open_clip(qtbot, window, path)
+    assert "set aside" in window.bar.label.text()
+    assert (tmp_path / "walk.twist.json.damaged").exists()
+    assert len(window.document.intervals) == 8
+
+
+def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, tmp_path, monkeypatch):
+    path = tmp_path / "walk.bvh"
+    shutil.copy(DIRTY, path)
+    open_clip(qtbot, window, path)
+    window.next_interval()
+
+    def full(*_args):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.fsync", full)
+        window.accept()
+        assert "journal cannot be written" in window.bar.label.text()
+        assert not window.save_session()
+        window.export(ExportChoice(tmp_path / "out.bvh"))
+        assert "No space left" in window.bar.label.text()
+    assert not (tmp_path / "out.bvh").exists()
+    assert decisions(window)[0] == Decision.ACCEPTED
+    assert window.save_session()
+
+
+def test_keys_can_be_changed_and_conflicts_are_told(qtbot, opened):
+    opened.preferences()
+    dialog = opened.findChild(Preferences)
+    dialog.set_key("accept", "R")
+    assert "Used twice" in dialog.conflict.text()
+    dialog.set_key("accept", "X")
+    dialog.first.setCurrentIndex(1)
+    dialog.reviewer.setText("Ada")
+    dialog.accept()
+    opened.next_interval()
+    assert opened.detail.start.value() == opened.document.interval.interval.start + 1
+    press(qtbot, opened, Qt.Key.Key_X)
+    assert decisions(opened)[0] == Decision.ACCEPTED
+    assert opened.document.intervals[0].reviewer == "Ada"
+    assert opened.settings.keys == {"accept": ["X"]}
+
+
+def test_the_palette_does_what_is_typed(qtbot, opened):
+    opened.command_palette()
+    palette = opened.findChild(CommandPalette)
+    qtbot.keyClicks(palette.line, "next interval")
+    qtbot.keyClick(palette.line, Qt.Key.Key_Return)
+    assert opened.document.interval is opened.document.intervals[0]
+
+
+def test_the_sure_ones_are_accepted_in_one_step(opened):
+    opened.accept_at_least(0.5)
+    assert Decision.ACCEPTED in decisions(opened)
+    opened.undo()
+    assert set(decisions(opened)) == {Decision.UNDECIDED}
+    opened.accept_at_least(1.1)
+    assert "No undecided" in opened.bar.label.text()
+
+
+def test_another_detector_keeps_what_is_decided_and_undo_brings_its_curve_back(opened):
+    opened.next_interval()
+    opened.accept()
+    opened.actions_by_id["use_paper"].trigger()
+    assert opened.document.data.method == "paper"
+    assert decisions(opened)[0] == Decision.ACCEPTED
+    opened.undo()
+    assert opened.document.data.method == "consistency"
+    assert opened.actions_by_id["use_consistency"].isChecked()
+
+
+def test_the_history_goes_back_and_forth(qtbot, opened):
+    history = opened.findChild(HistoryPanel)
+    opened.next_interval()
+    opened.accept()
+    opened.reject()
+    assert [history.list.item(k).text() for k in range(3)] == [
+        "As opened",
+        "Accept interval",
+        "Reject interval",
+    ]
+    history.list.itemClicked.emit(history.list.item(0))
+    assert set(decisions(opened)) == {Decision.UNDECIDED}
+    history.list.itemClicked.emit(history.list.item(2))
+    assert decisions(opened)[:2] == [Decision.ACCEPTED, Decision.REJECTED]
+
+
+def test_the_page_of_keys_is_the_table_of_actions():
+    page = Path(__file__).parents[2] / "docs" / "shortcuts.md"
+    assert page.read_text(encoding="utf-8") == shortcuts_markdown()

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -53,7 +54,11 @@ class Journal:
         self.path = path
         self.entries = 0
         self._file: BinaryIO | None = path.open("wb")
-        self._write({"schema": SCHEMA, "session": session_document(clip, state)})
+        try:
+            self._write({"schema": SCHEMA, "session": session_document(clip, state)})
+        except OSError:
+            self._drop()
+            raise
 
     def do(self, command: Command) -> None:
         """Record a command that has succeeded."""
@@ -67,13 +72,17 @@ class Journal:
     def close(self) -> None:
         """Close the file and keep it."""
         if self._file is not None:
-            self._file.close()
-            self._file = None
+            file, self._file = self._file, None
+            with suppress(OSError):  # a full disk: what could be written is there
+                file.close()
+
+    def _drop(self) -> None:
+        self.close()
+        self.path.unlink(missing_ok=True)
 
     def discard(self) -> None:
         """Close and delete: everything in it is in a session file, or given up knowingly."""
-        self.close()
-        self.path.unlink(missing_ok=True)
+        self._drop()
 
     def _write(self, document: Mapping[str, Any]) -> None:
         if self._file is None:

@@ -1,0 +1,111 @@
+"""A clip with everything about it that does not change while it is reviewed."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from inspector.keeping import session_path
+from twistcore.bvh import Clip, read_bvh
+from twistcore.chain import Chain, find_chains
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, resolve_tau
+from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.motion import Motion, forward_kinematics
+from twistcore.review import Judged, Review, read_session, start_review
+from twistcore.review.session import check_belongs
+from twistcore.rotation import Array
+from twistcore.signals import TwistSignals, twist_signals
+
+
+@dataclass(frozen=True, eq=False)
+class Analysed:
+    """Everything about a clip that does not change while it is reviewed."""
+
+    clip: Clip
+    chains: tuple[Chain, ...]
+    analysis: Analysis
+    signals: dict[str, TwistSignals]
+    rotations: Array  # global, (frames, joints, 4)
+    positions: Array  # (frames, joints, 3)
+    review: Review
+    method: str = DEFAULT_METHOD
+    session: Path | None = None  # the file the review was read from
+    earlier: tuple[Judged, ...] = ()  # a review of another version of this clip
+    notes: tuple[str, ...] = ()
+
+    @property
+    def motion(self) -> Motion:
+        """The motion as read."""
+        return self.clip.motion
+
+
+class ClipMissingError(TwistError):
+    """A session whose clip is neither where it was nor beside the session."""
+
+    def __init__(self, session: Path, clip: str) -> None:
+        super().__init__(f"{session.name}: its clip {clip} is not where it was.")
+        self.session = session
+
+
+def analyse(path: Path, method: str = DEFAULT_METHOD) -> Analysed:
+    """Read and analyse a clip, with the session beside it; raises TwistError.
+
+    Safe to call in any thread.
+    """
+    beside = session_path(path)
+    if not beside.exists():
+        return analysed(read_bvh(path), method)
+    try:
+        return analyse_session(beside, path)
+    except FormatError as error:
+        aside = beside.with_name(beside.name + ".damaged")
+        beside.replace(aside)
+        data = analysed(read_bvh(path), method)
+        return replace(data, notes=(f"{error}. It was set aside as {aside.name}.",))
+
+
+def analysed(clip: Clip, method: str = DEFAULT_METHOD) -> Analysed:
+    """Analyse a clip that is in memory already."""
+    chains = find_chains(clip.motion)
+    analysis = DETECTORS[method].analyse(clip.motion, chains)
+    tau = resolve_tau(analysis, chains)
+    found = [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
+    rotations, positions = forward_kinematics(clip.motion)
+    return Analysed(
+        clip=clip,
+        chains=chains,
+        analysis=analysis,
+        signals={c.name: twist_signals(clip.motion, c) for c in chains},
+        rotations=rotations,
+        positions=positions,
+        review=Review(start_review(method, tau, found, [c.name for c in chains])),
+        method=method,
+    )
+
+
+def analyse_session(path: Path, clip_path: Path | None = None) -> Analysed:
+    """The clip of a session with the session's review; raises TwistError.
+
+    Without `clip_path` the clip is where it was when the session was saved, or beside the session.
+    A clip that has changed gets a review of its own, and the session's as `earlier`.
+    """
+    session = read_session(path)
+    if clip_path is None:
+        places = [Path(session.clip), path.with_name(Path(session.clip).name)]
+        there = [p for p in places if p.is_file()]
+        if not there:
+            raise ClipMissingError(path, session.clip)
+        same = (p for p in there if hashlib.sha256(p.read_bytes()).hexdigest() == session.sha256)
+        clip_path = next(same, there[0])
+    method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
+    data = analysed(read_bvh(clip_path), method)
+    try:
+        check_belongs(session, data.clip, data.chains)
+    except ClipMismatchError:
+        return replace(data, earlier=session.state.intervals)
+    own = data.review.state
+    state = replace(
+        session.state, tau={**own.tau, **session.state.tau}, chain_order=own.chain_order
+    )
+    return replace(data, review=Review(state), session=path)
