@@ -116,7 +116,7 @@ class ExportDialog(QDialog):
         self.undecided.setEnabled(undecided > 0)
         self.session = QCheckBox("Session beside it, to go on or to replay the export")
         self.session.setChecked(True)
-        self.report = QCheckBox("Report beside it (HTML, CSV, JSON)")
+        self.report = QCheckBox("Report beside it (HTML, CSV, JSON, markers for Blender)")
         self.report.setChecked(True)
         self.warning = QLabel()
         self.warning.setWordWrap(True)

@@ -17,6 +17,7 @@ from twistcore.atomic import write_atomically
 from twistcore.bvh import Clip
 from twistcore.chain import Chain
 from twistcore.compare import compare
+from twistcore.markers import blender_markers
 from twistcore.motion import Motion
 from twistcore.review.model import Decision, Judged, ReviewState
 
@@ -49,13 +50,19 @@ class Report:
 
 
 def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
-    """Write NAME.report.html, .csv and .json into `folder` (made if missing); returns the paths."""
+    """Write the report into `folder`, made if missing; returns the paths.
+
+    NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     stem = report.clip.path.stem
     document = report_to_json(report)
     written = {
         folder / f"{stem}.report.html": _html(document).encode(),
         folder / f"{stem}.intervals.csv": intervals_csv(report).encode(),
+        folder / f"{stem}.markers.py": blender_markers(
+            report.clip.name, report.state.intervals
+        ).encode(),
         folder / f"{stem}.report.json": (json.dumps(document, indent=1) + "\n").encode(),
     }
     for path, data in written.items():

@@ -1,0 +1,28 @@
+"""The script for Blender: valid Python that sets the markers."""
+
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+
+from twistcore.detection import Interval
+from twistcore.markers import blender_markers
+from twistcore.review import Decision, Judged
+
+
+def test_the_script_sets_two_markers_an_interval(monkeypatch):
+    judged = [
+        Judged(1, Interval('Left "Arm" \\', 10, 20, np.full(10, 0.5)), Decision.ACCEPTED),
+        Judged(2, Interval("LeftLeg", 30, 31, np.full(1, -0.5)), Decision.REJECTED),
+    ]
+    script = blender_markers('a """clip""".bvh', judged)
+    markers = []
+    scene = SimpleNamespace(
+        frame_start=1,
+        timeline_markers=SimpleNamespace(new=lambda name, frame: markers.append((name, frame))),
+    )
+    bpy = SimpleNamespace(context=SimpleNamespace(scene=scene))
+    monkeypatch.setitem(sys.modules, "bpy", bpy)
+    exec(compile(script, "markers.py", "exec"), {})
+    name = 'Left "Arm" \\ +28.6° accepted'
+    assert markers == [(f"{name} [", 11), (f"] {name}", 20)]

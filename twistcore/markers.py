@@ -1,0 +1,41 @@
+"""The intervals as time-line markers for other programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+
+import numpy as np
+
+from twistcore.review.model import Judged
+
+_BLENDER = '''"""Time-line markers of {clip}: run this in Blender's text editor."""
+
+import bpy
+
+# (name, first frame, last frame), counted from 0 as in the review
+INTERVALS = {intervals}
+
+scene = bpy.context.scene
+first = scene.frame_start
+for name, start, last in INTERVALS:
+    scene.timeline_markers.new(f"{{name}} [", frame=first + start)
+    scene.timeline_markers.new(f"] {{name}}", frame=first + last)
+'''
+
+
+def blender_markers(clip: str, intervals: Iterable[Judged]) -> str:
+    """A Python script for Blender that sets two markers an interval; rejected ones are left out."""
+    rows = [
+        (
+            f"{j.interval.chain} {np.degrees(j.interval.delta):+.1f}° {j.decision.value}",
+            j.interval.start,
+            j.interval.stop - 1,
+        )
+        for j in intervals
+        if j.decision.value != "rejected"
+    ]
+    listed = "[\n" + "".join(f"    ({json.dumps(n)}, {a}, {b}),\n" for n, a, b in rows) + "]"
+    # The clip's name stands in a docstring: nothing in it may end that.
+    safe = clip.replace("\\", "/").replace('"', "'")
+    return _BLENDER.format(clip=safe, intervals=listed)
