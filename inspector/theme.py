@@ -42,7 +42,7 @@ LIGHT = Theme(
     soft="#556170",
     accent="#5b3fc4",
     on_accent="#ffffff",
-    before="#b85c00",
+    before="#a65300",
     after="#1668b3",
     tau="#b3261e",
     accepted="#1b7040",
@@ -128,7 +128,7 @@ QDockWidget > QWidget {{ font-weight: 400; }}
 QMainWindow::separator {{ background: {line}; width: 3px; height: 3px; }}
 QMainWindow::separator:hover {{ background: {accent}; }}
 QHeaderView::section {{ background: {raised}; color: {soft}; border: 0;
-  border-bottom: 1px solid {line}; padding: 4px 6px; }}
+  border-bottom: 1px solid {line}; padding: 4px 4px; }}
 QTableView {{ gridline-color: transparent; border: 1px solid {line};
   selection-background-color: {accent}; selection-color: {on_accent}; }}
 QToolBar {{ background: {window}; border: 0; border-bottom: 1px solid {line};

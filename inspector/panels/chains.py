@@ -23,7 +23,7 @@ from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
 
 _Index = QModelIndex | QPersistentModelIndex
-_HEADS = ("Chain", "Judged", "Peak", "τ", "Azimuth")
+_HEADS = ("Chain", "Done", "Peak", "τ", "Azimuth")
 _TIPS = (
     "Side and segment of the parent joint",
     "Intervals decided of those found",
@@ -133,7 +133,7 @@ class ChainsPanel(QWidget):
         header = self.table.horizontalHeader()
         header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setStretchLastSection(True)
+        header.setSectionResizeMode(len(_HEADS) - 1, QHeaderView.ResizeMode.Stretch)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = QLabel("The chains of a clip appear here.")
         self._hint.setObjectName("soft")

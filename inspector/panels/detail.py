@@ -56,7 +56,7 @@ class DetailCard(QWidget):
         self.reason.setToolTip("Why it is rejected")
         line = self.reason.lineEdit()
         assert line is not None
-        line.setPlaceholderText("Reason of a rejection")
+        line.setPlaceholderText("Reason")
         self.why = QLabel()
         self.why.setObjectName("soft")
         self.why.setWordWrap(True)
@@ -64,12 +64,16 @@ class DetailCard(QWidget):
         edges.addWidget(self.start, 1)
         edges.addWidget(QLabel("to"))
         edges.addWidget(self.stop, 1)
+        edges.addSpacing(8)
+        edges.addWidget(QLabel("δ"))
+        edges.addWidget(self.delta, 1)
+        words = QHBoxLayout()
+        words.addWidget(self.reason, 2)
+        words.addWidget(self.note, 3)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.addRow("Frames", edges)
-        form.addRow("δ", self.delta)
-        form.addRow("Reason", self.reason)
-        form.addRow("Note", self.note)
+        form.addRow("Notes", words)
         buttons = QHBoxLayout()
         self.buttons: dict[Decision, QPushButton] = {}
         for decision, text, key in (

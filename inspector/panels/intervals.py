@@ -14,7 +14,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -44,7 +44,8 @@ _SAMPLES = (
     "000.00 s",
     "Conf.",
 )
-_CONFIDENCE = _HEADS.index("Conf.")
+_SPARED = ("Conf.", "Frames", "Time")  # left out in this order where room is short
+_NOTE_WIDTH = 60
 SORT_ROLE = Qt.ItemDataRole.UserRole
 MARKS = {
     Decision.UNDECIDED: "· undecided",
@@ -247,10 +248,28 @@ class IntervalsPanel(QWidget):
         metrics = self.fontMetrics()
         for column, sample in enumerate(_SAMPLES):
             table.setColumnWidth(column, metrics.horizontalAdvance(sample) + 14)
-        table.setColumnWidth(len(_SAMPLES), 60)  # the note takes what is left
+        table.setColumnWidth(len(_SAMPLES), _NOTE_WIDTH)  # at least: it takes what is left
         table.selectionModel().currentRowChanged.connect(self._row_selected)
         table.doubleClicked.connect(lambda _index: self.activated.emit())
         return table
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Where room is short, what other columns tell as well is not shown."""
+        super().resizeEvent(event)
+        self._fit_columns()
+
+    def _fit_columns(self) -> None:
+        known = any(j.interval.confidence is not None for j in self._document.intervals)
+        table, metrics = self.table, self.fontMetrics()
+        needed = sum(metrics.horizontalAdvance(s) + 14 for s in _SAMPLES) + _NOTE_WIDTH
+        room = self.width() - table.verticalScrollBar().sizeHint().width() - 12
+        for head in _SPARED:
+            column = _HEADS.index(head)
+            unknown = head == "Conf." and not known
+            hide = unknown or needed > room
+            table.setColumnHidden(column, hide)
+            if hide:
+                needed -= metrics.horizontalAdvance(_SAMPLES[column]) + 14
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -277,8 +296,7 @@ class IntervalsPanel(QWidget):
         self._refreshing = False
         intervals = self._document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
-        known = any(j.interval.confidence is not None for j in intervals)
-        self.table.setColumnHidden(_CONFIDENCE, not known)
+        self._fit_columns()
         self.count.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
         if not self._document.data:
             self._hint.setText("Open a BVH: its suspicious intervals are listed here.")

@@ -1,0 +1,66 @@
+"""Nothing is cut, nothing overlaps, and everything can be read: sizes, scales, themes."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from inspector.theme import DARK, LIGHT
+from tests.conftest import ASSETS
+
+CHECK = Path(__file__).with_name("layout_check.py")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize(
+    ("width", "height", "scale"), [(1280, 800, 1), (1920, 1080, 1), (1280, 800, 2)]
+)
+def test_every_text_fits_and_no_two_widgets_overlap(tmp_path, width, height, scale, theme):
+    clip = tmp_path / "walk.bvh"
+    shutil.copy(ASSETS / "walk_injected.bvh", clip)
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(Path(__file__).parents[2]),
+        "QT_SCALE_FACTOR": str(scale),
+    }
+    words = [sys.executable, str(CHECK), str(width), str(height), theme, str(clip)]
+    done = subprocess.run(
+        [*words, str(tmp_path / "w.png")],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+
+
+def luminance(colour):
+    channels = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(a, b):
+    """WCAG 2 contrast ratio."""
+    high, low = sorted((luminance(a), luminance(b)), reverse=True)
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+def test_text_has_a_contrast_of_four_and_a_half(theme):
+    grounds = [theme.surface, theme.window, theme.raised]
+    inks = [
+        *("text", "soft", "before", "after", "tau", "accepted", "rejected", "undecided", "warning"),
+    ]
+    low = {
+        (ink, ground): round(contrast(getattr(theme, ink), ground), 2)
+        for ink in inks
+        for ground in grounds
+        if contrast(getattr(theme, ink), ground) < 4.5
+    }
+    assert low == {}
+    assert contrast(theme.on_accent, theme.accent) >= 4.5
