@@ -173,11 +173,12 @@ class MainWindow(ReviewActions, GoActions):
 
     def open_dialog(self) -> None:
         """Ask for a file and open it."""
-        name, _ = QFileDialog.getOpenFileName(
-            self, "Open", "", f"Motion and sessions (*.bvh *{SESSION_SUFFIX});;All files (*)"
-        )
-        if name:
-            self.open_path(Path(name))
+        patterns = f"Motion and sessions (*.bvh *{SESSION_SUFFIX})"
+        dialog = QFileDialog(self, "Open", "", f"{patterns};;All files (*)")
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.fileSelected.connect(lambda name: self.open_path(Path(name)))
+        dialog.open()
 
     def open_sample(self) -> None:
         """Open the bundled walk with known errors."""

@@ -1,0 +1,104 @@
+"""A whole review by keyboard alone: three clips, sixty intervals, edits, undo, redo, export."""
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
+
+from inspector.export import ExportDialog
+from inspector.main_window import MainWindow
+from inspector.settings import Settings
+from tests.conftest import ASSETS
+from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
+from twistcore.chain import find_chains
+from twistcore.cli import main as twistcore
+from twistcore.review import Decision
+from twistcore.synthesis import draw_errors, generator, inject
+
+CTRL = Qt.KeyboardModifier.ControlModifier
+
+
+def injected(folder, name):
+    """A sample with two to five errors in each of six chains."""
+    clip = read_bvh(ASSETS / f"{name}.bvh")
+    chains = find_chains(clip.motion)
+    errors = draw_errors(chains[::2] + chains[9:], clip.motion.frames, generator(3, name))
+    dirty = inject(clip.motion, chains, errors)
+    path = folder / f"{name}.bvh"
+    path.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
+    return path
+
+
+def type_into_file_dialog(qtbot, window, path):
+    qtbot.waitUntil(lambda: window.findChild(QFileDialog) is not None)
+    dialog = window.findChild(QFileDialog)
+    qtbot.waitExposed(dialog)
+    line = dialog.findChild(QLineEdit)
+    line.setCompleter(None)  # its list would take the Return
+    line.clear()
+    QTest.keyClicks(line, str(path))
+    QTest.keyClick(line, Qt.Key.Key_Return)
+
+
+@pytest.fixture
+def window(qtbot, tmp_path):
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
+    window = MainWindow(Settings(theme="light"), None)
+    window.show()
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    yield window
+    window.document.review.mark_saved()
+    window.close()
+    window.deleteLater()
+    qtbot.wait(20)
+
+
+def test_three_clips_by_keyboard_alone(qtbot, window, tmp_path, capsys):
+    total = 0
+
+    def key(which, modifier=Qt.KeyboardModifier.NoModifier):
+        QTest.keyClick(QApplication.focusWidget() or window, which, modifier)
+
+    for name in ("walk", "dance", "basketball"):
+        path = injected(tmp_path, name)
+        with qtbot.waitSignal(window.document.opened, timeout=20_000):
+            key(Qt.Key.Key_O, CTRL)
+            type_into_file_dialog(qtbot, window, path)
+        window.activateWindow()  # a window manager does this when a dialog closes
+        qtbot.waitUntil(window.isActiveWindow)
+        document = window.document
+        count = len(document.intervals)
+        total += count
+        key(Qt.Key.Key_N)
+        for k in range(count):
+            key(Qt.Key.Key_R if k % 5 == 4 else Qt.Key.Key_A)
+        verdicts = [j.decision for j in document.intervals]
+        assert verdicts.count(Decision.REJECTED) == count // 5
+        assert Decision.UNDECIDED not in verdicts
+        for _ in range(2):  # two edges: one frame later each
+            key(Qt.Key.Key_N)
+            before = document.interval.interval
+            key(Qt.Key.Key_Right)
+            if document.frame < before.stop:
+                key(Qt.Key.Key_BracketLeft)
+                assert document.interval.interval.start == before.start + 1
+        edited = [j.edited for j in document.intervals]
+        key(Qt.Key.Key_Z, CTRL)
+        assert [j.edited for j in document.intervals] != edited or not any(edited)
+        key(Qt.Key.Key_Y, CTRL)
+        assert [j.edited for j in document.intervals] == edited
+        key(Qt.Key.Key_S, CTRL)
+        key(Qt.Key.Key_E, CTRL)
+        qtbot.waitUntil(lambda: window.findChild(ExportDialog) is not None)
+        QTest.keyClick(window.findChild(ExportDialog), Qt.Key.Key_Return)
+        out, again = tmp_path / f"{name}_refined.bvh", tmp_path / f"{name}_again.bvh"
+        qtbot.waitUntil(out.exists)
+        session = tmp_path / f"{name}.twist.json"
+        assert twistcore(["apply", str(session), str(path), "-o", str(again)]) == 0
+        capsys.readouterr()
+        assert again.read_bytes() == out.read_bytes() != path.read_bytes()
+        qtbot.waitUntil(lambda: window.findChild(ExportDialog) is None)
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
+    assert total >= 60
