@@ -77,7 +77,7 @@ def info(arguments: argparse.Namespace) -> int:
         "channels": clip.values.shape[1],
         "height": motion.skeleton.height,
         "chains": [_chain_to_json(clip, chain) for chain in chains],
-        "warnings": [*clip.warnings, *(w for chain in chains for w in chain.warnings)],
+        "warnings": [*map(str, clip.warnings), *(w for chain in chains for w in chain.warnings)],
     }
     if arguments.json:
         _print_json(document)

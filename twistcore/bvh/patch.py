@@ -39,7 +39,7 @@ def patch_rotations(clip: Clip, motion: Motion, changed: NDArray[np.bool_]) -> b
     for joint in np.flatnonzero(changed.any(axis=0)):
         layout = clip.channels[joint]
         if not layout.rotatable:
-            name = clip.motion.skeleton.names[joint]
+            name = clip.skeleton.names[joint]
             raise ValueError(f"joint {name!r} has no three rotation channels to write to")
         rotation = list(layout.rotation)
         source = np.radians(clip.values[:, rotation])
