@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twistcore.rotation import Array
 
-_ELEMENTS = 1 << 13  # numbers of one kind in a block
+_ELEMENTS = 1 << 16  # numbers of one kind in a block
 
 
 @dataclass(frozen=True, eq=False)

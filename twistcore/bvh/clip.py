@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.motion import Motion, Skeleton
-from twistcore.rotation import Array, quaternion_from_euler
+from twistcore.rotation import Array
 
 _BLOCK = 1 << 18  # bytes
-_ELEMENTS = 1 << 13  # numbers of one kind in a block
+_ELEMENTS = 1 << 14  # numbers of one kind in a block
 
 
 @dataclass(frozen=True)
@@ -112,16 +112,18 @@ def _motion(
         if layout.order:
             by_order.setdefault(layout.order, []).append(joint)
     columns = {o: np.array([channels[j].rotation for j in js]).T for o, js in by_order.items()}
-    rotations = np.zeros((len(values), len(skeleton), 4))
-    rotations[..., 0] = 1.0
+    rotations = np.empty((len(values), len(skeleton), 4))
     # Blocks of frames with the joints in front: every pass over the numbers stays in the cache.
     step = max(64, _ELEMENTS // max(len(skeleton), 1))
     for a in range(0, len(values), step):
-        radians = np.radians(np.ascontiguousarray(values[a : a + step].T))
+        written = np.ascontiguousarray(values[a : a + step].T)
+        q = np.zeros((4, len(skeleton), written.shape[1]))
+        q[0] = 1.0
         for order, joints in by_order.items():
-            angles = np.moveaxis(radians[columns[order]], 0, -1)
-            q = quaternion_from_euler(order, angles)
-            rotations[a : a + step, joints] = q.transpose(1, 0, 2)
+            half = np.radians(written[columns[order]])
+            half *= 0.5
+            _compose(q, joints, order, np.cos(half), np.sin(half))
+        rotations[a : a + step] = q.transpose(2, 1, 0)
     positioned = tuple(j for j, layout in enumerate(channels) if layout.position)
     positions = np.empty((len(values), len(positioned), 3))
     positions[:] = skeleton.offsets[list(positioned)]
@@ -129,3 +131,18 @@ def _motion(
         for axis, column in channels[joint].position:
             positions[:, k, axis] = values[:, column]
     return Motion(skeleton, rotations, positioned, positions, frame_time)
+
+
+def _compose(q: Array, joints: list[int], order: str, cos: Array, sin: Array) -> None:
+    """quaternion_from_euler with components, then joints, in front; fills q[:, joints]."""
+    parts = [cos[0], np.zeros_like(cos[0]), np.zeros_like(cos[0]), np.zeros_like(cos[0])]
+    parts[1 + "XYZ".index(order[0])] = sin[0]
+    for k, letter in enumerate(order[1:], 1):
+        i = "XYZ".index(letter)
+        o, j, m = 1 + i, 1 + (i + 1) % 3, 1 + (i + 2) % 3
+        (w, x), (y, z) = (parts[0], parts[o]), (parts[j], parts[m])
+        c, s = cos[k], sin[k]
+        parts[0], parts[o] = w * c - x * s, x * c + w * s
+        parts[j], parts[m] = y * c + z * s, z * c - y * s
+    for component, part in zip(q, parts, strict=True):
+        component[joints] = part
