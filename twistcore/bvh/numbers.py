@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from twistcore.bvh.uniform import UniformReader
 from twistcore.rotation import Array
 
-_BLOCK = 1 << 18  # bytes at a time: what stays in a core's own cache
+_BLOCK = 1 << 17  # bytes at a time: what stays in a core's own cache
 _THREADS = min(4, os.cpu_count() or 1)
 _EXACT = 2**53
 _POWERS = 10.0 ** np.arange(23)
@@ -136,9 +136,12 @@ def _mixed(block: _Bytes) -> Numbers | None:
     x = np.full(len(block) + 2, 32, dtype=np.uint8)
     x[1:-1] = block
     blank = x <= 32
-    ends = np.flatnonzero(blank[1:] > blank[:-1]) + 1
+    end = np.zeros(len(x), dtype=np.bool_)
+    np.greater(blank[1:], blank[:-1], out=end[1:])
     odd: dict[int, float] = {}
-    for k in np.unique(np.searchsorted(ends, np.flatnonzero((x | 32) == 101))).tolist():
+    exponents = np.flatnonzero((x | 32) == 101)
+    ends = np.flatnonzero(end) if len(exponents) else exponents
+    for k in np.unique(np.searchsorted(ends, exponents)).tolist():
         token = _token(x, ends, k)
         if not _NUMBER.fullmatch(token):
             return None
@@ -152,9 +155,10 @@ def _mixed(block: _Bytes) -> Numbers | None:
         return None
     if (point[1:-1] & ~(digit[:-2] | digit[2:])).any():
         return None
-    decimals = _decimals(point, ends)
-    if decimals is None:
+    found = _decimals(point, end)
+    if found is None:
         return None
+    ends, decimals = found
     try:
         integers = np.fromstring(x.tobytes().translate(None, b"."), dtype=np.int64, sep=" ")
     except ValueError:
@@ -175,15 +179,22 @@ def _token(x: _Bytes, ends: NDArray[np.intp], k: int) -> bytes:
     return x[ends[k - 1] if k else 0 : ends[k]].tobytes().split()[-1]
 
 
-def _decimals(point: NDArray[np.bool_], ends: NDArray[np.intp]) -> NDArray[np.intp] | None:
-    """Bytes between the point and the end of every token, 0 without; None at a second point."""
-    points = np.flatnonzero(point)
-    token = np.searchsorted(ends, points)
-    if (token[1:] == token[:-1]).any():
+def _decimals(
+    point: NDArray[np.bool_], end: NDArray[np.bool_]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
+    """Ends of all tokens, and the bytes between point and end, 0 without; None at a second point.
+
+    A token's point is whatever comes directly before its end among points and ends together.
+    """
+    events = np.flatnonzero(point | end)
+    is_point = point.take(events)
+    closing = np.flatnonzero(~is_point)
+    ends = events.take(closing)
+    before = np.maximum(closing - 1, 0)
+    pointed = is_point.take(before)
+    if len(closing) + np.count_nonzero(pointed) != len(events):
         return None
-    decimals = np.zeros(len(ends), dtype=np.intp)
-    decimals[token] = ends[token] - points - 1
-    return decimals
+    return ends, (ends - events.take(before) - 1) * pointed
 
 
 def _exact(data: bytes, start: int, stop: int) -> Numbers:
