@@ -13,6 +13,7 @@ from twistcore.rotation import Array
 
 PAD = 16
 _POWERS = 10.0 ** np.arange(16)
+_SIGNS = np.array([1.0, -1.0])
 _Flags = NDArray[np.bool_]
 
 
@@ -26,7 +27,7 @@ class UniformReader:
         self.decimals = decimals
         size += 2 * PAD
         self._bytes = [np.empty(size, dtype=np.uint8) for _ in range(3)]
-        self._flags = [np.empty(size, dtype=np.bool_) for _ in range(6)]
+        self._flags = [np.empty(size, dtype=np.bool_) for _ in range(7)]
         self._quad = np.empty(size, dtype=np.uint16)
 
     def __call__(self, block: NDArray[np.uint8]) -> tuple[Array, NDArray[np.intp]] | None:
@@ -35,7 +36,7 @@ class UniformReader:
         if size > len(self._quad):
             return None
         x, one, two = (b[:size] for b in self._bytes)
-        blank, point, minus, digit, pair, free = (f[:size] for f in self._flags)
+        blank, point, minus, digit, pair, free, spare = (f[:size] for f in self._flags)
         x[:PAD] = x[-PAD:] = 32
         x[PAD:-PAD] = block
         np.subtract(x, 9, out=one)
@@ -52,7 +53,7 @@ class UniformReader:
             known != size
             or not self._ends_fit(blank, point, free)
             or np.greater(minus[1:], blank[:-1], out=free[1:])[1:].any()
-            or not self._digits_follow(digit, pair, at)
+            or not self._digits_follow(pair, point, free, spare)
             or _five_before(digit, pair, point, free)
         ):
             return None
@@ -74,7 +75,7 @@ class UniformReader:
         np.logical_or(minus[:-1], minus[1:], out=free[:-1])
         np.logical_or(free[:-3], free[2:-1], out=pair[:-3])
         np.logical_or(pair[:-4], minus[4:], out=pair[:-4])
-        np.negative(values, where=pair.take(at - 5), out=values)
+        values *= _SIGNS.take(pair.view(np.uint8).take(at - 5))
         return values, at - PAD
 
     def _ends_fit(self, blank: _Flags, point: _Flags, free: _Flags) -> bool:
@@ -83,11 +84,19 @@ class UniformReader:
         n = self.decimals + 1
         return not np.logical_xor(point[:-n], free[n:], out=free[n:]).any()
 
-    def _digits_follow(self, digit: _Flags, pair: _Flags, at: NDArray[np.intp]) -> bool:
-        n = self.decimals
-        return all(
-            bool((pair if n - k > 1 else digit).take(at + (1 + k)).all()) for k in range(0, n, 2)
-        )
+    def _digits_follow(self, pair: _Flags, point: _Flags, *free: _Flags) -> bool:
+        """Whether as many digits as there are decimals come behind every point."""
+        run, length, room = pair, 2, len(pair)
+        while length < self.decimals:
+            ahead = min(length, self.decimals - length)
+            room -= ahead
+            # Never into its own input, of which numpy would first make a copy.
+            out = free[0] if run is not free[0] else free[1]
+            np.logical_and(run[:room], run[ahead : ahead + room], out=out[:room])
+            run, length = out, length + ahead
+        room -= 2
+        out = free[0] if run is not free[0] else free[1]
+        return not np.greater(point[:room], run[1 : room + 1], out=out[:room]).any()
 
 
 def _five_before(digit: _Flags, pair: _Flags, point: _Flags, free: _Flags) -> bool:
