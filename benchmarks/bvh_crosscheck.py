@@ -70,7 +70,9 @@ def main() -> int:
         wrong += bool(note)
         worst = [max(worst[0], read), max(worst[1], written)]
         print(f"{path.name}: {read:.1e} {written:.1e}{note}")
-    print(f"{count} files compared, {wrong} differ; worst {worst[0]:.1e} read, {worst[1]:.1e} written")
+    print(
+        f"{count} files compared, {wrong} differ; worst {worst[0]:.1e} read, {worst[1]:.1e} written"
+    )
     return int(wrong > 0)
 
 

@@ -1,12 +1,12 @@
 """Reading, posing and writing BVH beside other readers: python -m benchmarks.bvh_io [--runs N].
 
-One run, one process for each measurement, medians. The clip is a sample tiled to 20,000 frames of
-96 channels, once with 6 decimals throughout and once as the sample is written. Peers that are not
-installed (`pip install 'twist-inspector[peers]'`) are skipped with a line.
+One run, one process for each tool, medians. The clip is a sample tiled to 20,000 frames of 96
+channels, once with 6 decimals throughout and once as the sample is written. Peers that are not
+installed (pip install 'twist-inspector[peers]') are skipped with a line.
 
-parse: file → skeleton and numbers. fk: numbers → positions of every joint in every frame (for us
-including the quaternions). write: 2 joints (6 of 96 columns) changed in every frame, to a file; the
-peers write all columns, as they can do no other. memory: peak of parsing over what the imports take.
+parse: file → skeleton and numbers. fk: numbers → positions of every joint in every frame,
+for us with the quaternions. write: 2 joints (6 of 96 columns) changed in every frame, to a file;
+the peers write all columns, as they can do no other. memory: peak of parsing over what the imports take.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def _bvhsdk(path: str, out: str) -> Steps:
 
 
 def _numpy(read: Callable[[Any], Any]) -> Callable[[str, str], Steps]:
-    def of(path: str, out: str) -> Steps:
+    def of(path: str, _out: str) -> Steps:
         def parse() -> Any:
             text = Path(path).read_text("ascii")
             return read(text[text.index("\n", text.index("Frame Time")) :])
@@ -225,7 +225,10 @@ def main() -> int:
             found = measure(*arguments.one, arguments.runs)
         print(json.dumps(found))
         return 0
-    print(f"medians of {arguments.runs} runs, {os.cpu_count()} cores, numpy {np.__version__}; ", end="")
+    print(
+        f"medians of {arguments.runs} runs, {os.cpu_count()} cores, numpy {np.__version__}; ",
+        end="",
+    )
     print("× is how many times longer than twistcore")
     _table("uniform decimals", tiled(FRAMES, uniform=True), arguments.runs, arguments.slow_frames)
     _table("mixed decimals", tiled(FRAMES, uniform=False), arguments.runs, arguments.slow_frames)

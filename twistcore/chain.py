@@ -182,11 +182,7 @@ def _bones_above(skeleton: Skeleton, names: list[JointName], joint: int) -> list
             and names[parent].number != ""
             and (names[parent].side, names[parent].stem) == (names[above].side, names[above].stem)
         )
-        if (
-            length > _ZERO * skeleton.height
-            and not piece
-            and not is_helper(skeleton.names[parent])
-        ):
+        if length > _ZERO * skeleton.height and not piece and not is_helper(skeleton.names[parent]):
             out.append(parent)
         here = parent
     return out

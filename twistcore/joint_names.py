@@ -14,7 +14,7 @@ TOES = ("toe", "ball", "foot")
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+")
 _SIDES = {"l": "Left", "left": "Left", "r": "Right", "right": "Right"}
 # What rigs add to every joint or to some, and what says nothing about the body.
-_NOISE = frozenset("b bip bn bone bind ctrl def fk j jnt joint jt org sk skin valvebiped".split())
+_NOISE = re.compile(r"b|bip|bn|bone|bind|ctrl|def|fk|j|jnt|joint|jt|org|sk|skin|valvebiped")
 _SHARED = 0.6  # a first word that so many joints share is the rig's name, not the joint's
 _HELPER = re.compile(r"twist|roll|share", re.I)
 _NO_LIMB = re.compile(
@@ -66,7 +66,7 @@ def _joint_name(words: list[str]) -> JointName:
     for word in (w.lower() for w in words if not w.isdigit()):
         if not side and word in _SIDES:
             side = _SIDES[word]
-        elif word not in _NOISE:
+        elif not _NOISE.fullmatch(word):
             rest.append(word)
     stem = "".join(rest)
     if not side:

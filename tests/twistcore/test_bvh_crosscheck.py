@@ -6,7 +6,7 @@ from tests.conftest import ASSETS
 
 pytest.importorskip("pybvh")
 
-from benchmarks.bvh_crosscheck import differences  # noqa: E402
+from benchmarks.bvh_crosscheck import differences
 
 
 @pytest.mark.parametrize("name", ["walk", "dance", "basketball", "walk_injected"])

@@ -17,7 +17,9 @@ any_plain = st.one_of(
     st.integers(-(10**17), 10**17).map(str),
     st.floats(allow_nan=False, allow_infinity=False).map(repr),
     st.floats(-180, 180).map(lambda v: f"{v:.4f}"),
-    st.sampled_from(["0", "-0", "-0.000000", ".5", "-.25", "5.", "+3.5", "1e5", "2E-07", "00012.5"]),
+    st.sampled_from(
+        ["0", "-0", "-0.000000", ".5", "-.25", "5.", "+3.5", "1e5", "2E-07", "00012.5"]
+    ),
 )
 gaps = st.sampled_from([" ", "\n", "\r\n", "\t", "  ", " \n", "\r"])
 

@@ -147,7 +147,7 @@ def test_a_joint_without_three_rotation_channels_is_named():
 
 
 def test_a_bone_in_pieces_is_one_bone():
-    """MakeHuman splits arms and legs: the first piece carries the rotation that a chain is about."""
+    """MakeHuman splits arms and legs: the first piece carries the rotation."""
     body = {"root": None, "spine01": "root"}
     for side in "LR":
         above = "spine01"

@@ -1,7 +1,14 @@
 """BVH files: reading without guessing, writing without touching what was not judged."""
 
 from twistcore.bvh.clip import BvhWarning, Clip, JointChannels
-from twistcore.bvh.patch import EulerJump, Patch, changed_rotations, patch_rotations, patched, write_bvh
+from twistcore.bvh.patch import (
+    EulerJump,
+    Patch,
+    changed_rotations,
+    patch_rotations,
+    patched,
+    write_bvh,
+)
 from twistcore.bvh.reader import parse_bvh, read_bvh
 from twistcore.bvh.thin import thinned
 

@@ -37,7 +37,7 @@ class JointChannels:
 
 @dataclass(frozen=True)
 class BvhWarning:
-    """Something that was read with an assumption: a sentence, and the line (from 1) if it has one."""
+    """What was read with an assumption: a sentence, and the line (from 1) if it has one."""
 
     text: str
     line: int | None = None

@@ -46,9 +46,7 @@ class _Words:
 
     def fail(self, expected: str) -> BvhError:
         line_start = max(self._text.rfind(end, 0, self._at) for end in "\r\n") + 1
-        return BvhError(
-            self.path, expected, line=self.line(), column=self._at - line_start + 1
-        )
+        return BvhError(self.path, expected, line=self.line(), column=self._at - line_start + 1)
 
     def next(self) -> str | None:
         """The next word, or None at the end; braces are words of their own."""

@@ -6,11 +6,8 @@ so that their quotient is correctly rounded: the same bits as float(). Everythin
 
 from __future__ import annotations
 
-import os
 import re
-import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +17,6 @@ from twistcore.bvh.uniform import UniformReader
 from twistcore.rotation import Array
 
 _BLOCK = 1 << 18  # bytes at a time: what stays in a core's own cache
-_THREADS = min(4, os.cpu_count() or 1)
 _EXACT = 2**53
 _POWERS = 10.0 ** np.arange(23)
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -47,27 +43,22 @@ class BadNumberError(ValueError):
 def read_numbers(data: bytes, start: int) -> Numbers:
     """The numbers of data[start:] between white space; raises BadNumberError for the first other.
 
-    Read in blocks, so that little memory is needed beside the values; a large text by several
-    threads, because numpy lets go of the interpreter while it computes.
+    Read in blocks, so that little memory is needed beside the values.
     """
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = _usual_decimals(data, start)
 
-    own = threading.local()
+    uniform = UniformReader(decimals, _BLOCK + 64) if decimals else None
 
     def read(span: tuple[int, int]) -> Numbers:
         block = buffer[slice(*span)]
-        if decimals:
-            if not hasattr(own, "uniform"):
-                own.uniform = UniformReader(decimals, _BLOCK + 64)
-            found: tuple[Array, NDArray[np.intp]] | None = own.uniform(block)
-            if found is not None:
-                return Numbers(found[0], _line_counts(block, found[1]))
+        if uniform is not None and (found := uniform(block)) is not None:
+            return Numbers(found[0], _line_counts(block, found[1]))
         return _mixed(block) or _exact(data, *span)
 
     spans = list(_spans(data, start))
     values, lines, filled = np.empty(_guess(data, spans)), [], 0
-    for block in _each(read, spans):
+    for block in map(read, spans):
         stop = filled + len(block.values)
         if stop > len(values):
             values = np.concatenate([values[:filled], np.empty(stop + stop // 8 - filled)])
@@ -76,22 +67,6 @@ def read_numbers(data: bytes, start: int) -> Numbers:
         filled = stop
     # The room guessed too much was never touched and so costs no memory.
     return Numbers(values[:filled], np.concatenate(lines) if lines else np.zeros(0, np.int64))
-
-
-def _each(
-    read: Callable[[tuple[int, int]], Numbers], spans: list[tuple[int, int]]
-) -> Iterator[Numbers]:
-    if len(spans) < 4 or _THREADS < 2:
-        yield from map(read, spans)
-        return
-    with ThreadPoolExecutor(_THREADS) as pool:
-        # A few blocks ahead only: what was read waits in memory until it is copied.
-        ahead = [pool.submit(read, span) for span in spans[: 2 * _THREADS]]
-        for k in range(len(spans)):
-            block = ahead[k % len(ahead)].result()
-            if k + len(ahead) < len(spans):
-                ahead[k % len(ahead)] = pool.submit(read, spans[k + len(ahead)])
-            yield block
 
 
 def _spans(data: bytes, start: int) -> Iterator[tuple[int, int]]:
@@ -211,4 +186,6 @@ def _exact(data: bytes, start: int, stop: int) -> Numbers:
         values.append(value)
         marks.append(found.start() - start)
     block = np.frombuffer(data, dtype=np.uint8)[start:stop]
-    return Numbers(np.array(values, dtype=np.float64), _line_counts(block, np.array(marks, dtype=np.intp)))
+    return Numbers(
+        np.array(values, dtype=np.float64), _line_counts(block, np.array(marks, dtype=np.intp))
+    )

@@ -119,9 +119,7 @@ def _replaced(clip: Clip, tokens: NDArray[np.int64], degrees: Array) -> bytes:
     return b"".join(pieces)
 
 
-def _decimals(
-    data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]
-) -> NDArray[np.int64]:
+def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
     """Decimals to write for the tokens at these offsets: their own, within 6 and 15."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = np.full(len(starts), _MIN_DECIMALS)
@@ -137,7 +135,8 @@ def _decimals(
             ends = ends.copy()
             ends[k] = starts[k]
             decimals[k] = len(mantissa.partition(b".")[2])
-    return np.clip(decimals, _MIN_DECIMALS, _MAX_DECIMALS)
+    kept: NDArray[np.int64] = np.clip(decimals, _MIN_DECIMALS, _MAX_DECIMALS)
+    return kept
 
 
 def _runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:

@@ -42,7 +42,7 @@ def parse_bvh(data: bytes, path: str | Path = "clip.bvh", *, fps: float | None =
     """The same from bytes in memory."""
     path = Path(path)
     name = str(path)
-    if not data.strip():
+    if not data or data.isspace():
         raise BvhError(name, "expected HIERARCHY, but the file is empty", line=1, column=1)
     found = _MOTION.search(data)
     header = data[: found.start()] if found else data

@@ -28,9 +28,7 @@ def check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: in
         return
     # Only now are the lines looked at one by one.
     first = 1 + sum(1 for _ in _LINE.finditer(data, 0, start))
-    counts = [
-        (first + k, len(line.split())) for k, line in enumerate(_LINE.split(data[start:]))
-    ]
+    counts = [(first + k, len(line.split())) for k, line in enumerate(_LINE.split(data[start:]))]
     counts = [(line, count) for line, count in counts if count]
     if not counts:
         line = first + 1
