@@ -6,7 +6,7 @@ installed (pip install 'twist-inspector[peers]') are skipped with a line.
 
 parse: file → skeleton and numbers. fk: numbers → positions of every joint in every frame,
 for us with the quaternions. write: 2 joints (6 of 96 columns) changed in every frame, to a file;
-the peers write all columns, as they can do no other. memory: peak of parsing over what the imports take.
+the peers write all columns, as they can do no other. memory: peak of parsing, imports left out.
 """
 
 from __future__ import annotations
