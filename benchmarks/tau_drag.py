@@ -31,10 +31,7 @@ TAUS = np.concatenate([np.linspace(1.0, 40.0, 30), np.linspace(39.0, 0.5, 30)])
 
 def tiled(clip: Clip, frames: int) -> Clip:
     """The clip over and over, to a number of frames; its bytes stay those of one round."""
-    motion = clip.motion
-    at = np.arange(frames) % motion.frames
-    longer = replace(motion, rotations=motion.rotations[at], positions=motion.positions[at])
-    return replace(clip, motion=longer, values=clip.values[at])
+    return replace(clip, values=clip.values[np.arange(frames) % len(clip.values)])
 
 
 def measure(app: QApplication, frames: int) -> tuple[np.ndarray, np.ndarray, int]:

@@ -58,7 +58,7 @@ def export(document: Document, choice: ExportChoice) -> str:
         document.accept_undecided()
     refined = document.accepted_motion()
     document.exported.add(choice.path)
-    write_bvh(clip, refined, choice.path)
+    jumps = write_bvh(clip, refined, choice.path)
     if choice.session:
         write_session(
             choice.path.with_name(choice.path.stem + SESSION_SUFFIX), clip, document.review.state
@@ -76,6 +76,7 @@ def export(document: Document, choice: ExportChoice) -> str:
         f"{choice.path.name}: {change.frames} frames of {joints} joints changed by up to "
         f"{largest:.1f}°; no joint moved by more than {change.max_position_of_height:.0e} "
         f"of the height; every other byte is the source's. {left_out}"
+        + (f" {len(jumps)} channel steps of more than 180° stay: {jumps[0]}." if jumps else "")
     ).strip()
 
 

@@ -6,20 +6,16 @@ may mean the collar in one rig and the upper arm in another without harm.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from twistcore.joint_names import FEET, HANDS, TOES, JointName, is_helper, understood
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array, normalise
 
 SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
 
-_HANDS = ("wrist", "hand")
-_FEET = ("ankle", "foot")
-_TOES = ("toe", "ball", "foot")
-_HELPER = re.compile(r"twist|roll|share", re.I)
 _ZERO = 1e-6  # of the skeleton's height: shorter offsets have no direction
 _COLLINEAR = np.cos(np.radians(20.0))
 _VARYING = np.cos(np.radians(1.0))
@@ -137,64 +133,56 @@ def _direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
 
 def _limb_joints(skeleton: Skeleton) -> dict[str, dict[str, int]]:
     """Joint index by side and role, for the limbs whose hand or foot the names give away."""
-    sided = [_side_and_stem(name) for name in skeleton.names]
+    names = understood(skeleton.names)
     limbs: dict[str, dict[str, int]] = {}
     for side in ("Left", "Right"):
         limb: dict[str, int] = {}
-        hand = _named(sided, side, _HANDS)
+        hand = _named(names, side, HANDS)
         if hand >= 0:
             limb["hand"] = hand
-            above = _bones_above(skeleton, hand)
+            above = _bones_above(skeleton, names, hand)
             limb.update(zip(("forearm", "arm", "shoulder"), above, strict=False))
-        foot = _named(sided, side, _FEET)
+        foot = _named(names, side, FEET)
         if foot >= 0:
             limb["foot"] = foot
-            limb.update(zip(("leg", "upleg"), _bones_above(skeleton, foot), strict=False))
-            toes = [j for j in _below(skeleton, foot) if _is(sided[j], side, _TOES)]
+            above = _bones_above(skeleton, names, foot)
+            limb.update(zip(("leg", "upleg"), above, strict=False))
+            toes = [
+                j
+                for j in _below(skeleton, foot)
+                if names[j].side == side and any(word in names[j].stem for word in TOES)
+            ]
             limb["toe"] = toes[0] if toes else -1
         limbs[side] = limb
     _drop_trunk(skeleton, limbs)
     return limbs
 
 
-def _side_and_stem(name: str) -> tuple[str, str]:
-    """('Left' | 'Right' | '', the rest in lower-case letters)."""
-    bare = name.rpartition(":")[2].removeprefix("CC_Base_")
-    bare = re.sub(r"^(mixamorig\d*_?|bip\d*|valvebiped)[ _.]?(bip\d*[ _.])?", "", bare, flags=re.I)
-    for side, letter in (("Left", "l"), ("Right", "r")):
-        word = side.lower()
-        if re.search(word, bare, re.I):
-            return side, re.sub(r"[^a-z]", "", re.sub(word, "", bare, flags=re.I).lower())
-        token = rf"(?:^|[ _.\-]){letter}(?=$|[ _.\-])"
-        if re.search(token, bare, re.I):
-            return side, re.sub(r"[^a-z]", "", re.sub(token, "", bare, flags=re.I).lower())
-        if re.match(rf"{letter}[A-Z]", bare):
-            return side, re.sub(r"[^a-z]", "", bare[1:].lower())
-        if re.match(rf"{letter.upper()}[A-Z][a-z]", bare):
-            return side, re.sub(r"[^a-z]", "", bare[1:].lower())
-    return "", re.sub(r"[^a-z]", "", bare.lower())
-
-
-def _is(sided: tuple[str, str], side: str, words: tuple[str, ...]) -> bool:
-    return sided[0] == side and any(word in sided[1] for word in words)
-
-
-def _named(sided: list[tuple[str, str]], side: str, words: tuple[str, ...]) -> int:
+def _named(names: list[JointName], side: str, words: tuple[str, ...]) -> int:
     """First joint of a side that is called exactly one of the words, the first word first."""
     for word in words:
-        for joint, (its_side, stem) in enumerate(sided):
-            if its_side == side and stem in (word, f"{word}joint", f"j{word}"):
+        for joint, name in enumerate(names):
+            if name.side == side and name.stem == word:
                 return joint
     return -1
 
 
-def _bones_above(skeleton: Skeleton, joint: int) -> list[int]:
-    """Ancestors that end a bone of some length, nearest first, helper joints skipped."""
+def _bones_above(skeleton: Skeleton, names: list[JointName], joint: int) -> list[int]:
+    """Ancestors that end a bone of some length, nearest first, helper joints skipped.
+
+    Of a bone in pieces (upperarm01, upperarm02) only the first counts.
+    """
     out = []
     here = joint
     while (parent := int(skeleton.parents[here])) >= 0:
         length = np.linalg.norm(skeleton.offsets[here])
-        if length > _ZERO * skeleton.height and not _HELPER.search(skeleton.names[parent]):
+        above = int(skeleton.parents[parent])
+        piece = (
+            above >= 0
+            and names[parent].number != ""
+            and (names[parent].side, names[parent].stem) == (names[above].side, names[above].stem)
+        )
+        if length > _ZERO * skeleton.height and not piece and not is_helper(skeleton.names[parent]):
             out.append(parent)
         here = parent
     return out
@@ -229,27 +217,36 @@ def _ancestors(skeleton: Skeleton, joint: int) -> list[int]:
 
 
 def _chains_by_topology(motion: Motion) -> tuple[Chain, ...]:
-    """Every limb bone that has a bone below it; limbs hang from a branching of long lines."""
+    """Every limb bone that has a bone below it; limbs hang from a branching of long lines.
+
+    Heads, fingers and what is carried are left out where the names say so.
+    """
     skeleton = motion.skeleton
+    out_of_it = np.array([name.no_limb for name in understood(skeleton.names)])
+    for joint, parent in enumerate(skeleton.parents):
+        out_of_it[joint] |= parent >= 0 and out_of_it[parent]
+    children = [[c for c in below if not out_of_it[c]] for below in skeleton.children]
     reach = np.zeros(len(skeleton), dtype=np.int64)  # bones below, along the longest line
     main = np.full(len(skeleton), -1, dtype=np.int64)
+    trunk = np.zeros(len(skeleton), dtype=np.bool_)
     for joint in reversed(range(len(skeleton))):
-        for child in skeleton.children[joint]:
+        for child in children[joint]:
             length = np.linalg.norm(motion.translation(child), axis=-1).max()
             bones = int(reach[child]) + int(length > _ZERO * skeleton.height)
             if bones > reach[joint] or main[joint] < 0:
                 reach[joint], main[joint] = bones, child
-    trunk: set[int] = set()
-    for joint in range(len(skeleton)):
-        if sum(reach[c] >= 2 for c in skeleton.children[joint]) >= 2 or skeleton.parents[joint] < 0:
-            trunk.update((joint, *_ancestors(skeleton, joint)))
+        branches = sum(bool(reach[c] >= 2) for c in children[joint]) >= 2
+        trunk[joint] |= branches or skeleton.parents[joint] < 0
+        if trunk[joint] and skeleton.parents[joint] >= 0:
+            trunk[skeleton.parents[joint]] = True
     found = []
     for joint in range(len(skeleton)):
         child = int(main[joint])
-        if joint in trunk or child < 0 or int(main[child]) < 0:
+        if out_of_it[joint] or trunk[joint] or child < 0 or int(main[child]) < 0:
             continue
-        on_line = int(skeleton.parents[joint]) in trunk or main[skeleton.parents[joint]] == joint
-        chain = make_chain(motion, joint, child, int(main[child])) if on_line else None
-        if chain is not None:
-            found.append(chain)
+        above = int(skeleton.parents[joint])
+        if trunk[above] or main[above] == joint:
+            chain = make_chain(motion, joint, child, int(main[child]))
+            if chain is not None:
+                found.append(chain)
     return tuple(found)

@@ -18,6 +18,7 @@ import numpy as np
 from twistcore.atomic import write_atomically
 from twistcore.bvh import (
     Clip,
+    EulerJump,
     changed_rotations,
     parse_bvh,
     patch_rotations,
@@ -77,7 +78,7 @@ def info(arguments: argparse.Namespace) -> int:
         "channels": clip.values.shape[1],
         "height": motion.skeleton.height,
         "chains": [_chain_to_json(clip, chain) for chain in chains],
-        "warnings": [*clip.warnings, *(w for chain in chains for w in chain.warnings)],
+        "warnings": [*map(str, clip.warnings), *(w for chain in chains for w in chain.warnings)],
     }
     if arguments.json:
         _print_json(document)
@@ -162,7 +163,7 @@ def refine_clip(arguments: argparse.Namespace) -> int:
     )
     review.do(Decide(wanted, Decision.ACCEPTED))
     refined = accepted_motion(clip, chains, review.state)
-    write_bvh(clip, refined, arguments.output)
+    _tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
     if arguments.report:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
     print(f"{arguments.output}: {len(wanted)} of {len(found)} intervals corrected")
@@ -177,7 +178,8 @@ def apply(arguments: argparse.Namespace) -> int:
     _refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
     chains = find_chains(clip.motion)
     check_belongs(session, clip, chains)
-    write_bvh(clip, accepted_motion(clip, chains, session.state), arguments.output)
+    refined = accepted_motion(clip, chains, session.state)
+    _tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
     chosen = session.state.chosen()
     print(f"{arguments.output}: {len(chosen)} of {len(session.state.intervals)} intervals applied")
     return int(_tell_uncorrected(clip, chains, chosen))
@@ -392,6 +394,14 @@ def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Inte
                     file=sys.stderr,
                 )
     return skipped
+
+
+def _tell_jumps(output: Path, jumps: Sequence[EulerJump]) -> None:
+    """Say where a channel had to turn by more than 180° in one frame."""
+    for jump in jumps[:10]:
+        print(f"{output}: note: {jump}", file=sys.stderr)
+    if len(jumps) > 10:
+        print(f"{output}: note: {len(jumps) - 10} more such jumps", file=sys.stderr)
 
 
 def _refuse_overwrite(outputs: Sequence[Path], sources: Sequence[Path]) -> None:

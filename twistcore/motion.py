@@ -8,7 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.rotation import Array, multiply, rotate
+from twistcore.rotation import Array
+
+_ELEMENTS = 1 << 16  # numbers of one kind in a block
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,8 @@ class Skeleton:
         depth = np.zeros(len(self), dtype=np.int64)
         for joint, parent in enumerate(self.parents):
             depth[joint] = depth[parent] + 1 if parent >= 0 else 0
-        return tuple(np.flatnonzero(depth == d) for d in range(int(depth.max()) + 1))
+        order = np.argsort(depth, kind="stable")
+        return tuple(np.split(order, np.cumsum(np.bincount(depth))[:-1]))
 
     @cached_property
     def height(self) -> float:
@@ -115,20 +118,43 @@ class Motion:
 
 def global_rotations(motion: Motion) -> Array:
     """Rotations of every joint into the world, shape (frames, joints, 4)."""
-    out = motion.rotations.copy()
-    for level in motion.skeleton.levels[1:]:
-        out[:, level] = multiply(out[:, motion.skeleton.parents[level]], out[:, level])
-    return out
+    return forward_kinematics(motion)[0]
 
 
 def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
     """Global rotations (frames, joints, 4) and positions (frames, joints, 3) of every joint."""
-    skeleton = motion.skeleton
-    rotations = global_rotations(motion)
-    positions = np.broadcast_to(skeleton.offsets, (motion.frames, len(skeleton), 3)).copy()
-    if motion.positioned:
-        positions[:, list(motion.positioned)] = motion.positions
-    for level in skeleton.levels[1:]:
-        above = skeleton.parents[level]
-        positions[:, level] = positions[:, above] + rotate(rotations[:, above], positions[:, level])
+    joints = len(motion.skeleton)
+    rotations = np.empty((motion.frames, joints, 4))
+    positions = np.empty((motion.frames, joints, 3))
+    offsets = np.ascontiguousarray(motion.skeleton.offsets.T)[..., None]
+    # Blocks of frames, components and joints in front: all passes run along contiguous frames
+    # that are still in the cache.
+    step = max(64, _ELEMENTS // max(joints, 1))
+    for a in range(0, motion.frames, step):
+        q = np.ascontiguousarray(motion.rotations[a : a + step].transpose(2, 1, 0))
+        p = np.empty((3, joints, q.shape[2]))
+        p[:] = offsets
+        if motion.positioned:
+            p[:, list(motion.positioned)] = motion.positions[a : a + step].transpose(2, 1, 0)
+        for level in motion.skeleton.levels[1:]:
+            _descend(q, p, level, motion.skeleton.parents[level])
+        rotations[a : a + step] = q.transpose(2, 1, 0)
+        positions[a : a + step] = p.transpose(2, 1, 0)
     return rotations, positions
+
+
+def _descend(q: Array, p: Array, level: NDArray[np.int64], above: NDArray[np.int64]) -> None:
+    """Local into global for the joints of one depth, in place; q: (4, joints, n), p: (3, …)."""
+    aw, ax, ay, az = q[:, above]
+    bw, bx, by, bz = q[:, level]
+    q[0, level] = aw * bw - ax * bx - ay * by - az * bz
+    q[1, level] = aw * bx + ax * bw + ay * bz - az * by
+    q[2, level] = aw * by - ax * bz + ay * bw + az * bx
+    q[3, level] = aw * bz + ax * by - ay * bx + az * bw
+    px, py, pz = p[:, level]
+    # v + w·t + u × t with t = 2 u × v
+    tx, ty, tz = ay * pz - az * py, az * px - ax * pz, ax * py - ay * px
+    tx, ty, tz = tx + tx, ty + ty, tz + tz
+    p[0, level] = p[0, above] + (px + aw * tx + (ay * tz - az * ty))
+    p[1, level] = p[1, above] + (py + aw * ty + (az * tx - ax * tz))
+    p[2, level] = p[2, above] + (pz + aw * tz + (ax * ty - ay * tx))

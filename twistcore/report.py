@@ -100,7 +100,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
             "max_deg": max((j.max_degrees for j in difference.joints), default=0.0),
             "max_position_of_height": difference.max_position_of_height,
         },
-        "warnings": list(report.clip.warnings),
+        "warnings": list(map(str, report.clip.warnings)),
     }
 
 

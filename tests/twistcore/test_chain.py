@@ -69,6 +69,22 @@ FAMILIES = {
         ("Collar", "Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle", "Toe")],
     "Xsens": [word("Left", "Right", f"*{n}") for n in
         ("Shoulder", "UpperArm", "ForeArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toe")],
+    "Rokoko, Perception Neuron, LAFAN": [word("Left", "Right", f"*{n}") for n in
+        ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "Toe")],
+    "suffix _jnt": [word("L", "R", f"*_{n}_jnt") for n in
+        ("shoulder", "upArm", "lowArm", "hand", "upLeg", "lowLeg", "foot", "toe")],
+    "3ds Max Biped": [word("L", "R", f"Bip01 * {n}") for n in
+        ("Clavicle", "UpperArm", "Forearm", "Hand", "Thigh", "Calf", "Foot", "Toe0")],
+    "VRM": [word("L", "R", f"J_Bip_*_{n}") for n in
+        ("Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "ToeBase")],
+    "Rigify": [word("L", "R", f"DEF-{n}.*") for n in
+        ("shoulder", "upper_arm", "forearm", "hand", "thigh", "shin", "foot", "toe")],
+    "a performer's prefix": [word("Left", "Right", f"Anna_*{n}") for n in
+        ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")],
+    "Kinect": [word("Left", "Right", f"{n}*") for n in
+        ("Clavicle", "Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle", "Foot")],
+    "MVN lower case": [word("left", "right", f"*_{n}") for n in
+        ("collar", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot")],
 }  # fmt: skip
 
 
@@ -128,3 +144,59 @@ def test_a_joint_without_three_rotation_channels_is_named():
     assert uncorrectable_joints(clip.motion, chains["LeftArm"]) == ("LeftForeArm",)
     assert uncorrectable_joints(clip.motion, chains["LeftForeArm"]) == ("LeftForeArm",)
     assert uncorrectable_joints(clip.motion, chains["RightArm"]) == ()
+
+
+def test_a_bone_in_pieces_is_one_bone():
+    """MakeHuman splits arms and legs: the first piece carries the rotation."""
+    body = {"root": None, "spine01": "root"}
+    for side in "LR":
+        above = "spine01"
+        for name in ("clavicle", "shoulder01", "upperarm01", "upperarm02", "lowerarm01",
+                     "lowerarm02", "wrist", "finger1-1", "finger1-2", "finger1-3"):  # fmt: skip
+            body[f"{name}.{side}"] = above
+            above = f"{name}.{side}"
+        above = "root"
+        for name in ("pelvis", "upperleg01", "upperleg02", "lowerleg01", "lowerleg02", "foot",
+                     "toe1-1"):  # fmt: skip
+            body[f"{name}.{side}"] = above
+            above = f"{name}.{side}"
+    chains = find_chains(rig(body).motion)
+    assert [c.name for c in chains if c.side == "Left"] == [
+        "shoulder01.L", "upperarm01.L", "lowerarm01.L", "upperleg01.L", "lowerleg01.L",
+    ]  # fmt: skip
+    assert len(chains) == 10
+
+
+def test_a_quadruped_with_unknown_names_has_its_four_legs():
+    body = {"q0": None, "spineA": "q0", "spineB": "spineA", "neckA": "spineB", "headA": "neckA"}
+    for leg, root in (("fa", "spineB"), ("fb", "spineB"), ("ha", "q0"), ("hb", "q0")):
+        above = root
+        for k in range(4):
+            body[f"{leg}{k}x"] = above
+            above = f"{leg}{k}x"
+    names = {c.name for c in find_chains(rig(body).motion)}
+    assert names >= {f"{leg}{k}x" for leg in ("fa", "fb", "ha", "hb") for k in (0, 1)}
+    assert not names & {"q0", "spineA", "spineB"}
+
+
+def test_a_face_has_no_limbs():
+    face = {"head": None, "jaw": "head"}
+    for line in ("tongue", "levator", "oris"):
+        above = "jaw"
+        for k in range(5):
+            face[f"{line}0{k}"] = above
+            above = f"{line}0{k}"
+    assert find_chains(rig(face).motion) == ()
+
+
+def test_fingers_are_no_limbs():
+    makers = FAMILIES["MotionBuilder"]
+    body = limbs(*makers)
+    for finger in ("Thumb", "Index", "Middle"):
+        above = "LeftHand"
+        for k in range(1, 5):
+            body[f"LeftHand{finger}{k}"] = above
+            above = f"LeftHand{finger}{k}"
+    chains = find_chains(rig(body).motion)
+    assert len(chains) == 10
+    assert not any("Hand" in c.name for c in chains)

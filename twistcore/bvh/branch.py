@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from twistcore.bvh.turns import least_with_turns
 from twistcore.rotation import Array, euler_from_quaternion, euler_with_third_held, wrap
 
 _GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is known to half of the float's digits
@@ -15,9 +17,9 @@ def continuous_angles(
     """Euler angles of q, radians, on the branch that moves least.
 
     q: (n, 4); held_third: φ3 to keep in gimbal lock, (n,); before, after: the untouched angles
-    around the run, (3,), or None at a border of the clip. Of the two solutions of every frame the
-    path with the smallest Σ|Δchannel| is taken (Viterbi, both edges fixed); full turns that remain
-    against `after` are put where they cost least. Returns (n, 3).
+    around the run, (3,), or None at a border of the clip. Of the two solutions of every frame and
+    their full turns, the path with the smallest Σ|Δchannel| is taken, both edges fixed. Returns
+    (n, 3).
     """
     first = euler_from_quaternion(order, q)
     locked = np.cos(first[:, 1]) < _GIMBAL
@@ -27,52 +29,59 @@ def continuous_angles(
     if locked.any():
         second[locked] = first[locked]
     solutions = np.stack([first, second], axis=1)
-    chosen = solutions[np.arange(len(q)), _cheapest_path(solutions, before, after)]
-    return _unwrap(chosen, before, after)
+    path = _cheapest_path(solutions, before, after)
+    out = _unwrapped(solutions[np.arange(len(q)), path], before, after)
+    if before is None or after is None or (np.abs(after - out[-1]) <= np.pi + 1e-9).all():
+        return out  # every step is the shortest there is, so no path can be shorter
+    return least_with_turns(solutions, out, before, after)
 
 
-def _cheapest_path(solutions: Array, before: Array | None, after: Array | None) -> list[int]:
-    """Index 0 or 1 for every frame, by dynamic programming over wrapped steps."""
+def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
+    """(row, channel) of every step of more than half a turn; row n is the step to `after`."""
+    n = len(angles)
+    rows = [angles if before is None else np.vstack([before, angles])]
+    every = np.vstack([*rows, after]) if after is not None else rows[0]
+    large = np.abs(np.diff(every, axis=0)) > np.pi + 1e-6
+    shift = 1 if before is None else 0
+    return [(min(int(r) + shift, n), int(c)) for r, c in np.argwhere(large)]
+
+
+def _cheapest_path(
+    solutions: Array, before: Array | None, after: Array | None
+) -> NDArray[np.int64]:
+    """Index 0 or 1 for every frame: the smallest sum of wrapped steps (Viterbi)."""
     n = len(solutions)
     step = np.abs(wrap(solutions[1:, None, :, :] - solutions[:-1, :, None, :])).sum(axis=-1)
     start = np.zeros(2) if before is None else np.abs(wrap(solutions[0] - before)).sum(axis=-1)
     finish = np.zeros(2) if after is None else np.abs(wrap(after - solutions[-1])).sum(axis=-1)
-    cost0, cost1 = (float(c) for c in start)
-    came: list[tuple[int, int]] = []
-    for (c00, c01), (c10, c11) in step.tolist():
-        to0, to1 = (cost0 + c00, cost1 + c10), (cost0 + c01, cost1 + c11)
-        came.append((int(to0[1] < to0[0]), int(to1[1] < to1[0])))
-        cost0, cost1 = min(to0), min(to1)
-    path = [int(cost1 + finish[1] < cost0 + finish[0])]
-    for back in reversed(came):
-        path.append(back[path[-1]])
-    assert len(path) == n
-    return path[::-1]
+    # Only the difference of the two costs matters: ahead[t] = cost of solution 1 − of solution 0.
+    ahead = np.empty(n)
+    ahead[0] = d = float(start[1] - start[0])
+    if n > 1:
+        stay0, leave0, leave1, stay1 = step.reshape(n - 1, 4).T.tolist()
+        costs = zip(stay0, leave0, leave1, stay1, strict=True)
+        for t, (c00, c01, c10, c11) in enumerate(costs, 1):
+            to0, to1 = d + c10, d + c11
+            d = (to1 if to1 < c01 else c01) - (to0 if to0 < c00 else c00)
+            ahead[t] = d
+    from_other = np.empty((n, 2), dtype=np.bool_)
+    from_other[1:, 0] = ahead[:-1] + step[:, 1, 0] < step[:, 0, 0]
+    from_other[1:, 1] = ahead[:-1] + step[:, 1, 1] >= step[:, 0, 1]
+    came = from_other.tolist()
+    path = np.empty(n, dtype=np.int64)
+    here = int(ahead[-1] + finish[1] < finish[0])
+    path[-1] = here
+    for t in range(n - 1, 0, -1):
+        here = int(came[t][here]) if here == 0 else 1 - int(came[t][here])
+        path[t - 1] = here
+    return path
 
 
-def _unwrap(angles: Array, before: Array | None, after: Array | None) -> Array:
-    """Angles by full turns continuous with `before` and, as well as can be, with `after`."""
-    out = np.empty_like(angles)
-    for c in range(3):
-        anchor = angles[0, c] if before is None else before[c]
-        steps = wrap(np.diff(angles[:, c], prepend=anchor))
-        if after is None and before is None:
-            out[:, c] = anchor + np.cumsum(steps)
-            continue
-        if before is None:
-            assert after is not None
-            out[:, c] = anchor + np.cumsum(steps)
-            out[:, c] += after[c] - wrap(after[c] - out[-1, c]) - out[-1, c]
-            continue
-        if after is not None:
-            last = wrap(after[c] - angles[-1, c])
-            every = np.append(steps, last)
-            turns = round((after[c] - before[c] - every.sum()) / (2.0 * np.pi))
-            # A turn replaces a step w by w ± 2π; that is cheapest where w already leans that way's
-            # opposite, at the latest at the edge itself.
-            sign = 1 if turns > 0 else -1
-            for k in np.argsort(every * sign, kind="stable")[: abs(turns)]:
-                every[k] += sign * 2.0 * np.pi
-            steps = every[:-1]
-        out[:, c] = anchor + np.cumsum(steps)
-    return out
+def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
+    """Angles by full turns continuous with `before`, or else with `after`."""
+    anchor = angles[0] if before is None else before
+    out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)
+    if before is None and after is not None:
+        out += after - wrap(after - out[-1]) - out[-1]
+    unwound: Array = out
+    return unwound

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from twistcore.bvh.clip import JointChannels
+from twistcore.bvh.clip import BvhWarning, JointChannels
 from twistcore.errors import BvhError
 from twistcore.motion import Skeleton
 
 _AXES = {"x": 0, "y": 1, "z": 2}
+_MOST_CHANNELS = 64  # no file has more than 9; a damaged count must not cost memory
 
 
 @dataclass
@@ -20,67 +22,69 @@ class _Joint:
     parent: int
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     channels: list[str] = field(default_factory=list)
+    placed: bool = False
+
+
+_WORD = re.compile(r"[{}]|[^\s{}]+", re.ASCII)
+_REST = re.compile(r"[^{\r\n]*")
+_LINE_END = re.compile(r"\r\n|\r|\n")
+# float() would also take 1_000, nan and the digits of other scripts.
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 
 
 class _Words:
-    """The words of the header with their place, one line at a time."""
+    """The words of the header; where one stands is worked out only when it is asked for."""
 
     def __init__(self, path: str, text: str) -> None:
         self.path = path
-        self._lines = text.splitlines()
-        self.line = 0
-        self.column = 1
-        self._rest = ""
+        self._text = text
+        self._at = self._end = 0
+
+    def line(self) -> int:
+        """The line of the last word, from 1."""
+        return 1 + sum(1 for _ in _LINE_END.finditer(self._text, 0, self._at))
 
     def fail(self, expected: str) -> BvhError:
-        return BvhError(self.path, expected, line=max(self.line, 1), column=self.column)
-
-    def _advance(self) -> bool:
-        while not self._rest.strip():
-            if self.line >= len(self._lines):
-                return False
-            self._rest = self._lines[self.line]
-            self.line += 1
-        return True
+        line_start = max(self._text.rfind(end, 0, self._at) for end in "\r\n") + 1
+        return BvhError(self.path, expected, line=self.line(), column=self._at - line_start + 1)
 
     def next(self) -> str | None:
         """The next word, or None at the end; braces are words of their own."""
-        if not self._advance():
+        found = _WORD.search(self._text, self._end)
+        if found is None:
+            self._at = self._end = len(self._text.rstrip())
             return None
-        stripped = self._rest.lstrip()
-        self.column = len(self._lines[self.line - 1]) - len(stripped) + 1
-        if stripped[0] in "{}":
-            word = stripped[0]
-        else:
-            word = stripped.split(None, 1)[0]
-        self._rest = stripped[len(word) :]
-        return word
+        self._at, self._end = found.span()
+        return found.group()
 
     def rest_of_line(self) -> str:
         """What is left of this line up to an opening brace: names may hold spaces."""
-        name, brace, after = self._rest.partition("{")
-        self._rest = brace + after
-        return name.strip()
+        found = _REST.match(self._text, self._end)
+        assert found is not None
+        self._end = found.end()
+        return found.group().strip()
 
     def number(self, what: str) -> float:
         word = self.next()
-        try:
-            value = float(word or "")
-        except ValueError:
-            value = math.nan
-        if word is None or not math.isfinite(value) or "_" in word:
-            raise self.fail(
-                f"expected a number for {what}, found {word or 'the end of the file'!r}"
-            )
+        value = float(word) if word is not None and _NUMBER.fullmatch(word) else math.nan
+        if not math.isfinite(value):
+            raise self.fail(f"expected a number for {what}, found {shown(word)}")
         return value
 
 
-def parse_header(path: str, text: str) -> tuple[Skeleton, tuple[JointChannels, ...]]:
+def shown(word: str | None) -> str:
+    """A word for a message: quoted, short, and on one line whatever it holds."""
+    return "the end of the file" if word is None else ascii(word[:40])
+
+
+def parse_header(
+    path: str, text: str, warnings: list[BvhWarning]
+) -> tuple[Skeleton, tuple[JointChannels, ...]]:
     """Skeleton and channel layout of the text before MOTION; raises BvhError."""
     words = _Words(path, text)
     word = words.next()
     if word is None or word.upper() != "HIERARCHY":
-        raise words.fail(f"expected HIERARCHY, found {(word or 'the end of the file')[:40]!r}")
+        raise words.fail(f"expected HIERARCHY, found {shown(word)}")
     joints: list[_Joint] = []
     ends: list[tuple[int, tuple[float, float, float]]] = []
     stack: list[int | None] = []  # None marks an End Site
@@ -93,7 +97,7 @@ def parse_header(path: str, text: str) -> tuple[Skeleton, tuple[JointChannels, .
                 raise words.fail("expected '}' before another joint: an End Site has no children")
             joints.append(_Joint(name, parent))
             stack.append(len(joints) - 1)
-            _expect_brace(words, f"joint {name!r}")
+            _expect_brace(words, f"joint {shown(name)}")
         elif key == "END":
             words.rest_of_line()
             if not stack or stack[-1] is None:
@@ -109,9 +113,13 @@ def parse_header(path: str, text: str) -> tuple[Skeleton, tuple[JointChannels, .
                 assert owner is not None
                 ends.append((owner, offset))
             else:
-                joints[stack[-1]].offset = offset
+                joint = joints[stack[-1]]
+                if joint.placed:
+                    text = f"{shown(joint.name)} has a second OFFSET; the last one counts."
+                    warnings.append(BvhWarning(text, words.line()))
+                joint.offset, joint.placed = offset, True
         elif key == "CHANNELS":
-            _read_channels(words, joints, stack)
+            _read_channels(words, joints, stack, warnings)
         elif key == "}":
             if not stack:
                 raise words.fail("expected ROOT or MOTION, found '}' without a matching '{'")
@@ -119,38 +127,47 @@ def parse_header(path: str, text: str) -> tuple[Skeleton, tuple[JointChannels, .
         else:
             raise words.fail(
                 "expected ROOT, JOINT, End Site, OFFSET, CHANNELS, '}' or MOTION, "
-                f"found {word[:40]!r}"
+                f"found {shown(word)}"
             )
     if stack:
         raise words.fail(f"expected {len(stack)} more '}}' before MOTION")
     if not joints:
         raise words.fail("expected at least one ROOT")
-    return _assemble(joints, ends)
+    return _assemble(joints, ends, warnings)
 
 
 def _expect_brace(words: _Words, what: str) -> None:
     word = words.next()
     if word != "{":
-        raise words.fail(f"expected '{{' after {what}, found {word or 'the end of the file'!r}")
+        raise words.fail(f"expected '{{' after {what}, found {shown(word)}")
 
 
-def _read_channels(words: _Words, joints: list[_Joint], stack: list[int | None]) -> None:
+def _read_channels(
+    words: _Words, joints: list[_Joint], stack: list[int | None], warnings: list[BvhWarning]
+) -> None:
+    if not stack or stack[-1] is None:
+        raise words.fail("expected CHANNELS inside a joint only")
+    joint = joints[stack[-1]]
+    if joint.channels:
+        text = f"{shown(joint.name)} has CHANNELS twice; both are read, one after the other."
+        warnings.append(BvhWarning(text, words.line()))
     count = words.number("CHANNELS")
-    if not stack or stack[-1] is None or count != int(count) or not 0 <= count <= 64:
-        raise words.fail("expected CHANNELS with a count inside a joint")
-    channels = joints[stack[-1]].channels
+    if count != int(count) or not 0 <= count <= _MOST_CHANNELS:
+        raise words.fail(f"expected a count of channels from 0 to {_MOST_CHANNELS}")
     for _ in range(int(count)):
-        word = words.next() or "the end of the file"
-        kind = word.lower()
+        word = words.next()
+        kind = (word or "").lower()
         if kind[:1] not in _AXES or kind[1:] not in ("rotation", "position"):
             raise words.fail(
-                f"expected a channel such as Xrotation or Yposition, found {word[:40]!r}"
+                f"expected a channel such as Xrotation or Yposition, found {shown(word)}"
             )
-        channels.append(kind)
+        joint.channels.append(kind)
 
 
 def _assemble(
-    joints: list[_Joint], ends: list[tuple[int, tuple[float, float, float]]]
+    joints: list[_Joint],
+    ends: list[tuple[int, tuple[float, float, float]]],
+    warnings: list[BvhWarning],
 ) -> tuple[Skeleton, tuple[JointChannels, ...]]:
     layouts = []
     column = 0
@@ -165,7 +182,7 @@ def _assemble(
             column += 1
         layouts.append(JointChannels(order, tuple(rotation), tuple(position)))
     skeleton = Skeleton(
-        names=_unique([j.name for j in joints]),
+        names=_unique([j.name for j in joints], warnings),
         parents=np.array([j.parent for j in joints], dtype=np.int64),
         offsets=np.array([j.offset for j in joints], dtype=np.float64),
         ends=tuple(ends),
@@ -174,11 +191,20 @@ def _assemble(
     return skeleton, tuple(layouts)
 
 
-def _unique(names: list[str]) -> tuple[str, ...]:
+def _unique(names: list[str], warnings: list[BvhWarning]) -> tuple[str, ...]:
     """Names as written; the second of equals is shown as 'name #2'."""
     seen: dict[str, int] = {}
+    taken = set(names)
     out = []
     for name in names:
         seen[name] = seen.get(name, 0) + 1
-        out.append(name if seen[name] == 1 else f"{name} #{seen[name]}")
+        number, shown_name = seen[name], name
+        while number > 1 and (shown_name := f"{name} #{number}") in taken:
+            number += 1
+        taken.add(shown_name)
+        out.append(shown_name)
+    repeated = [name for name, count in seen.items() if count > 1]
+    if repeated:
+        text = f"{len(repeated)} names stand more than once, such as {shown(repeated[0])}; "
+        warnings.append(BvhWarning(text + "the later ones are shown with a number."))
     return tuple(out)

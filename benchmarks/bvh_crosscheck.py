@@ -1,0 +1,80 @@
+"""Joint positions beside pybvh: python -m benchmarks.bvh_crosscheck FOLDER…
+
+For every file that both can read: the largest distance between our joints and pybvh's, of the
+skeleton's height, as read (expected ≤ 1e-9) and after every rotation number was written anew from
+quaternions and read back by pybvh (≤ 1e-6). Exit status 1 if any is larger.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.bvh import Clip, patch_rotations, read_bvh
+from twistcore.errors import BvhError
+from twistcore.motion import forward_kinematics
+
+
+def pybvh_positions(path: Path) -> NDArray[np.float64]:
+    """(frames, joints, 3) by pybvh, End Sites left out."""
+    import pybvh
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        clip = pybvh.read_bvh_file(path, world_up="+y")
+        positions: NDArray[np.float64] = clip.joint_positions()
+    return positions
+
+
+def rewritten(clip: Clip) -> bytes:
+    """The clip with every rotation number written anew from quaternions."""
+    every = np.zeros(clip.motion.rotations.shape[:2], dtype=np.bool_)
+    every[:] = clip.skeleton.rotatable
+    return patch_rotations(clip, clip.motion, every)
+
+
+def differences(path: Path) -> tuple[float, float]:
+    """Largest distance of any joint, of the height: as read, and after rewriting."""
+    clip = read_bvh(path)
+    ours = forward_kinematics(clip.motion)[1]
+    height = clip.skeleton.height
+    with tempfile.TemporaryDirectory() as folder:
+        again = Path(folder) / "again.bvh"
+        again.write_bytes(rewritten(clip))
+        theirs = pybvh_positions(path), pybvh_positions(again)
+    return tuple(float(np.abs(ours - t).max()) / height for t in theirs)  # type: ignore[return-value]
+
+
+def main() -> int:
+    """Print one line a file."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folders", nargs="+", type=Path)
+    worst, count, wrong = [0.0, 0.0], 0, 0
+    for path in sorted(f for d in parser.parse_args().folders for f in d.rglob("*.bvh")):
+        try:
+            read, written = differences(path)
+        except BvhError as error:
+            print(f"{path.name}: we refuse it: {error.expected}")
+            continue
+        except Exception as error:
+            print(f"{path.name}: pybvh refuses it: {str(error).splitlines()[0][:90]}")
+            continue
+        count += 1
+        note = "" if read <= 1e-9 and written <= 1e-6 else "   <-- differs"
+        wrong += bool(note)
+        worst = [max(worst[0], read), max(worst[1], written)]
+        print(f"{path.name}: {read:.1e} {written:.1e}{note}")
+    print(
+        f"{count} files compared, {wrong} differ; worst {worst[0]:.1e} read, {worst[1]:.1e} written"
+    )
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

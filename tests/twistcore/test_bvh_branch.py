@@ -1,0 +1,69 @@
+"""The branch of Euler angles that is written is the shortest there is."""
+
+import itertools
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.twistcore.strategies import orders, quaternions
+from twistcore.bvh.branch import angle_jumps, continuous_angles
+from twistcore.rotation import euler_from_quaternion, geodesic_angle, quaternion_from_euler
+
+TURNS = 2 * np.pi * np.arange(-3, 4)
+
+
+def length(path):
+    return np.abs(np.diff(path, axis=0)).sum()
+
+
+def shortest(solutions, before, after):
+    """By trying every branch, and every turn of every channel."""
+    best = np.inf
+    for branch in itertools.product((0, 1), repeat=len(solutions)):
+        chosen = solutions[np.arange(len(solutions)), list(branch)]
+        total = 0.0
+        for c in range(3):
+            cost = np.abs(chosen[0, c] + TURNS - before[c])
+            for a, b in itertools.pairwise(chosen[:, c]):
+                step = np.abs((b + TURNS)[None, :] - (a + TURNS)[:, None])
+                cost = (cost[:, None] + step).min(axis=0)
+            total += (cost + np.abs(after[c] - chosen[-1, c] - TURNS)).min()
+        best = min(best, total)
+    return best
+
+
+@settings(max_examples=120, deadline=None)
+@given(orders, st.lists(quaternions, min_size=1, max_size=4), st.data())
+def test_no_way_between_the_fixed_edges_is_shorter(order, run, data):
+    q = np.array(run)
+    angle = st.floats(-3.0, 3.0)
+    before = np.array([data.draw(angle) for _ in range(3)])
+    turns = np.array([data.draw(st.integers(-1, 1)) for _ in range(3)])
+    after = np.array([data.draw(angle) for _ in range(3)]) + 2 * np.pi * turns
+    first = euler_from_quaternion(order, q)
+    if np.abs(np.cos(first[:, 1])).min() < 1e-3:
+        return
+    second = np.stack([first[:, 0] + np.pi, np.pi - first[:, 1], first[:, 2] + np.pi], axis=1)
+    found = continuous_angles(order, q, np.zeros(len(q)), before, after)
+    assert geodesic_angle(quaternion_from_euler(order, found), q).max() < 1e-6
+    least = shortest(np.stack([first, second], axis=1), before, after)
+    assert length(np.vstack([before, found, after])) <= least + 1e-6
+
+
+def test_a_jump_that_must_stay_is_reported():
+    """Both edges a turn apart and a constant pose between: one step has to take the turn."""
+    q = np.tile([1.0, 0.0, 0.0, 0.0], (5, 1))
+    before, after = np.zeros(3), np.array([0.0, 0.0, 2 * np.pi])
+    found = continuous_angles("ZYX", q, np.zeros(5), before, after)
+    jumps = angle_jumps(found, before, after)
+    assert [channel for _, channel in jumps] == [2]
+    assert angle_jumps(found, before, found[-1]) == [] or jumps[0][0] < 5
+
+
+def test_a_long_run_with_a_turn_left_over_is_quick():
+    t = np.linspace(0, 2 * np.pi, 3000)
+    angles = np.stack([t, 0.3 * np.sin(t), 0 * t], axis=1)
+    q = quaternion_from_euler("ZYX", angles)
+    found = continuous_angles("ZYX", q, np.zeros(len(q)), np.zeros(3), np.zeros(3))
+    assert len(angle_jumps(found, np.zeros(3), np.zeros(3))) == 1
