@@ -72,6 +72,7 @@ class Document(QObject):
         self.reviewer = ""
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._offsets: dict[str, Array] = {}
+        self._summed: dict[str, list[Interval]] = {}  # what each of them is the sum of
         self._task: Task | None = None
         self._drag = 0
 
@@ -100,6 +101,7 @@ class Document(QObject):
         self.data = data
         self.frame = 0
         self.interval_id = None
+        self._offsets, self._summed = {}, {}
         leftover = self.keeper.begin(data.clip, data.review, data.session)
         intervals = self.review.state.intervals
         self.chain = intervals[0].interval.chain if intervals else ""
@@ -431,8 +433,18 @@ class Document(QObject):
         assert self.data is not None
         motion = self.data.motion
         free = {c.name for c in self.data.chains if not uncorrectable_joints(motion, c)}
-        chosen = (i for i in self.review.state.chosen(undecided=True) if i.chain in free)
-        return offsets_by_chain(chosen, self.frames)
+        chosen: dict[str, list[Interval]] = {}
+        for interval in self.review.state.chosen(undecided=True):
+            if interval.chain in free:
+                chosen.setdefault(interval.chain, []).append(interval)
+        # A dragged τ changes one chain: the sums of the others stand.
+        for chain in [c for c in self._summed if self._summed[c] != chosen.get(c)]:
+            del self._summed[chain], self._offsets[chain]
+        for chain, intervals in chosen.items():
+            if chain not in self._summed:
+                self._offsets |= offsets_by_chain(intervals, self.frames)
+                self._summed[chain] = intervals
+        return self._offsets
 
 
 def _at_frame(chain: Chain, frame: int) -> Chain:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -102,6 +103,7 @@ def start_review(
     return state.with_intervals(judged, next_id=len(judged) + 1)
 
 
+@lru_cache(maxsize=16_384)  # while τ is dragged most intervals come again, the same objects
 def as_written(interval: Interval) -> Interval:
     """The interval with its offset as a session file holds it: degrees with nine decimals.
 
