@@ -2,6 +2,8 @@
 
 import sys
 
-from inspector.app import main
+# The import stands inside: worker processes import this module again and need no Qt.
+if __name__ == "__main__":
+    from inspector.app import main
 
-sys.exit(main())
+    sys.exit(main())

@@ -31,6 +31,14 @@ SEPARATOR = "-"
 
 ACTIONS: tuple[ActionSpec | str, ...] = (
     ActionSpec("open_dialog", "File", "Open…", ("Ctrl+O",), "Open a BVH or a session"),
+    ActionSpec(
+        "open_folder",
+        "File",
+        "Open folder…",
+        ("Ctrl+Shift+O",),
+        "Analyse all clips of a folder, worst first",
+    ),
+    ActionSpec("next_clip", "File", "Next clip", ("Ctrl+N",), "The worst clip not yet decided"),
     ActionSpec("open_sample", "File", "Open the sample", (), "A walk with known twist errors"),
     ActionSpec("save_session", "File", "Save session", ("Ctrl+S",), "Keep all decisions"),
     ActionSpec("export_dialog", "File", "Export…", ("Ctrl+E",), "Write the corrected BVH"),

@@ -81,7 +81,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="twist-inspector", description="See, judge and repair axial twist errors in a BVH."
     )
-    parser.add_argument("file", nargs="?", type=Path, metavar="CLIP|SESSION")
+    parser.add_argument("file", nargs="?", type=Path, metavar="CLIP|SESSION|FOLDER")
     parser.add_argument("--screenshot", type=Path, metavar="PNG", help="take a picture and quit")
     parser.add_argument(
         "--demo", type=Path, metavar="DIR", help="drive a review by itself and leave its results"

@@ -25,11 +25,19 @@ from inspector import theme as themes
 from inspector.actions import build_actions, shortcuts_markdown
 from inspector.document import Document
 from inspector.export import ExportChoice, ExportDialog, export
+from inspector.folder import FolderQueue
 from inspector.go_actions import GoActions
 from inspector.keeping import SESSION_SUFFIX
 from inspector.message_bar import MessageBar
 from inspector.palette import CommandPalette
-from inspector.panels import ChainsPanel, DetailCard, HistoryPanel, IntervalsPanel, Transport
+from inspector.panels import (
+    ChainsPanel,
+    ClipsPanel,
+    DetailCard,
+    HistoryPanel,
+    IntervalsPanel,
+    Transport,
+)
 from inspector.playback import Player
 from inspector.plots import Timeline
 from inspector.preferences import Preferences, apply_keys
@@ -55,6 +63,8 @@ class MainWindow(ReviewActions, GoActions):
         self.document = Document(self)
         self._take_settings()
         self.player = Player(self.document, self)
+        self.queue = FolderQueue(parent=self)
+        self._wait_for_first = False
         self.theme = self._wanted_theme()
         self.setAcceptDrops(True)
         self.setWindowTitle("Twist Inspector")
@@ -90,6 +100,9 @@ class MainWindow(ReviewActions, GoActions):
         column.addWidget(self.intervals, 1)
         column.addWidget(self.detail)
         self._dock("Curves", self.timeline, Qt.DockWidgetArea.BottomDockWidgetArea)
+        self.clips = ClipsPanel(self.queue, self.document, self.theme)
+        self.clips_dock = self._dock("Clips", self.clips, Qt.DockWidgetArea.LeftDockWidgetArea)
+        self.clips_dock.hide()
         left = self._dock("Chains", self.chains, Qt.DockWidgetArea.LeftDockWidgetArea)
         rest = self._dock("Intervals", right, Qt.DockWidgetArea.RightDockWidgetArea)
         history = self._dock(
@@ -140,6 +153,8 @@ class MainWindow(ReviewActions, GoActions):
         document.intervals_changed.connect(self._review_changed)
         document.frame_changed.connect(self._show_position)
         document.chain_changed.connect(self._show_position)
+        self.queue.changed.connect(self._queue_changed)
+        self.clips.chosen.connect(self.open_path)
         self.intervals.activated.connect(self.timeline.zoom_to_interval)
         self.detail.judged.connect(self._judge)
         QApplication.styleHints().colorSchemeChanged.connect(self._scheme_changed)
@@ -166,7 +181,9 @@ class MainWindow(ReviewActions, GoActions):
         """Open a clip or a session."""
         if not self._may_leave():
             return
-        if path.name.endswith(".json"):
+        if path.is_dir():
+            self.open_queue(path)
+        elif path.name.endswith(".json"):
             self.document.open_session(path)
         else:
             self.document.open(path)
@@ -180,6 +197,34 @@ class MainWindow(ReviewActions, GoActions):
         dialog.fileSelected.connect(lambda name: self.open_path(Path(name)))
         dialog.open()
 
+    def open_folder(self) -> None:
+        """Ask for a folder and queue its clips."""
+        name = QFileDialog.getExistingDirectory(self, "Open folder")
+        if name:
+            self.open_path(Path(name))
+
+    def open_queue(self, folder: Path) -> None:
+        """Analyse the clips of a folder in the background; the first that is ready opens."""
+        self.queue.open(folder)
+        self.clips_dock.show()
+        if not self.queue.clips:
+            self.bar.show_message(f"{folder}: no BVH in this folder yet; it is watched.", False)
+        self._wait_for_first = True
+
+    def _queue_changed(self) -> None:
+        if self._wait_for_first and (path := self.queue.next_after(None)):
+            self._wait_for_first = False
+            self.open_path(path)
+
+    def next_clip(self) -> None:
+        """Open the worst clip that is not decided."""
+        data = self.document.data
+        path = self.queue.next_after(data.clip.path if data else None)
+        if path is None:
+            self.bar.show_message("No other clip of the folder waits for a decision.", False)
+        else:
+            self.open_path(path)
+
     def open_sample(self) -> None:
         """Open the bundled walk with known errors."""
         self.open_path(SAMPLE)
@@ -191,6 +236,8 @@ class MainWindow(ReviewActions, GoActions):
             self.bar.show_message(trouble, True)
             return False
         self._review_changed()
+        if self.document.data is not None:
+            self.queue.refresh(self.document.data.clip.path)
         if path := self.document.keeper.session_file:
             self.statusBar().showMessage(f"Saved {path.name}", 4000)
         return True
@@ -353,7 +400,7 @@ class MainWindow(ReviewActions, GoActions):
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         themes.apply_theme(app, theme)
-        for view in (self.viewport, self.timeline, self.chains, self.intervals):
+        for view in (self.viewport, self.timeline, self.clips, self.chains, self.intervals):
             view.set_theme(theme)
 
     def _take_settings(self) -> None:
@@ -439,6 +486,7 @@ class MainWindow(ReviewActions, GoActions):
             return
         self.player.pause()
         self.document.close_clip()
+        self.queue.close()
         self.settings.geometry = bytes(self.saveGeometry().toHex().data()).decode()
         self.settings.layout = bytes(self.saveState(_STATE_VERSION).toHex().data()).decode()
         if self._settings_file is not None:
