@@ -9,14 +9,15 @@ import numpy as np
 from twistcore.detection.coupling import Limb, explain_frames
 from twistcore.detection.increments import twist_increments
 from twistcore.detection.prediction import (
+    GapGrowth,
+    Index,
     Mask,
+    Predictor,
     coarse_residual,
-    gap_growth,
-    good_neighbours,
     growth_at,
     half_window,
     local_scale,
-    predict,
+    wrap_few,
 )
 from twistcore.rotation import Array, wrap
 
@@ -35,8 +36,8 @@ class CounterRotation:
 
     x, y: increments as captured; rx, ry: residuals, without images of the neighbours' errors;
     sigma_x, sigma_y: their scales; d: their common counter-rotation (inverse-variance weighted,
-    circular), sigma: its scale; event: significant, and both signals agree; agree; lone: only one
-    of the two jumps. Radians.
+    circular), sigma: its scale; event: significant, and both signals agree; lone: one of them jumps,
+    whether the other agrees or not. Radians.
     """
 
     x: Array
@@ -48,7 +49,6 @@ class CounterRotation:
     d: Array
     sigma: Array
     event: Mask
-    agree: Mask
     lone: Mask
 
 
@@ -59,38 +59,115 @@ def counter_rotation(limb: Limb, fps: float, cut: Mask) -> CounterRotation:
     ]
     captured = np.stack([[x for x, _ in pairs], [y for _, y in pairs]])
     live = np.broadcast_to(~cut, captured.shape[1:])
-    signals, half = captured, half_window(fps)
-    good = _coarsely_good(signals, live, half)
-    cubic_fits = np.zeros((*signals.shape[:2], 1), dtype=bool)
-    growth = np.ones((*signals.shape[:2], 4))
+    half = half_window(fps)
+    good = _coarsely_good(captured, live, half)
+    rounds = _Rounds(captured, limb, cut, half)
     for turn in range(ROUNDS):
-        cubic, linear, gap = predict(signals, good_neighbours(good))
-        if turn <= 1:
-            cubic_fits = _fit(signals - cubic, good) < _fit(signals - linear, good)
-            growth = np.where(
-                cubic_fits,
-                gap_growth(signals, good, cubic=True),
-                gap_growth(signals, good, cubic=False),
-            )
-        predicted = np.where(cubic_fits, cubic, linear)
-        sigma = local_scale(wrap(signals - predicted), good & (gap < STEADY_GAP), half)
-        sigma *= growth_at(growth, gap)
-        if turn >= 1 and len(limb) > 1:
-            signals = _without_images(limb, captured, predicted, sigma, cut)
-        residual = wrap(signals - predicted)
-        d, disagreement, sigma_d, sigma_e = combine(residual, sigma)
-        agree = np.abs(disagreement) <= AGREE_SHARE * np.abs(d) + AGREE_SIGMA * sigma_e
-        event = (np.abs(d) > SIGNIFICANT * sigma_d) & agree & live
-        lone = (np.abs(residual) > LONE_JUMP * sigma).any(axis=0) & live
-        now = live & ~event & ~(lone & ~agree)
+        residual, sigma = rounds.next(good, turn)
+        event, lone, denied = _jumps(residual, sigma)
+        event &= live
+        lone &= live
+        now = live & ~event & ~(lone & denied)
         settled = turn > 1 and bool((now == good).all())
         good = now
         if settled:
             break
+    d, _, sigma_d, _ = combine(residual, sigma)
     return CounterRotation(
         captured[0], captured[1], residual[0], residual[1], sigma[0], sigma[1],
-        np.where(live, d, 0.0), sigma_d, event, agree, lone,
+        np.where(live, d, 0.0), sigma_d, event, lone,
     )  # fmt: skip
+
+
+class _Rounds:
+    """Rounds of prediction, scale and joint solution, each from the last one's good frames."""
+
+    def __init__(self, captured: Array, limb: Limb, cut: Mask, half: int) -> None:
+        self._captured, self._limb, self._cut, self._half = captured, limb, cut, half
+        self._predictor = Predictor(captured)
+        self._signals = captured
+        self._changed = np.zeros(captured.shape[1:], dtype=bool)
+        self._gaps: GapGrowth | None = None
+        self._cubic_fits = np.zeros((*captured.shape[:2], 1), dtype=bool)
+
+    def next(self, good: Mask, turn: int) -> tuple[Array, Array]:
+        """Residuals and their scales, (2, chains, frames)."""
+        captured, flat = self._captured, (2, -1)
+        frames = captured.shape[-1]
+        p = self._predictor.irregular(good, self._changed, self._signals)
+        chain = p.at // frames
+        at_signals = self._signals.reshape(flat)[:, p.at]
+        root_cubic = np.sqrt(np.abs(wrap(at_signals - p.cubic)))
+        root_linear = np.sqrt(np.abs(wrap(at_signals - p.linear)))
+        if turn <= 1:
+            self._choose(good, p.at, root_cubic, root_linear)
+        fits = self._cubic_fits[:, chain, 0]
+        predicted, root = self._predicted.copy(), self._root.copy()
+        predicted.reshape(flat)[:, p.at] = np.where(fits, p.cubic, p.linear)
+        root.reshape(flat)[:, p.at] = np.where(fits, root_cubic, root_linear)
+        steady = good.copy()
+        steady.ravel()[p.at] &= p.gap < STEADY_GAP
+        sigma = local_scale(root, steady, self._half)
+        wide = p.gap > 1.0
+        at = p.at[wide]
+        sigma.reshape(flat)[:, at] *= growth_at(self._growth, chain[wide], p.gap[wide])
+        residual = wrap_few(captured - predicted)
+        if turn >= 1 and len(self._limb) > 1:
+            self._undo_images(residual, predicted, sigma)
+        return residual, sigma
+
+    def _choose(self, good: Mask, at: Index, root_cubic: Array, root_linear: Array) -> None:
+        """Cubic or linear, whichever fits a signal better over its good frames."""
+        weight = good.astype(np.float64)
+        fits = []
+        for root, at_root in (
+            (self._predictor.cubic_root, root_cubic),
+            (self._predictor.linear_root, root_linear),
+        ):
+            root = root.copy()
+            root.reshape(2, -1)[:, at] = at_root
+            fits.append(np.einsum("scf,cf->sc", root, weight)[..., None])
+        cubic_fits = fits[0] < fits[1]
+        if self._gaps is None or (cubic_fits != self._cubic_fits).any():
+            self._cubic_fits = cubic_fits
+            p = self._predictor
+            self._predicted = np.where(cubic_fits, p.cubic, p.linear)
+            self._root = np.where(cubic_fits, p.cubic_root, p.linear_root)
+            self._gaps = GapGrowth(self._captured, cubic_fits)
+        self._growth = self._gaps.measured(good)
+
+    def _undo_images(self, residual: Array, predicted: Array, sigma: Array) -> None:
+        """Undo the neighbours' errors wherever something jumps: new signals; residual in place."""
+        jumps = np.abs(residual) > RESOLVE * sigma
+        t = np.flatnonzero(jumps.any(axis=(0, 1)) & ~self._cut)
+        self._signals = self._captured.copy()
+        self._changed[:] = False
+        if len(t):
+            here = self._captured[:, :, t], predicted[:, :, t], sigma[:, :, t]
+            clean = explain_frames(self._limb, t, *here)
+            self._signals[:, :, t] = clean
+            self._changed[:, t] = (clean != here[0]).any(axis=0)
+            residual[:, :, t] = wrap(clean - here[1])
+
+
+def _jumps(residual: Array, sigma: Array, lone_jump: float = LONE_JUMP) -> tuple[Mask, Mask, Mask]:
+    """Events, frames where either signal jumps, and frames where the two disagree; (chains, frames).
+
+    Only where |(rx/σx, ry/σy)| ≥ |d|/σ (Cauchy-Schwarz) is large can there be either.
+    """
+    z = residual / sigma
+    z *= z
+    may = z[0] + z[1] > 0.99 * SIGNIFICANT**2
+    may |= (np.abs(residual) > 1.5).any(axis=0)  # radians; beyond, d is wrapped
+    at = np.flatnonzero(may)
+    event, lone, denied = (np.zeros(may.size, dtype=bool) for _ in range(3))
+    some = residual.reshape(2, -1)[:, at]
+    sigmas = sigma.reshape(2, -1)[:, at]
+    d, disagreement, sigma_d, sigma_e = combine(some, sigmas)
+    denied[at] = np.abs(disagreement) > AGREE_SHARE * np.abs(d) + AGREE_SIGMA * sigma_e
+    event[at] = (np.abs(d) > SIGNIFICANT * sigma_d) & ~denied[at]
+    lone[at] = (np.abs(some) > lone_jump * sigmas).any(axis=0)
+    return event.reshape(may.shape), lone.reshape(may.shape), denied.reshape(may.shape)
 
 
 def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
@@ -109,29 +186,13 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 def _coarsely_good(signals: Array, live: Mask, half: int) -> Mask:
     """Frames without a sign of a jump, before anything is known; rather too few than too many."""
     good = live.copy()
+    residual = root = signals
+    known = 0
     for step in COARSE_STEPS:
-        residual = coarse_residual(signals, step)
-        sigma = local_scale(residual, good, half)
-        d, disagreement, sigma_d, sigma_e = combine(residual, sigma)
-        agree = np.abs(disagreement) <= AGREE_SHARE * np.abs(d) + AGREE_SIGMA * sigma_e
-        lone = (np.abs(residual) > LONE_JUMP_COARSE * sigma).any(axis=0)
-        good &= ~((np.abs(d) > SIGNIFICANT * sigma_d) & agree) & ~lone
+        if step != known:
+            residual = coarse_residual(signals, step)
+            root = np.sqrt(np.abs(residual))
+            known = step
+        event, lone, _ = _jumps(residual, local_scale(root, good, half), LONE_JUMP_COARSE)
+        good &= ~event & ~lone
     return good
-
-
-def _fit(error: Array, good: Mask) -> Array:
-    """Mean √|error| over the good frames, (2, chains, 1)."""
-    return np.asarray((np.sqrt(np.abs(wrap(error))) * good).sum(-1, keepdims=True))
-
-
-def _without_images(
-    limb: Limb, captured: Array, predicted: Array, sigma: Array, cut: Mask
-) -> Array:
-    """The increments with the neighbours' errors undone wherever something jumps."""
-    jumps = np.abs(wrap(captured - predicted)) > RESOLVE * sigma
-    t = np.flatnonzero(jumps.any(axis=(0, 1)) & ~cut)
-    if not len(t):
-        return captured
-    clean = captured.copy()
-    clean[:, :, t] = explain_frames(limb, t, captured[:, :, t], predicted[:, :, t], sigma[:, :, t])
-    return clean
