@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +18,7 @@ class Interval:
     chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist;
     confidence: 0…1, or None where the detector has none; open: it may be the other side of the
     clip that is wrong, so it is not applied unasked; residual: what is left of the offset behind
-    the closing edge, radians; evidence: why it was found, by name, for a person.
+    the closing edge, radians; explain: tells why it was found, asked only where a person looks.
     """
 
     chain: str
@@ -27,7 +28,12 @@ class Interval:
     confidence: float | None = None
     open: bool = False
     residual: float = 0.0
-    evidence: dict[str, Any] | None = None
+    explain: Callable[[], dict[str, Any]] | None = None
+
+    @property
+    def evidence(self) -> dict[str, Any] | None:
+        """Why it was found, by name: numbers, texts and lists, as JSON has them; angles in °."""
+        return self.explain() if self.explain else None
 
     @property
     def frames(self) -> int:
