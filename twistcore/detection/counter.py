@@ -17,7 +17,6 @@ from twistcore.detection.prediction import (
     growth_at,
     half_window,
     local_scale,
-    wrap_few,
 )
 from twistcore.rotation import Array, wrap
 
@@ -27,6 +26,7 @@ LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # a jump in one signal, in σ: no sample
 COARSE_STEPS = (4, 4, 7, 7)  # frames; 7 sees ramps of 5 frames and edges close together, 4 the rest
 ROUNDS = 6
 RESOLVE = 4.0  # a jump in any signal of a limb, in σ, has all its chains solved together
+SAME = 1e-9  # σ; a difference that no decision turns on
 STEADY_GAP = 4.0  # frames; residuals across wider gaps tell nothing of the local σ
 
 
@@ -87,6 +87,7 @@ class _Rounds:
         self._predictor = Predictor(captured)
         self._signals = captured
         self._changed = np.zeros(captured.shape[1:], dtype=bool)
+        self._t = np.zeros(0, dtype=np.int64)  # frames solved in the round before
         self._gaps: GapGrowth | None = None
         self._cubic_fits = np.zeros((*captured.shape[:2], 1), dtype=bool)
 
@@ -111,7 +112,7 @@ class _Rounds:
         wide = p.gap > 1.0
         at = p.at[wide]
         sigma.reshape(flat)[:, at] *= growth_at(self._growth, chain[wide], p.gap[wide])
-        residual = wrap_few(captured - predicted)
+        residual = wrap(captured - predicted)
         if turn >= 1 and len(self._limb) > 1:
             self._undo_images(residual, predicted, sigma)
         return residual, sigma
@@ -137,17 +138,31 @@ class _Rounds:
         self._growth = self._gaps.measured(good)
 
     def _undo_images(self, residual: Array, predicted: Array, sigma: Array) -> None:
-        """Undo the neighbours' errors wherever something jumps: new signals; residual in place."""
+        """Undo the neighbours' errors wherever something jumps: new signals; residual in place.
+
+        A frame whose prediction and scale are those of the round before keeps its solution.
+        """
         jumps = np.abs(residual) > RESOLVE * sigma
         t = np.flatnonzero(jumps.any(axis=(0, 1)) & ~self._cut)
+        here = self._captured[:, :, t], predicted[:, :, t], sigma[:, :, t]
+        clean = here[0].copy()
+        at = np.minimum(np.searchsorted(self._t, t), len(self._t) - 1)
+        if len(self._t):
+            same = self._t[at] == t
+            for now, then in zip(here[1:], self._then, strict=True):
+                same &= (np.abs(now - then[..., at]) <= SAME * here[2]).all(axis=(0, 1))
+            clean[..., same] = self._clean[..., at[same]]
+            new = np.flatnonzero(~same)
+        else:
+            new = np.arange(len(t))
+        if len(new):
+            clean[..., new] = explain_frames(self._limb, t[new], *(v[..., new] for v in here))
+        self._t, self._then, self._clean = t, here[1:], clean
         self._signals = self._captured.copy()
+        self._signals[:, :, t] = clean
         self._changed[:] = False
-        if len(t):
-            here = self._captured[:, :, t], predicted[:, :, t], sigma[:, :, t]
-            clean = explain_frames(self._limb, t, *here)
-            self._signals[:, :, t] = clean
-            self._changed[:, t] = (clean != here[0]).any(axis=0)
-            residual[:, :, t] = wrap(clean - here[1])
+        self._changed[:, t] = (clean != here[0]).any(axis=0)
+        residual[:, :, t] = wrap(clean - here[1])
 
 
 def _jumps(residual: Array, sigma: Array, lone_jump: float = LONE_JUMP) -> tuple[Mask, Mask, Mask]:

@@ -30,15 +30,6 @@ def half_window(fps: float) -> int:
     return max(WINDOW_FRAMES, round(WINDOW_SECONDS * fps))
 
 
-def wrap_few(angle: Array) -> Array:
-    """As `wrap`, for angles of which few lie outside (−π, π]; may return its argument."""
-    outside = np.abs(angle) >= np.pi
-    if outside.any():
-        angle = angle.copy()
-        angle[outside] = wrap(angle[outside])
-    return angle
-
-
 def coarse_residual(signals: Array, step: int) -> Array:
     """Signals less the median of 5 samples `step` frames apart, radians.
 
@@ -54,14 +45,15 @@ def coarse_residual(signals: Array, step: int) -> Array:
     g = np.minimum(high[..., :n], high[..., 3 * step : 3 * step + n])
     low_, high_ = np.minimum(f, g), np.maximum(f, g)
     median = np.maximum(low_, np.minimum(high_, signals))
-    return wrap_few(signals - median)
+    return wrap(signals - median)
 
 
-def _box_sum(values: Array, half: int) -> Array:
+def _box_sum(values: Array | Mask, half: int) -> Array:
     """Sum over t − half … t + half along the last axis, cut at the ends."""
     n = values.shape[-1]
-    total: Array = np.empty((*values.shape[:-1], n + 2 * half + 1))
-    total[..., : half + 1] = 0.0
+    kind = np.int32 if values.dtype == bool else values.dtype  # whole numbers add up faster
+    total = np.empty((*values.shape[:-1], n + 2 * half + 1), dtype=kind)
+    total[..., : half + 1] = 0
     np.cumsum(values, axis=-1, out=total[..., half + 1 : half + 1 + n])
     total[..., half + 1 + n :] = total[..., half + n : half + n + 1]
     sums: Array = total[..., 2 * half + 1 :] - total[..., :n]
@@ -75,12 +67,11 @@ def local_scale(root: Array, good: Mask, half: int) -> Array:
     normal distribution). Where few good frames are near it borrows from a window four times as
     wide, and there from the whole clip.
     """
-    weight = good.astype(np.float64)
-    root = root * weight
-    many, mean = _box_sum(weight, half), _box_sum(root, half)
+    root = root * good
+    many, mean = _box_sum(good, half), _box_sum(root, half)
     if many.min() < 0.5 * half:
-        overall = root.sum(-1, keepdims=True) / np.maximum(weight.sum(-1, keepdims=True), 1.0)
-        wide = (_box_sum(root, 4 * half) + 2.0 * overall) / (_box_sum(weight, 4 * half) + 2.0)
+        overall = root.sum(-1, keepdims=True) / np.maximum(good.sum(-1, keepdims=True), 1)
+        wide = (_box_sum(root, 4 * half) + 2.0 * overall) / (_box_sum(good, 4 * half) + 2.0)
         lacking = np.maximum(0.5 * half - many, 0.0)
         mean += lacking * wide
         many = many + lacking
@@ -121,12 +112,12 @@ class Predictor:
     @cached_property
     def cubic_root(self) -> Array:
         """√|error| of the regular cubic predictions, (2, chains, frames)."""
-        return np.sqrt(np.abs(wrap_few(self.signals - self.cubic)))
+        return np.sqrt(np.abs(wrap(self.signals - self.cubic)))
 
     @cached_property
     def linear_root(self) -> Array:
         """√|error| of the regular linear predictions, (2, chains, frames)."""
-        return np.sqrt(np.abs(wrap_few(self.signals - self.linear)))
+        return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Predictions:
         """Frames whose neighbours are not all good or not all as they were, predicted.
