@@ -98,14 +98,16 @@ class _Rounds:
         p = self._predictor.irregular(good, self._changed, self._signals)
         chain = p.at // frames
         at_signals = self._signals.reshape(flat)[:, p.at]
-        root_cubic = np.sqrt(np.abs(wrap(at_signals - p.cubic)))
-        root_linear = np.sqrt(np.abs(wrap(at_signals - p.linear)))
         if turn <= 1:
-            self._choose(good, p.at, root_cubic, root_linear)
+            roots = [
+                np.sqrt(np.abs(wrap(at_signals - p.predicted(w)))) for w in (p.cubic, p.linear)
+            ]
+            self._choose(good, p.at, *roots)
         fits = self._cubic_fits[:, chain, 0]
+        at_predicted = p.predicted(np.where(fits[:, None], p.cubic, p.linear))
         predicted, root = self._predicted.copy(), self._root.copy()
-        predicted.reshape(flat)[:, p.at] = np.where(fits, p.cubic, p.linear)
-        root.reshape(flat)[:, p.at] = np.where(fits, root_cubic, root_linear)
+        predicted.reshape(flat)[:, p.at] = at_predicted
+        root.reshape(flat)[:, p.at] = np.sqrt(np.abs(wrap(at_signals - at_predicted)))
         steady = good.copy()
         steady.ravel()[p.at] &= p.gap < STEADY_GAP
         sigma = local_scale(root, steady, self._half)

@@ -82,16 +82,22 @@ def local_scale(root: Array, good: Mask, half: int) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Predictions:
-    """Predictions of irregular frames: flat indices `at`, the rest (2, len(at)) and (len(at),).
+class Irregular:
+    """Irregular frames as flat indices `at`, and how they are predicted.
 
-    The gap is 1 for a frame between two good ones.
+    near: signals at their two good neighbours before and two after, (2, 4, n); cubic, linear:
+    weights of these, (4, n); gap: that is bridged, 1 for a frame between two good ones, (n,).
     """
 
     at: Index
+    near: Array
     cubic: Array
     linear: Array
     gap: Array
+
+    def predicted(self, weights: Array) -> Array:
+        """Σ weights·near, (2, n); weights (4, n), or (2, 4, n) for x and y."""
+        return np.einsum("skn,skn->sn", self.near, np.broadcast_to(weights, self.near.shape))
 
 
 class Predictor:
@@ -119,8 +125,8 @@ class Predictor:
         """√|error| of the regular linear predictions, (2, chains, frames)."""
         return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
-    def irregular(self, good: Mask, changed: Mask, signals: Array) -> Predictions:
-        """Frames whose neighbours are not all good or not all as they were, predicted.
+    def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
+        """Frames whose neighbours are not all good or not all as they were.
 
         signals: with the changes. Cubic: the Lagrange polynomial of the two good neighbours on
         either side. At an end: the mean of the nearest two.
@@ -134,39 +140,44 @@ class Predictor:
         near[:, :2] = True
         near[:, -2:] = True
         at = np.flatnonzero(near)
-        return _predicted(signals.reshape(2, -1), good.ravel(), at, frames)
+        return _irregular(signals.reshape(2, -1), good.ravel(), at, frames)
 
 
-def _predicted(flat: Array, good: Mask, at: Index, frames: int) -> Predictions:
-    """Predictions of the frames `at` of (chains · frames) from their good neighbours."""
+def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
+    """The frames `at` of (chains · frames) with their good neighbours."""
     none = np.array([-1, -1])
     known = np.concatenate([none, np.flatnonzero(good), none])
-    rank = np.cumsum(good)[at] - good[at] + 2  # place of the first good frame not before `at`
+    rank = np.cumsum(good, dtype=np.int32)[at] - good[at] + 2  # of the first good one from `at` on
     behind = rank + good[at]
-    k_b2, k_b, k_a, k_a2 = known[rank - 2], known[rank - 1], known[behind], known[behind + 1]
+    k = np.stack([known[rank - 2], known[rank - 1], known[behind], known[behind + 1]])
     first = at - at % frames
-    has_b, has_a = k_b >= first, (k_a >= 0) & (k_a < first + frames)
-    has_b2, has_a2 = k_b2 >= first, (k_a2 >= 0) & (k_a2 < first + frames)
-    s_b2, s_b, s_a, s_a2 = flat[:, k_b2], flat[:, k_b], flat[:, k_a], flat[:, k_a2]
-    b, a = (at - k_b).astype(np.float64), (k_a - at).astype(np.float64)
-    b2, a2 = (at - k_b2).astype(np.float64), (k_a2 - at).astype(np.float64)
+    has_b2, has_b = k[:2] >= first
+    has_a, has_a2 = (k[2:] >= 0) & (k[2:] < first + frames)
+    b2, b, a, a2 = np.abs(k - at).astype(np.float64)
     inside, whole = has_b & has_a, has_b2 & has_a2
-    share = np.where(inside, a, 1.0) / np.where(inside, b + a, 1.0)
-    share = np.where(inside, share, has_b.astype(np.float64))
-    linear = share * s_b + np.where(has_a, 1.0 - share, 0.0) * s_a
-    linear = np.where(has_b & ~has_a, np.where(has_b2, 0.5 * (s_b + s_b2), s_b), linear)
-    linear = np.where(has_a & ~has_b, np.where(has_a2, 0.5 * (s_a + s_a2), s_a), linear)
-    b2, b, a, a2 = (np.where(whole, v, w) for v, w in ((b2, 2.0), (b, 1.0), (a, 1.0), (a2, 2.0)))
-    cubic = (
-        -(b * a * a2) / ((b2 - b) * (b2 + a) * (b2 + a2)) * s_b2
-        + (b2 * a * a2) / ((b2 - b) * (b + a) * (b + a2)) * s_b
-        + (b2 * b * a2) / ((b2 + a) * (b + a) * (a2 - a)) * s_a
-        - (b2 * b * a) / ((b2 + a2) * (b + a2) * (a2 - a)) * s_a2
+    linear = np.zeros((4, len(at)))
+    linear[1] = np.where(inside, a / (a + b), has_b)
+    linear[2] = np.where(has_a, 1.0 - linear[1], 0.0)
+    for far, near, alone in ((0, 1, has_b2 & ~has_a), (3, 2, has_a2 & ~has_b)):
+        linear[near, alone] = linear[far, alone] = 0.5
+    u = b[whole], b2[whole], a[whole], a2[whole]
+    cubic = linear.copy()
+    cubic[:, whole] = _lagrange(*u)
+    gap = np.where(inside, a + b - 1.0, np.where(has_b, 2.0 * b, np.where(has_a, 2.0 * a, frames)))
+    return Irregular(at, flat[:, k], cubic, linear, gap)
+
+
+def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
+    """Weights at 0 of samples at −b2, −b, a, a2, (4, n)."""
+    p, q = b * a, b2 * a2
+    return np.stack(
+        [
+            -(p * a2) / ((b2 - b) * (b2 + a) * (b2 + a2)),
+            (q * a) / ((b2 - b) * (b + a) * (b + a2)),
+            (q * b) / ((b2 + a) * (b + a) * (a2 - a)),
+            -(p * b2) / ((b2 + a2) * (b + a2) * (a2 - a)),
+        ]
     )
-    cubic = np.where(whole, cubic, linear)
-    ahead, back = k_a - at, at - k_b
-    gap = np.where(inside, ahead + back - 1, np.where(has_b, 2 * back, 2 * ahead))
-    return Predictions(at, cubic, linear, np.where(has_b | has_a, gap, frames).astype(np.float64))
 
 
 class GapGrowth:
