@@ -14,7 +14,7 @@ import numpy as np
 from twistcore.chain import Chain
 from twistcore.detection.confidence import confidence
 from twistcore.detection.counter import CounterRotation, counter_rotation
-from twistcore.detection.coupling import Limb
+from twistcore.detection.coupling import Limbs
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.edges import Edges, find_edges
 from twistcore.detection.interval import Interval
@@ -148,11 +148,9 @@ class ConsistencyDetector:
         segments = _segments(cut, motion.fps)
         cut[:1] = True
         out: dict[str, ChainAnalysis] = {}
-        for line in _lines(chains):
-            joints = [line[0].parent, *(c.child for c in line)]
-            limb = Limb([motion.rotations[:, j] for j in joints], [c.axis for c in line])
-            counter = counter_rotation(limb, motion.fps, cut)
-            for row, chain in enumerate(line):
+        for lines in _alike(_lines(chains)):
+            counter = counter_rotation(_limbs(lines, motion), motion.fps, cut)
+            for row, chain in enumerate(c for same in zip(*lines, strict=True) for c in same):
                 edges, step = find_edges(counter, row)
                 tables = tuple(
                     pair_table(counter, row, edges, step, low, high) for low, high in segments
@@ -175,6 +173,27 @@ def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
             left.remove(follower)
         lines.append(line)
     return lines
+
+
+def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
+    """Lines of equal length, with or without axes per frame, together."""
+    kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
+    for line in lines:
+        kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)
+    return list(kinds.values())
+
+
+def _limbs(lines: list[list[Chain]], motion: Motion) -> Limbs:
+    """Rotations and axes of lines of equal length."""
+    q = motion.rotations
+    joints = [np.stack([q[:, line[0].parent] for line in lines])]
+    axes = []
+    for same in zip(*lines, strict=True):
+        joints.append(np.stack([q[:, c.child] for c in same]))
+        varying = any(c.axis.ndim > 1 for c in same)
+        shape = (len(q), 3) if varying else (3,)
+        axes.append(np.stack([np.broadcast_to(c.axis, shape) for c in same]))
+    return Limbs(joints, axes)
 
 
 def _segments(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:

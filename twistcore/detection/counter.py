@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.detection.coupling import Limb, explain_frames
-from twistcore.detection.increments import twist_increments
+from twistcore.detection.coupling import Limbs, explain_frames
 from twistcore.detection.prediction import (
     GapGrowth,
     Index,
@@ -32,12 +31,12 @@ STEADY_GAP = 4.0  # frames; residuals across wider gaps tell nothing of the loca
 
 @dataclass(frozen=True, eq=False)
 class CounterRotation:
-    """What is left of a limb's increments when natural motion is taken out; all (chains, frames).
+    """What is left of limbs' increments when natural motion is taken out; all (chains, frames).
 
     x, y: increments as captured; rx, ry: residuals, without images of the neighbours' errors;
     sigma_x, sigma_y: their scales; d: their common counter-rotation (inverse-variance weighted,
-    circular), sigma: its scale; event: significant, and both signals agree; lone: one of them jumps,
-    whether the other agrees or not. Radians.
+    circular), sigma: its scale; event: significant, and both signals agree; lone: one signal jumps
+    far, whether the other agrees or not. Radians.
     """
 
     x: Array
@@ -52,26 +51,30 @@ class CounterRotation:
     lone: Mask
 
 
-def counter_rotation(limb: Limb, fps: float, cut: Mask) -> CounterRotation:
-    """Residuals of all chains of a limb; cut (frames,): increments across a cut, never used."""
-    pairs = [
-        twist_increments(limb.joints[k], limb.joints[k + 1], limb.axes[k]) for k in range(len(limb))
-    ]
-    captured = np.stack([[x for x, _ in pairs], [y for _, y in pairs]])
+def counter_rotation(limbs: Limbs, fps: float, cut: Mask) -> CounterRotation:
+    """Residuals of all chains of limbs; cut (frames,): increments across a cut, never used."""
+    captured = limbs.increments()
     live = np.broadcast_to(~cut, captured.shape[1:])
     half = half_window(fps)
     good = _coarsely_good(captured, live, half)
-    rounds = _Rounds(captured, limb, cut, half)
+    rounds = _Rounds(captured, limbs, cut, half)
+    moving = np.ones(len(good), dtype=bool)  # chains of limbs that have not settled
     for turn in range(ROUNDS):
-        residual, sigma = rounds.next(good, turn)
-        event, lone, denied = _jumps(residual, sigma)
-        event &= live
-        lone &= live
+        increments = rounds.next(good, turn)
+        new = *increments, *_jumps(*increments)
+        if moving.all():
+            residual, sigma, event, lone, denied = new
+        else:
+            for kept, value in zip((residual, sigma, event, lone, denied), new, strict=True):
+                kept[..., moving, :] = value[..., moving, :]
         now = live & ~event & ~(lone & denied)
-        settled = turn > 1 and bool((now == good).all())
+        if turn > 1:
+            same = (now == good).reshape(len(limbs), limbs.count, -1).all(axis=(0, 2))
+            moving &= np.tile(~same, len(limbs))
         good = now
-        if settled:
+        if not moving.any():
             break
+    event, lone = event & live, lone & live
     d, _, sigma_d, _ = combine(residual, sigma)
     return CounterRotation(
         captured[0], captured[1], residual[0], residual[1], sigma[0], sigma[1],
@@ -82,12 +85,15 @@ def counter_rotation(limb: Limb, fps: float, cut: Mask) -> CounterRotation:
 class _Rounds:
     """Rounds of prediction, scale and joint solution, each from the last one's good frames."""
 
-    def __init__(self, captured: Array, limb: Limb, cut: Mask, half: int) -> None:
-        self._captured, self._limb, self._cut, self._half = captured, limb, cut, half
+    def __init__(self, captured: Array, limbs: Limbs, cut: Mask, half: int) -> None:
+        self._captured, self._limbs, self._half = captured, limbs, half
+        self._live = np.tile(~cut, limbs.count)
         self._predictor = Predictor(captured)
         self._signals = captured
         self._changed = np.zeros(captured.shape[1:], dtype=bool)
-        self._t = np.zeros(0, dtype=np.int64)  # frames solved in the round before
+        self._t = np.zeros(0, dtype=np.int64)  # frames solved in the round before: their
+        self._then: list[Array] = []  # predictions and scales,
+        self._clean = captured  # and solutions
         self._gaps: GapGrowth | None = None
         self._cubic_fits = np.zeros((*captured.shape[:2], 1), dtype=bool)
 
@@ -115,7 +121,7 @@ class _Rounds:
         at = p.at[wide]
         sigma.reshape(flat)[:, at] *= growth_at(self._growth, chain[wide], p.gap[wide])
         residual = wrap(captured - predicted)
-        if turn >= 1 and len(self._limb) > 1:
+        if turn >= 1 and len(self._limbs) > 1:
             self._undo_images(residual, predicted, sigma)
         return residual, sigma
 
@@ -144,9 +150,10 @@ class _Rounds:
 
         A frame whose prediction and scale are those of the round before keeps its solution.
         """
-        jumps = np.abs(residual) > RESOLVE * sigma
-        t = np.flatnonzero(jumps.any(axis=(0, 1)) & ~self._cut)
-        here = self._captured[:, :, t], predicted[:, :, t], sigma[:, :, t]
+        flat = 2, len(self._limbs), -1
+        jumps = (np.abs(residual) > RESOLVE * sigma).reshape(flat)
+        t = np.flatnonzero(jumps.any(axis=(0, 1)) & self._live)
+        here = [v.reshape(flat)[..., t] for v in (self._captured, predicted, sigma)]
         clean = here[0].copy()
         at = np.minimum(np.searchsorted(self._t, t), len(self._t) - 1)
         if len(self._t):
@@ -158,17 +165,17 @@ class _Rounds:
         else:
             new = np.arange(len(t))
         if len(new):
-            clean[..., new] = explain_frames(self._limb, t[new], *(v[..., new] for v in here))
+            clean[..., new] = explain_frames(self._limbs, t[new], *(v[..., new] for v in here))
         self._t, self._then, self._clean = t, here[1:], clean
         self._signals = self._captured.copy()
-        self._signals[:, :, t] = clean
+        self._signals.reshape(flat)[..., t] = clean
         self._changed[:] = False
-        self._changed[:, t] = (clean != here[0]).any(axis=0)
-        residual[:, :, t] = wrap(clean - here[1])
+        self._changed.reshape(flat[1:])[:, t] = (clean != here[0]).any(axis=0)
+        residual.reshape(flat)[..., t] = wrap(clean - here[1])
 
 
 def _jumps(residual: Array, sigma: Array, lone_jump: float = LONE_JUMP) -> tuple[Mask, Mask, Mask]:
-    """Events, frames where either signal jumps, and frames where the two disagree; (chains, frames).
+    """Events, lone jumps, and frames where both signals disagree; (chains, frames).
 
     Only where |(rx/σx, ry/σy)| ≥ |d|/σ (Cauchy-Schwarz) is large can there be either.
     """

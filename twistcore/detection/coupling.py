@@ -19,6 +19,7 @@ from itertools import product
 import numpy as np
 
 from twistcore.detection.cost import residual_cost
+from twistcore.detection.increments import twist_increments
 from twistcore.detection.prediction import Index
 from twistcore.rotation import Array, conjugate, multiply, wrap
 
@@ -51,27 +52,44 @@ class _Image:
         return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
 
 
-class Limb:
-    """A line of chains, joint k the parent of chain k and joint k+1 its child.
+class Limbs:
+    """Lines of n chains each: joint k the parent of chain k and joint k+1 its child.
 
-    joints: local rotations, n + 1 arrays (frames, 4); axes: n arrays (3,) or (frames, 3).
+    Limbs of equal length, such as both arms, are solved at once, their frames one after the other.
+    joints: local rotations, n + 1 arrays (limbs, frames, 4); axes: n arrays (limbs, 3) or
+    (limbs, frames, 3).
     """
 
     def __init__(self, joints: Sequence[Array], axes: Sequence[Array]) -> None:
         self.joints, self.axes = joints, axes
+        self.count, self.frames = joints[0].shape[:2]
 
     def __len__(self) -> int:
+        """Chains a limb."""
         return len(self.axes)
+
+    def increments(self) -> Array:
+        """x and y of all chains, (2, n·limbs, frames): chain k of limb i in row k·limbs + i."""
+        out = np.empty((2, len(self), self.count, self.frames))
+        for k, axes in enumerate(self.axes):
+            for i, axis in enumerate(axes):
+                pair = twist_increments(self.joints[k][i], self.joints[k + 1][i], axis)
+                out[0, k, i], out[1, k, i] = pair
+        return out.reshape(2, -1, self.frames)
 
     def _axis(self, k: int, t: Index) -> Array:
         axis = self.axes[k]
-        return np.broadcast_to(axis, (len(t), 3)) if axis.ndim == 1 else axis[t]
+        return axis[t // self.frames] if axis.ndim == 2 else axis.reshape(-1, 3)[t]
 
     def images(self, t: Index) -> tuple[list[_Image], list[_Image]]:
-        """Images of d_k in x of chain k+1, and of d_{k+1} in y of chain k, at frames t ≥ 1."""
+        """Images of d_k in x of chain k+1, and of d_{k+1} in y of chain k.
+
+        t: indices into (limbs · frames), never the first frame of a limb.
+        """
         down, up = [], []
         for k in range(len(self) - 1):
-            q0, q1 = conjugate(self.joints[k + 1][t - 1]), self.joints[k + 1][t]
+            joint = self.joints[k + 1].reshape(-1, 4)
+            q0, q1 = conjugate(joint[t - 1]), joint[t]
             above, below = self._axis(k, t), self._axis(k + 1, t)
             pure = np.zeros((2, len(t), 4))
             pure[0, :, 1:], pure[1, :, 1:] = above, below
@@ -80,15 +98,13 @@ class Limb:
         return down, up
 
 
-def explain_frames(
-    limb: Limb, t: Index, signals: Array, predicted: Array, sigma: Array
-) -> Array:
+def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
     """Increments x, y at frames t without the images of the neighbours' errors, (2, n, len(t)).
 
     signals, predicted, sigma: (2, n, len(t)), radians.
     """
-    n = len(limb)
-    down, up = limb.images(t)
+    n = len(limbs)
+    down, up = limbs.images(t)
     weight = sigma[0] ** 2 / (sigma[0] ** 2 + sigma[1] ** 2)
     best = np.full(len(t), np.inf)
     clean = signals.copy()

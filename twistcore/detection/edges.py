@@ -60,7 +60,9 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
     bounds = np.concatenate([wide, narrow])
     run, jump, sigma, gain, first = _readings(counter, chain, bounds)
     start, stop = bounds[run].T
-    edges = Edges(start, stop, _peaks(size, bounds)[run], jump, sigma, gain, first & (run < len(wide)))
+    edges = Edges(
+        start, stop, _peaks(size, bounds)[run], jump, sigma, gain, first & (run < len(wide))
+    )
     step = event.copy()
     followed = edges[edges.primary & (gain > FOLLOWED)]
     for k in range(LONGEST):
@@ -93,8 +95,11 @@ def _peaks(size: Array, bounds: Index) -> Index:
 def _readings(
     counter: CounterRotation, chain: int, bounds: Index
 ) -> tuple[Index, Array, Array, Array, Mask]:
-    """Run, jump, σ, gain, and whether it is the run's first reading: the weighted mean of both
-    signals, or both, the quieter first, where they differ."""
+    """Run, jump, σ, gain, and whether it is the run's first reading.
+
+    A run is read as the weighted mean of both signals or, where they differ, as both of them, the
+    quieter first.
+    """
     share = SUM_SHARE[bounds[:, 1] - bounds[:, 0]]
     x, y = (wrap(_sums(r[chain], bounds)) for r in (counter.rx, counter.ry))
     sigma = share * np.stack([_sums(s[chain], bounds) for s in (counter.sigma_x, counter.sigma_y)])

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from twistcore.detection.cost import residual_cost
 from twistcore.detection.counter import CounterRotation
 from twistcore.detection.edges import Edges
-from twistcore.detection.prediction import Index, Mask
+from twistcore.detection.prediction import Mask
 from twistcore.rotation import Array, wrap
 
 PRIOR = 20.0  # of an interval: two natural jumps that close by chance gain less in 2.9 rich minutes
@@ -89,7 +89,10 @@ def pair_table(
 
 
 def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Block:
-    """Gains of closing edges first…last − 1; sums: of d, σ² over steps and all, at starts, stops."""
+    """Gains of closing edges first…last − 1.
+
+    sums: of d and σ² over the steps, then over all frames, up to each edge's start and stop.
+    """
     row, begin = slice(first, last), max(0, first - BAND)
     col = slice(begin, last)
     size, variance = np.abs(edges.jump), edges.sigma**2

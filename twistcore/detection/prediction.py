@@ -37,8 +37,8 @@ def coarse_residual(signals: Array, step: int) -> Array:
     """
     n = signals.shape[-1]
     padded = np.pad(signals, ((0, 0), (0, 0), (2 * step, 2 * step)), mode="edge")
-    # The median of a, b, c, d, e is that of e, max(min(a, b), min(c, d)), min(max(a, b), max(c, d));
-    # with e in the middle both pairs are neighbours, so each minimum serves twice.
+    # The median of a…e is that of e, max(min(a, b), min(c, d)) and min(max(a, b), max(c, d)); with
+    # e in the middle both pairs are neighbours, so each minimum serves twice.
     low = np.minimum(padded[..., :-step], padded[..., step:])
     high = np.maximum(padded[..., :-step], padded[..., step:])
     f = np.maximum(low[..., :n], low[..., 3 * step : 3 * step + n])
@@ -97,7 +97,8 @@ class Irregular:
 
     def predicted(self, weights: Array) -> Array:
         """Σ weights·near, (2, n); weights (4, n), or (2, 4, n) for x and y."""
-        return np.einsum("skn,skn->sn", self.near, np.broadcast_to(weights, self.near.shape))
+        weights = np.broadcast_to(weights, self.near.shape)
+        return np.asarray(np.einsum("skn,skn->sn", self.near, weights))
 
 
 class Predictor:
@@ -226,6 +227,4 @@ def growth_at(growth: Array, chain: Index, gap: Array) -> Array:
     slope = np.diff(level, axis=-1) / np.diff(_GAPS)
     x = np.log(gap)
     piece = np.clip(np.searchsorted(_GAPS, x, side="right") - 1, 0, 2)
-    return np.asarray(
-        np.exp(level[:, chain, piece] + slope[:, chain, piece] * (x - _GAPS[piece]))
-    )
+    return np.asarray(np.exp(level[:, chain, piece] + slope[:, chain, piece] * (x - _GAPS[piece])))
