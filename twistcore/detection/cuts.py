@@ -10,6 +10,7 @@ from twistcore.rotation import Array
 JUMP = 5.0  # times a joint's own pace
 SMALLEST = float(np.radians(0.5))  # joints that turn less in the jump do not vote
 SHARE = 0.5  # of the joints that turn at all
+FEWEST = 1.0 / 3.0  # of all joints count as turning: where all is still, an error is not a cut
 SHARE_BESIDE, HOLE = 0.3, 3  # for frames within HOLE of a cut
 BLOCK_SECONDS = 0.13  # of the pace: the median over a block outlives a few frames of a cut
 
@@ -29,7 +30,9 @@ def find_cuts(rotations: Array, fps: float) -> Mask:
     turn = 2.0 * np.arccos(
         np.minimum(np.abs(np.einsum("tjk,tjk->tj", rotations[:-1], rotations[1:])), 1.0)
     )
+    joints = turn.shape[1]
     turn = turn[:, turn.max(axis=0) > SMALLEST]
+    voters = max(turn.shape[1], FEWEST * joints)
     if turn.shape[1] == 0:
         return cut
     whole = (frames - 1) // block * block
@@ -38,7 +41,7 @@ def find_cuts(rotations: Array, fps: float) -> Mask:
     calm = np.maximum(np.minimum(padded[:-2], padded[2:]), pace)
     at = np.minimum(np.arange(frames - 1) // block, len(pace) - 1)
     jump = (turn > JUMP * calm[at]) & (turn > SMALLEST)
-    share = np.concatenate([[0.0], jump.mean(axis=1)])
+    share = np.concatenate([[0.0], jump.sum(axis=1) / voters])
     # A blend from a T-pose fades out: weaker frames beside a cut belong to it, holes included.
     candidates = np.flatnonzero(share > SHARE_BESIDE)
     if len(candidates):
