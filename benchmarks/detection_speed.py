@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from statistics import median
@@ -41,14 +42,11 @@ def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
     return inject(motion, chains, errors), chains
 
 
-def milliseconds(act: object, repeats: int) -> float:
-    """Median time of a call."""
-    times = []
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        act()  # type: ignore[operator]
-        times.append(1e3 * (time.perf_counter() - begin))
-    return median(times)
+def milliseconds(act: Callable[..., object], *arguments: object) -> float:
+    """Time of a call."""
+    begin = time.perf_counter()
+    act(*arguments)
+    return 1e3 * (time.perf_counter() - begin)
 
 
 def main() -> None:
@@ -57,25 +55,25 @@ def main() -> None:
     parser.add_argument("--frames", type=int, nargs="*", default=[10_000])
     parser.add_argument("--repeats", type=int, default=9)
     arguments = parser.parse_args()
+    detector = ConsistencyDetector()
     for frames in arguments.frames:
         motion, chains = laden(frames)
-        detector = ConsistencyDetector()
-        analyse = milliseconds(lambda: detector.analyse(motion, chains), arguments.repeats)
-        first, ten, one = [], [], []
+        analyse: list[float] = []
+        first: list[float] = []
+        ten: list[float] = []
+        one: list[float] = []
+        found = 0
         for _ in range(arguments.repeats):
+            analyse.append(milliseconds(detector.analyse, motion, chains))
             analysis = detector.analyse(motion, chains)
             for n, tau in enumerate(TAUS):
-                each = [
-                    milliseconds(lambda c=c, t=tau: analysis.intervals(c.name, t), 1)  # type: ignore[misc]
-                    for c in chains
-                ]
+                each = [milliseconds(analysis.intervals, c.name, tau) for c in chains]
                 (ten if n else first).append(sum(each))
-                if n:
-                    one += each
-        found = sum(len(analysis.intervals(c.name, TAUS[0])) for c in chains)
+                one += each if n else []
+            found = sum(len(analysis.intervals(c.name, TAUS[0])) for c in chains)
         print(
             f"{frames:7,} frames, {len(chains)} chains, {found} intervals: "
-            f"analyse {analyse:6.1f} ms, first τ {median(first):5.1f} ms, "
+            f"analyse {median(analyse):6.1f} ms, first τ {median(first):5.1f} ms, "
             f"a new τ {median(ten):5.1f} ms for all, {median(one):.2f} ms for one"
         )
 

@@ -13,6 +13,7 @@ from tests.twistcore.strategies import axes, quaternions
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval, detect
+from twistcore.detection.audit import natural_events
 from twistcore.detection.consistency import ConsistencyDetector
 from twistcore.detection.increments import twist_increments
 from twistcore.motion import Motion
@@ -74,9 +75,7 @@ def slerped(motion: Motion, factor: int) -> Motion:
     # normalised lerp: between neighbouring frames it is slerp to well below 1e-3°
     q = normalise((1.0 - share) * a + share * b)
     positions = motion.positions[low]
-    return replace(
-        motion, rotations=q, positions=positions, frame_time=motion.frame_time / factor
-    )
+    return replace(motion, rotations=q, positions=positions, frame_time=motion.frame_time / factor)
 
 
 # Increments
@@ -326,3 +325,30 @@ def test_constant_clips(frames):
     if frames > 3:
         error = shift(2, 12, [3.0] * 5)
         assert_found(found_in(still, error), error, within_deg=1e-3)
+
+
+# The audit
+
+
+@pytest.mark.parametrize("clip", [WALK, DANCE, BASKETBALL])
+def test_the_samples_have_no_event_of_their_own(clip):
+    assert natural_events(clip, CHAINS) == ()
+
+
+def test_the_audit_tells_a_flip_from_a_counter_rotation():
+    chain = CHAINS[2]
+    turned = DANCE.rotations.copy()
+    turn = quaternion_from_axis_angle(chain.axis, np.radians(170.0))
+    turned[100:140, chain.parent] = multiply(turned[100:140, chain.parent], turn)
+    dirty = inject(DANCE.with_rotations(turned), CHAINS, [shift(8, 200, [20.0] * 9)])
+    events = natural_events(dirty, CHAINS)
+    seen = {(e.chain, e.joint, e.start, e.stop, e.kind) for e in events}
+    assert seen >= {
+        (chain.name, chain.parent, 100, 101, "flip"),
+        (chain.name, chain.parent, 140, 141, "flip"),
+        (CHAINS[8].name, CHAINS[8].parent, 200, 209, "interval"),
+    }
+    flip = next(e for e in events if (e.chain, e.start) == (chain.name, 100))
+    assert abs(flip.degrees) == pytest.approx(170.0, abs=5.0)
+    assert flip.turn == pytest.approx(170.0, abs=10.0)
+    assert flip.usual_turn < 10.0
