@@ -28,7 +28,9 @@ BORDER_PRIOR = 12.0  # of an interval cut by a border: one edge, nothing closes
 # Cost LENGTH·log(1 + frames / LENGTH_FRAMES): more may happen by chance.
 LENGTH, LENGTH_FRAMES = 4.0, 30.0
 SMALL_STEP, SMALL_SHARE = float(np.radians(8.0)), 0.4  # jitter inside, beside the closing jump
-ALWAYS_SMALL = float(np.radians(3.5))  # jitter beside any jump
+# Jitter beside any jump: three σ of the difference of two values that jitter by 1°. Measured
+# against 3.5°: Daz H4 99.74 → 99.82 %, H8+H4 99.50 → 99.73 %; nothing else moves.
+ALWAYS_SMALL = float(np.radians(4.25))
 SMALL_COST, STEP_COST = 8.0, 30.0  # a real step inside is dear, or neighbours would merge
 COUNTED = float(np.radians(1.5))  # smaller steps inside are free: they cannot begin an interval
 FOLLOW_COST, FOLLOW_ALL_COST = 2.0, 4.0
