@@ -26,21 +26,24 @@ def find_cuts(rotations: Array, fps: float) -> Mask:
     block = max(8, round(BLOCK_SECONDS * fps))
     if frames < 2 * block:
         return cut
-    # the arc cosine is inexact below 1e-6°, far below any vote
-    turn = 2.0 * np.arccos(
-        np.minimum(np.abs(np.einsum("tjk,tjk->tj", rotations[:-1], rotations[1:])), 1.0)
-    )
-    joints = turn.shape[1]
-    turn = turn[:, turn.max(axis=0) > SMALLEST]
-    voters = max(turn.shape[1], FEWEST * joints)
-    if turn.shape[1] == 0:
+    # cos(turn/2) says as much as the turn, and cosines of thresholds are fewer than arc cosines;
+    # it is inexact below 1e-6°, far below any vote
+    cosine = np.abs(np.einsum("tjk,tjk->tj", rotations[:-1], rotations[1:]))
+    voting = cosine.min(axis=0) < np.cos(0.5 * SMALLEST)
+    voters = max(int(voting.sum()), FEWEST * len(voting))
+    if not voting.any():
         return cut
-    whole = (frames - 1) // block * block
-    pace = np.median(turn[:whole].reshape(-1, block, turn.shape[1]), axis=1)
+    cosine = cosine[:, voting]
+    blocks = (frames - 1) // block
+    middle = [(block - 1) // 2, block // 2]
+    within = cosine[: blocks * block].reshape(blocks, block, -1)
+    medians = np.partition(within, middle, axis=1)[:, middle]
+    pace = np.arccos(np.minimum(medians, 1.0)).sum(axis=1)  # 2·arccos, the mean of the middle two
     padded = np.concatenate([pace[:1], pace, pace[-1:]])
     calm = np.maximum(np.minimum(padded[:-2], padded[2:]), pace)
-    at = np.minimum(np.arange(frames - 1) // block, len(pace) - 1)
-    jump = (turn > JUMP * calm[at]) & (turn > SMALLEST)
+    least = np.cos(np.minimum(0.5 * np.maximum(JUMP * calm, SMALLEST), 0.5 * np.pi))
+    at = np.minimum(np.arange(frames - 1) // block, blocks - 1)
+    jump = cosine < least[at]
     share = np.concatenate([[0.0], jump.sum(axis=1) / voters])
     # A blend from a T-pose fades out: weaker frames beside a cut belong to it, holes included.
     candidates = np.flatnonzero(share > SHARE_BESIDE)
