@@ -1,6 +1,7 @@
 """The consistency detector: its invariants, and errors that are known."""
 
 import json
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -266,6 +267,8 @@ def test_confidence_is_a_probability_and_evidence_is_json():
         evidence = json.loads(json.dumps(interval.evidence, allow_nan=False))
         assert 1 <= len(evidence["edges"]) <= 2
         assert evidence == interval.evidence
+        assert len(pickle.dumps(interval)) < 10_000 + 8 * interval.frames
+        assert pickle.loads(pickle.dumps(interval)).evidence == evidence
         again = interval.with_offset(interval.start, interval.offset)
         assert again.evidence == interval.evidence
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,11 @@ class Interval:
     def evidence(self) -> dict[str, Any] | None:
         """Why it was found, by name: numbers, texts and lists, as JSON has them; angles in °."""
         return self.explain() if self.explain else None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Sent to another process it takes its evidence along, not the analysis that tells it."""
+        evidence = self.evidence
+        return {**vars(self), "explain": evidence and partial(dict, evidence)}
 
     @property
     def frames(self) -> int:
