@@ -151,8 +151,8 @@ class _Rounds:
         A frame whose prediction and scale are those of the round before keeps its solution.
         """
         flat = 2, len(self._limbs), -1
-        jumps = (np.abs(residual) > RESOLVE * sigma).reshape(flat)
-        t = np.flatnonzero(jumps.any(axis=(0, 1)) & self._live)
+        jumps = (np.abs(residual) > RESOLVE * sigma).reshape(2 * len(self._limbs), -1)
+        t = np.flatnonzero(np.logical_or.reduce(jumps) & self._live)
         here = [v.reshape(flat)[..., t] for v in (self._captured, predicted, sigma)]
         clean = here[0].copy()
         at = np.minimum(np.searchsorted(self._t, t), len(self._t) - 1)
@@ -182,7 +182,9 @@ def _jumps(residual: Array, sigma: Array, lone_jump: float = LONE_JUMP) -> tuple
     z = residual / sigma
     z *= z
     may = z[0] + z[1] > 0.99 * SIGNIFICANT**2
-    may |= (np.abs(residual) > 1.5).any(axis=0)  # radians; beyond, d is wrapped
+    for r in residual:  # beyond 1.5 radians d is wrapped
+        may |= r > 1.5
+        may |= r < -1.5
     at = np.flatnonzero(may)
     event, lone, denied = (np.zeros(may.size, dtype=bool) for _ in range(3))
     some = residual.reshape(2, -1)[:, at]

@@ -28,23 +28,27 @@ def find_cuts(rotations: Array, fps: float) -> Mask:
         return cut
     # cos(turn/2) says as much as the turn, and cosines of thresholds are fewer than arc cosines;
     # it is inexact below 1e-6°, far below any vote
-    cosine = np.abs(np.einsum("tjk,tjk->tj", rotations[:-1], rotations[1:]))
-    voting = cosine.min(axis=0) < np.cos(0.5 * SMALLEST)
+    w, x, y, z = np.ascontiguousarray(rotations.transpose(2, 1, 0))
+    cosine = w[:, :-1] * w[:, 1:]
+    for component in (x, y, z):
+        cosine += component[:, :-1] * component[:, 1:]
+    np.abs(cosine, out=cosine)
+    voting = cosine.min(axis=1) < np.cos(0.5 * SMALLEST)
     voters = max(int(voting.sum()), FEWEST * len(voting))
     if not voting.any():
         return cut
-    cosine = cosine[:, voting]
+    cosine = cosine[voting]
     blocks = (frames - 1) // block
     middle = [(block - 1) // 2, block // 2]
-    within = cosine[: blocks * block].reshape(blocks, block, -1)
-    medians = np.partition(within, middle, axis=1)[:, middle]
-    pace = np.arccos(np.minimum(medians, 1.0)).sum(axis=1)  # 2·arccos, the mean of the middle two
-    padded = np.concatenate([pace[:1], pace, pace[-1:]])
-    calm = np.maximum(np.minimum(padded[:-2], padded[2:]), pace)
+    within = cosine[:, : blocks * block].reshape(-1, blocks, block)
+    medians = np.partition(within, middle, axis=2)[..., middle]
+    pace = np.arccos(np.minimum(medians, 1.0)).sum(axis=2)  # 2·arccos, the mean of the middle two
+    padded = np.concatenate([pace[:, :1], pace, pace[:, -1:]], axis=1)
+    calm = np.maximum(np.minimum(padded[:, :-2], padded[:, 2:]), pace)
     least = np.cos(np.minimum(0.5 * np.maximum(JUMP * calm, SMALLEST), 0.5 * np.pi))
     at = np.minimum(np.arange(frames - 1) // block, blocks - 1)
-    jump = cosine < least[at]
-    share = np.concatenate([[0.0], jump.sum(axis=1) / voters])
+    jump = cosine < least[:, at]
+    share = np.concatenate([[0.0], jump.sum(axis=0) / voters])
     # A blend from a T-pose fades out: weaker frames beside a cut belong to it, holes included.
     candidates = np.flatnonzero(share > SHARE_BESIDE)
     if len(candidates):

@@ -67,7 +67,7 @@ def local_scale(root: Array, good: Mask, half: int) -> Array:
     normal distribution). Where few good frames are near it borrows from a window four times as
     wide, and there from the whole clip.
     """
-    root = root * good
+    root = root * good.astype(np.float64)
     many, mean = _box_sum(good, half), _box_sum(root, half)
     if many.min() < 0.5 * half:
         overall = root.sum(-1, keepdims=True) / np.maximum(good.sum(-1, keepdims=True), 1)
