@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,10 +59,10 @@ def natural_events(
     events: list[NaturalEvent] = []
     for chain in chains:
         found = [
-            (chain.parent, i.start, i.stop, i.delta, INTERVAL)
+            Event(chain.parent, i.start, i.stop, i.delta, INTERVAL)
             for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name))
         ]
-        found += _flips(chain, analysis.chains[chain.name])
+        found += flips(chain, analysis.chains[chain.name])
         events += [
             NaturalEvent(
                 chain.name,
@@ -72,12 +73,23 @@ def natural_events(
                 *_turns(motion, joint, start),
                 kind,
             )
-            for joint, start, stop, angle, kind in sorted(found, key=lambda e: e[1:3])
+            for joint, start, stop, angle, kind in sorted(found, key=lambda e: (e.start, e.stop))
         ]
     return tuple(events)
 
 
-def _flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[tuple[int, int, int, float, str]]:
+class Event(NamedTuple):
+    """Joint, frames [start, stop), angle in radians, kind."""
+
+    joint: int
+    start: int
+    stop: int
+    angle: float
+    kind: str
+
+
+def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[Event]:
+    """Flips of P, then of C, by the rule above."""
     c, row = analysis.limb, analysis.row
     alone = np.zeros(c.x.shape[1], dtype=bool)
     for table in analysis.tables:  # a cut is no flip
@@ -89,7 +101,7 @@ def _flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[tuple[int, int, in
     ):
         least = np.maximum(np.radians(FLIP_DEGREES), FLIP_SIGMA * sigma)
         for t in np.flatnonzero(alone & (np.abs(residual) >= least)).tolist():
-            yield joint, t, t + 1, float(residual[t]), FLIP
+            yield Event(joint, t, t + 1, float(residual[t]), FLIP)
 
 
 def _turns(motion: Motion, joint: int, t: int) -> tuple[float, float]:
