@@ -19,6 +19,16 @@ _AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2}
 def wrap(angle: ArrayLike) -> Array:
     """Angle moved by full turns into (−π, π], same shape."""
     a = np.asarray(angle, dtype=np.float64)
+    if a.size < 64:
+        return _wrap(a)
+    wrapped = a.copy()
+    outside = np.abs(a) >= np.pi  # few as a rule, and rounding is slow: 1/8 of the time
+    if outside.any():
+        wrapped[outside] = _wrap(a[outside])
+    return wrapped
+
+
+def _wrap(a: Array) -> Array:
     wrapped: Array = a - 2.0 * np.pi * np.ceil((a - np.pi) / (2.0 * np.pi))
     return wrapped
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.detection import DETECTORS
+from twistcore.detection.audit import flips
 from twistcore.detection.consistency import ConsistencyAnalysis
 from twistcore.detection.cuts import find_cuts
 from twistcore.errors import TwistError
@@ -20,7 +21,6 @@ from twistcore.synthesis import Protocol, prepare
 
 SHORTEST = 16  # frames: room for two intervals and something around them
 LEADING = 12  # transitions in which a T-pose at the start may blend into the capture
-LONE_FLIP = float(np.radians(45.0))  # in one frame, beyond prediction: faster than a pitcher's arm
 AUDITOR = "consistency"
 
 
@@ -140,8 +140,8 @@ def audit(motion: Motion, chains: Sequence[Chain], method: str = AUDITOR) -> lis
     """Natural events of a clean motion, by chain and frame; frames of this motion.
 
     Rule: every interval, open or not, that `method` finds at its own τ is one; and, where the
-    method is the consistency detector, every run of frames in which one joint of the chain alone
-    turns by 45° or more beyond what its neighbouring frames predict (a flip: 05_05 RightUpLeg).
+    method is the consistency detector, every flip of one joint alone, by the rule of
+    `twistcore.detection.audit` (05_05 RightUpLeg).
     """
     analysis = DETECTORS[method].analyse(motion, chains)
     events = []
@@ -151,11 +151,7 @@ def audit(motion: Motion, chains: Sequence[Chain], method: str = AUDITOR) -> lis
             degrees = round(float(np.degrees(i.delta)), 3)
             events.append(NaturalEvent(chain.name, kind, i.start, i.stop, degrees))
         if isinstance(analysis, ConsistencyAnalysis):
-            known = analysis.chains[chain.name]
-            residual = np.stack([known.limb.rx[known.row], known.limb.ry[known.row]])
-            larger = residual[np.abs(residual).argmax(axis=0), np.arange(residual.shape[1])]
-            flips = known.limb.lone[known.row] & ~known.limb.agree[known.row]
-            for t in np.flatnonzero(flips & (np.abs(larger) >= LONE_FLIP)):
-                degrees = round(float(np.degrees(larger[t])), 3)
-                events.append(NaturalEvent(chain.name, "flip", int(t), int(t) + 1, degrees))
+            for flip in flips(chain, analysis.chains[chain.name]):
+                degrees = round(float(np.degrees(flip.angle)), 3)
+                events.append(NaturalEvent(chain.name, "flip", flip.start, flip.stop, degrees))
     return events

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -12,22 +14,15 @@ import numpy as np
 from twistcore.chain import Chain
 from twistcore.detection.confidence import confidence
 from twistcore.detection.counter import CounterRotation, counter_rotation
-from twistcore.detection.coupling import Limb
+from twistcore.detection.coupling import Limbs
 from twistcore.detection.cuts import find_cuts
-from twistcore.detection.edges import Edge, find_edges
+from twistcore.detection.edges import Edges, find_edges
 from twistcore.detection.interval import Interval
-from twistcore.detection.pairing import (
-    LEVEL,
-    Pair,
-    PairTable,
-    best_pairs,
-    offset_of,
-    pair_table,
-    unpaired,
-)
+from twistcore.detection.levels import offsets_of
+from twistcore.detection.pairing import Pair, PairTable, best_pairs, pair_table, unpaired
 from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
-from twistcore.rotation import Array
+from twistcore.rotation import Array, wrap
 
 SMALLEST_TAU = float(np.radians(1.5))
 SHORTEST_SEGMENT = 0.25  # seconds between cuts
@@ -43,85 +38,83 @@ class ChainAnalysis:
     fps: float
     limb: CounterRotation
     row: int
-    edges: tuple[Edge, ...]
+    edges: Edges
     step: Mask
-    segments: tuple[tuple[int, int], ...]
-    _tables: list[PairTable] = field(default_factory=list)
-    _known: dict[tuple[Pair, bool], Interval] = field(default_factory=dict)  # τ moves: most stay
-
-    @property
-    def tables(self) -> list[PairTable]:
-        """Gains of pairs, one table a segment; computed when first asked for."""
-        if not self._tables:
-            self._tables.extend(
-                pair_table(self.limb, self.row, self.edges, self.step, low, high)
-                for low, high in self.segments
-            )
-        return self._tables
+    tables: tuple[PairTable, ...]  # one a segment between cuts
+    _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)  # τ moves: most stay
 
     def strength(self) -> Array:
         """|d| at events, the |jump| of an edge at its peak, else 0; radians, (frames,)."""
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
-        for edge in self.edges:
-            curve[edge.peak] = max(curve[edge.peak], abs(edge.jump))
+        np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
         return curve
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
         """Intervals at τ radians, by start."""
-        found = []
+        found: list[Interval] = []
         for table in self.tables:
             pairs = best_pairs(table, tau, self.fps)
-            found += [self._interval(p, table, open_=False) for p in pairs]
-            found += [self._interval(p, table, open_=True) for p in unpaired(table, pairs, tau)]
+            applied = len(pairs)
+            pairs += unpaired(table, pairs, tau)
+            new = [p for p in pairs if (table.low, p) not in self._known]
+            levels = offsets_of(new, table, self.limb, self.row, self.step)
+            for pair, level in zip(new, levels, strict=True):
+                self._known[table.low, pair] = self._interval(pair, table, *level)
+            known = [self._known[table.low, p] for p in pairs]
+            found += known[:applied]
+            found += [replace(i, open=True) for i in known[applied:]]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
-    def _interval(self, pair: Pair, table: PairTable, *, open_: bool) -> Interval:
-        key = pair, open_
-        if key not in self._known:
-            self._known[key] = self._built(pair, table, open_=open_)
-        return self._known[key]
-
-    def _built(self, pair: Pair, table: PairTable, *, open_: bool) -> Interval:
-        start, offset, residual = offset_of(
-            pair, self.limb, self.row, self.step, table.low, table.high
-        )
-        edges = [e for e in (pair.opening, pair.closing) if e is not None]
-        sigma = float(np.sqrt(sum(e.sigma**2 for e in edges)))
-        margin = float(np.log(min(abs(e.jump) / e.sigma for e in edges)))
+    def _interval(
+        self, pair: Pair, table: PairTable, start: int, offset: Array, residual: float
+    ) -> Interval:
+        at = [k for k in pair[:2] if k >= 0]
+        jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
+        sigma = math.hypot(*sigmas)
+        margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
         return Interval(
             self.name,
             start,
             start + len(offset),
             offset,
             confidence=confidence(pair.gain, abs(residual) / sigma, margin, len(offset)),
-            open=open_,
             residual=residual,
-            evidence={
-                "gain": pair.gain,
-                "follows": _FOLLOWS[pair.follows if pair.opening and pair.closing else LEVEL],
-                "edges": [self._evidence(e) for e in edges],
-                "closing_residual_deg": float(np.degrees(residual)),
-                "closing_sigma_deg": float(np.degrees(sigma)),
-            },
+            explain=partial(_explained, self.limb, self.row, table.edges, pair, residual),
         )
 
-    def _evidence(self, edge: Edge) -> dict[str, Any]:
-        """Sums over the edge's frames, degrees: x, y as captured, predicted, their residuals."""
-        at = self.row, slice(edge.start, edge.stop)
-        c = self.limb
-        sums = {
-            "x": c.x[at], "y": c.y[at], "residual_x": c.rx[at], "residual_y": c.ry[at],
-            "sigma_x": c.sigma_x[at], "sigma_y": c.sigma_y[at],
-        }  # fmt: skip
-        out: dict[str, Any] = {
-            f"{name}_deg": float(np.degrees(v.sum())) for name, v in sums.items()
-        }
-        out["start"], out["stop"] = edge.start, edge.stop
-        out["jump_deg"], out["sigma_deg"] = np.degrees([edge.jump, edge.sigma]).tolist()
-        out["gain"] = edge.gain
-        apart = float(np.abs(c.rx[at].sum() + c.ry[at].sum()))
-        out["agreement"] = max(0.0, 1.0 - apart / max(abs(edge.jump), 1e-12))
-        return out
+
+def _explained(
+    limb: CounterRotation, row: int, edges: Edges, pair: Pair, residual: float
+) -> dict[str, Any]:
+    """Why an interval was found; degrees."""
+    at = [k for k in pair[:2] if k >= 0]
+    return {
+        "gain": pair.gain,
+        "follows": _FOLLOWS[pair.follows],
+        "edges": [_edge_explained(limb, row, edges, k) for k in at],
+        "closing_residual_deg": math.degrees(residual),
+        "closing_sigma_deg": math.degrees(math.hypot(*edges.sigma[at])),
+    }
+
+
+def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
+    """Sums over the edge's frames, degrees: x, y as captured, their residuals and scales."""
+    start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
+    at = row, slice(start, stop)
+    sums = {
+        "x": limb.x[at], "y": limb.y[at], "residual_x": limb.rx[at], "residual_y": limb.ry[at],
+        "sigma_x": limb.sigma_x[at], "sigma_y": limb.sigma_y[at],
+    }  # fmt: skip
+    apart = abs(float(wrap(limb.rx[at].sum() + limb.ry[at].sum())))
+    return {
+        **{f"{name}_deg": math.degrees(v.sum()) for name, v in sums.items()},
+        "start": start,
+        "stop": stop,
+        "jump_deg": math.degrees(jump),
+        "sigma_deg": math.degrees(edges.sigma[k]),
+        "gain": float(edges.gain[k]),
+        "agreement": max(0.0, 1.0 - apart / max(abs(jump), 1e-12)),
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,14 +148,15 @@ class ConsistencyDetector:
         segments = _segments(cut, motion.fps)
         cut[:1] = True
         out: dict[str, ChainAnalysis] = {}
-        for line in _lines(chains):
-            joints = [line[0].parent, *(c.child for c in line)]
-            limb = Limb([motion.rotations[:, j] for j in joints], [c.axis for c in line])
-            counter = counter_rotation(limb, motion.fps, cut)
-            for row, chain in enumerate(line):
+        for lines in _alike(_lines(chains)):
+            counter = counter_rotation(_limbs(lines, motion), motion.fps, cut)
+            for row, chain in enumerate(c for same in zip(*lines, strict=True) for c in same):
                 edges, step = find_edges(counter, row)
+                tables = tuple(
+                    pair_table(counter, row, edges, step, low, high) for low, high in segments
+                )
                 out[chain.name] = ChainAnalysis(
-                    chain.name, motion.fps, counter, row, edges, step, segments
+                    chain.name, motion.fps, counter, row, edges, step, tables
                 )
         return ConsistencyAnalysis(out)
 
@@ -179,6 +173,27 @@ def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
             left.remove(follower)
         lines.append(line)
     return lines
+
+
+def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
+    """Lines of equal length, with or without axes per frame, together."""
+    kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
+    for line in lines:
+        kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)
+    return list(kinds.values())
+
+
+def _limbs(lines: list[list[Chain]], motion: Motion) -> Limbs:
+    """Rotations and axes of lines of equal length."""
+    q = motion.rotations
+    joints = [np.stack([q[:, line[0].parent] for line in lines])]
+    axes = []
+    for same in zip(*lines, strict=True):
+        joints.append(np.stack([q[:, c.child] for c in same]))
+        varying = any(c.axis.ndim > 1 for c in same)
+        shape = (len(q), 3) if varying else (3,)
+        axes.append(np.stack([np.broadcast_to(c.axis, shape) for c in same]))
+    return Limbs(joints, axes)
 
 
 def _segments(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:

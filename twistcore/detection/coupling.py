@@ -13,12 +13,14 @@ At every frame where something jumps, the set of chains is sought whose errors e
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twistcore.detection.cost import residual_cost
+from twistcore.detection.increments import twist_increments
+from twistcore.detection.prediction import Index
 from twistcore.rotation import Array, conjugate, multiply, wrap
 
 # Costs are negative log likelihoods. x of chain k and y of chain k−1 are one joint's motion: if
@@ -35,35 +37,59 @@ class _Image:
     """Twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ."""
 
     def __init__(self, plain: Array, turned: Array, axis: Array) -> None:
-        self._w, self._v = plain[:, 0], np.sum(plain[:, 1:] * axis, axis=-1)
-        self._tw, self._tv = turned[:, 0], np.sum(turned[:, 1:] * axis, axis=-1)
+        self._parts = np.stack(
+            [
+                plain[:, 0],
+                np.einsum("ti,ti->t", plain[:, 1:], axis),
+                turned[:, 0],
+                np.einsum("ti,ti->t", turned[:, 1:], axis),
+            ]
+        )
 
-    def __call__(self, angle: Array) -> Array:
+    def __call__(self, angle: Array, at: Index) -> Array:
+        w, v, tw, tv = self._parts[:, at]
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
-        return wrap(2.0 * np.arctan2(c * self._v + s * self._tv, c * self._w + s * self._tw))
+        return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
 
 
-class Limb:
-    """A line of chains, joint k the parent of chain k and joint k+1 its child.
+class Limbs:
+    """Lines of n chains each: joint k the parent of chain k and joint k+1 its child.
 
-    joints: local rotations, n + 1 arrays (frames, 4); axes: n arrays (3,) or (frames, 3).
+    Limbs of equal length, such as both arms, are solved at once, their frames one after the other.
+    joints: local rotations, n + 1 arrays (limbs, frames, 4); axes: n arrays (limbs, 3) or
+    (limbs, frames, 3).
     """
 
     def __init__(self, joints: Sequence[Array], axes: Sequence[Array]) -> None:
         self.joints, self.axes = joints, axes
+        self.count, self.frames = joints[0].shape[:2]
 
     def __len__(self) -> int:
+        """Chains a limb."""
         return len(self.axes)
 
-    def _axis(self, k: int, t: NDArray[np.int64]) -> Array:
-        axis = self.axes[k]
-        return np.broadcast_to(axis, (len(t), 3)) if axis.ndim == 1 else axis[t]
+    def increments(self) -> Array:
+        """x and y of all chains, (2, n·limbs, frames): chain k of limb i in row k·limbs + i."""
+        out = np.empty((2, len(self), self.count, self.frames))
+        for k, axes in enumerate(self.axes):
+            for i, axis in enumerate(axes):
+                pair = twist_increments(self.joints[k][i], self.joints[k + 1][i], axis)
+                out[0, k, i], out[1, k, i] = pair
+        return out.reshape(2, -1, self.frames)
 
-    def images(self, t: NDArray[np.int64]) -> tuple[list[_Image], list[_Image]]:
-        """Images of d_k in x of chain k+1, and of d_{k+1} in y of chain k, at frames t ≥ 1."""
+    def _axis(self, k: int, t: Index) -> Array:
+        axis = self.axes[k]
+        return axis[t // self.frames] if axis.ndim == 2 else axis.reshape(-1, 3)[t]
+
+    def images(self, t: Index) -> tuple[list[_Image], list[_Image]]:
+        """Images of d_k in x of chain k+1, and of d_{k+1} in y of chain k.
+
+        t: indices into (limbs · frames), never the first frame of a limb.
+        """
         down, up = [], []
         for k in range(len(self) - 1):
-            q0, q1 = conjugate(self.joints[k + 1][t - 1]), self.joints[k + 1][t]
+            joint = self.joints[k + 1].reshape(-1, 4)
+            q0, q1 = conjugate(joint[t - 1]), joint[t]
             above, below = self._axis(k, t), self._axis(k + 1, t)
             pure = np.zeros((2, len(t), 4))
             pure[0, :, 1:], pure[1, :, 1:] = above, below
@@ -72,52 +98,77 @@ class Limb:
         return down, up
 
 
-def explain_frames(
-    limb: Limb, t: NDArray[np.int64], signals: Array, predicted: Array, sigma: Array
-) -> Array:
+def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
     """Increments x, y at frames t without the images of the neighbours' errors, (2, n, len(t)).
 
     signals, predicted, sigma: (2, n, len(t)), radians.
     """
-    n = len(limb)
-    down, up = limb.images(t)
-    x, y = signals
+    n = len(limbs)
+    down, up = limbs.images(t)
     weight = sigma[0] ** 2 / (sigma[0] ** 2 + sigma[1] ** 2)
     best = np.full(len(t), np.inf)
     clean = signals.copy()
+    for active in sorted(product((False, True), repeat=n), key=sum):
+        on = [k for k in range(n) if active[k]]
+        cost = CHAIN_ACTIVE * len(on) + ANOTHER_ACTIVE * max(0, len(on) - 1)
+        # Residuals cost ≥ 0: most frames are settled before two chains at once are tried.
+        at = np.flatnonzero(best > cost)
+        if not len(at):
+            continue
+        some = signals[..., at], predicted[..., at], sigma[..., at], weight[:, at]
+        hypothesis = _Hypothesis(down, up, at, on, *some)
+        for tip_first in (False, True) if len(on) > 1 else (False,):
+            trial, total = hypothesis.solved(tip_first)
+            total += cost
+            better = total < best[at] - 1e-9
+            best[at[better]] = total[better]
+            clean[:, :, at[better]] = trial[:, :, better]
+    return clean
 
-    def without_images(k: int, d: Array, on: Sequence[int]) -> tuple[Array, Array]:
+
+@dataclass(frozen=True, eq=False)
+class _Hypothesis:
+    """The chains `on` have an error at the frames `at`, no other; arrays (2, n, len(at))."""
+
+    down: list[_Image]
+    up: list[_Image]
+    at: Index
+    on: Sequence[int]
+    signals: Array
+    predicted: Array
+    sigma: Array
+    weight: Array
+
+    def solved(self, tip_first: bool) -> tuple[Array, Array]:
+        """The increments without images, (2, n, len(at)), and what their residuals cost."""
+        d = self._errors(tip_first)
+        n = len(self.weight)
+        trial = np.array([self._without_images(k, d) for k in range(n)]).transpose(1, 0, 2)
+        residual = trial - self.predicted
+        residual[0] -= d
+        residual[1] += d
+        cost_x, cost_y = residual_cost(wrap(residual) / self.sigma)
+        total = cost_x[0] + cost_y[-1]
+        return trial, total + np.minimum(cost_x[1:] + cost_y[:-1], JOINT_JUMP).sum(axis=0)
+
+    def _without_images(self, k: int, d: Array) -> tuple[Array, Array]:
+        x, y = self.signals
         return (
-            down[k - 1](d[k - 1]) if k - 1 in on else x[k],
-            up[k](d[k + 1]) if k + 1 in on else y[k],
+            self.down[k - 1](d[k - 1], self.at) if k - 1 in self.on else x[k],
+            self.up[k](d[k + 1], self.at) if k + 1 in self.on else y[k],
         )
 
-    def solve(on: Sequence[int], tip_first: bool) -> Array:
-        """d (n, len(t)) of the active chains: the first sweep trusts the side without images."""
-        d = np.zeros((n, len(t)))
-        for sweep in range(_SWEEPS if len(on) > 1 else 1):
-            for k in reversed(on) if tip_first else on:
-                xk, yk = without_images(k, d, on)
-                rx, ry = wrap(xk - predicted[0, k]), wrap(yk - predicted[1, k])
-                if sweep == 0 and not tip_first and k + 1 in on:
+    def _errors(self, tip_first: bool) -> Array:
+        """d (n, len(at)) of the active chains: the first sweep trusts the side without images."""
+        d = np.zeros_like(self.weight)
+        for sweep in range(_SWEEPS if len(self.on) > 1 else 1):
+            for k in reversed(self.on) if tip_first else self.on:
+                xk, yk = self._without_images(k, d)
+                rx, ry = wrap(xk - self.predicted[0, k]), wrap(yk - self.predicted[1, k])
+                if sweep == 0 and not tip_first and k + 1 in self.on:
                     d[k] = rx
-                elif sweep == 0 and tip_first and k - 1 in on:
+                elif sweep == 0 and tip_first and k - 1 in self.on:
                     d[k] = -ry
                 else:
-                    d[k] = wrap(rx - wrap(rx + ry) * weight[k])
+                    d[k] = wrap(rx - wrap(rx + ry) * self.weight[k])
         return d
-
-    for active in product((False, True), repeat=n):
-        on = [k for k in range(n) if active[k]]
-        for tip_first in (False, True) if len(on) > 1 else (False,):
-            d = solve(on, tip_first)
-            trial = np.array([without_images(k, d, on) for k in range(n)]).transpose(1, 0, 2)
-            cost_x = residual_cost(wrap(trial[0] - predicted[0] - d) / sigma[0])
-            cost_y = residual_cost(wrap(trial[1] - predicted[1] + d) / sigma[1])
-            cost = CHAIN_ACTIVE * len(on) + ANOTHER_ACTIVE * max(0, len(on) - 1)
-            total = cost + cost_x[0] + cost_y[-1]
-            total = total + np.minimum(cost_x[1:] + cost_y[:-1], JOINT_JUMP).sum(axis=0)
-            better = total < best - 1e-9
-            best[better] = total[better]
-            clean[:, :, better] = trial[:, :, better]
-    return clean

@@ -10,6 +10,7 @@ from twistcore.rotation import Array
 JUMP = 5.0  # times a joint's own pace
 SMALLEST = float(np.radians(0.5))  # joints that turn less in the jump do not vote
 SHARE = 0.5  # of the joints that turn at all
+FEWEST = 1.0 / 3.0  # of all joints count as turning: where all is still, an error is not a cut
 SHARE_BESIDE, HOLE = 0.3, 3  # for frames within HOLE of a cut
 BLOCK_SECONDS = 0.13  # of the pace: the median over a block outlives a few frames of a cut
 
@@ -25,20 +26,29 @@ def find_cuts(rotations: Array, fps: float) -> Mask:
     block = max(8, round(BLOCK_SECONDS * fps))
     if frames < 2 * block:
         return cut
-    # the arc cosine is inexact below 1e-6°, far below any vote
-    turn = 2.0 * np.arccos(
-        np.minimum(np.abs(np.einsum("tjk,tjk->tj", rotations[:-1], rotations[1:])), 1.0)
-    )
-    turn = turn[:, turn.max(axis=0) > SMALLEST]
-    if turn.shape[1] == 0:
+    # cos(turn/2) says as much as the turn, and cosines of thresholds are fewer than arc cosines;
+    # it is inexact below 1e-6°, far below any vote
+    w, x, y, z = np.ascontiguousarray(rotations.transpose(2, 1, 0))
+    cosine = w[:, :-1] * w[:, 1:]
+    for component in (x, y, z):
+        cosine += component[:, :-1] * component[:, 1:]
+    np.abs(cosine, out=cosine)
+    voting = cosine.min(axis=1) < np.cos(0.5 * SMALLEST)
+    voters = max(int(voting.sum()), FEWEST * len(voting))
+    if not voting.any():
         return cut
-    whole = (frames - 1) // block * block
-    pace = np.median(turn[:whole].reshape(-1, block, turn.shape[1]), axis=1)
-    padded = np.concatenate([pace[:1], pace, pace[-1:]])
-    calm = np.maximum(np.minimum(padded[:-2], padded[2:]), pace)
-    at = np.minimum(np.arange(frames - 1) // block, len(pace) - 1)
-    jump = (turn > JUMP * calm[at]) & (turn > SMALLEST)
-    share = np.concatenate([[0.0], jump.mean(axis=1)])
+    cosine = cosine[voting]
+    blocks = (frames - 1) // block
+    middle = [(block - 1) // 2, block // 2]
+    within = cosine[:, : blocks * block].reshape(-1, blocks, block)
+    medians = np.partition(within, middle, axis=2)[..., middle]
+    pace = np.arccos(np.minimum(medians, 1.0)).sum(axis=2)  # 2·arccos, the mean of the middle two
+    padded = np.concatenate([pace[:, :1], pace, pace[:, -1:]], axis=1)
+    calm = np.maximum(np.minimum(padded[:, :-2], padded[:, 2:]), pace)
+    least = np.cos(np.minimum(0.5 * np.maximum(JUMP * calm, SMALLEST), 0.5 * np.pi))
+    at = np.minimum(np.arange(frames - 1) // block, blocks - 1)
+    jump = cosine < least[:, at]
+    share = np.concatenate([[0.0], jump.sum(axis=0) / voters])
     # A blend from a T-pose fades out: weaker frames beside a cut belong to it, holes included.
     candidates = np.flatnonzero(share > SHARE_BESIDE)
     if len(candidates):

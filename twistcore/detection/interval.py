@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,7 @@ class Interval:
     chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist;
     confidence: 0…1, or None where the detector has none; open: it may be the other side of the
     clip that is wrong, so it is not applied unasked; residual: what is left of the offset behind
-    the closing edge, radians; evidence: why it was found, by name, for a person.
+    the closing edge, radians; explain: tells why it was found, asked only where a person looks.
     """
 
     chain: str
@@ -27,7 +29,17 @@ class Interval:
     confidence: float | None = None
     open: bool = False
     residual: float = 0.0
-    evidence: dict[str, Any] | None = None
+    explain: Callable[[], dict[str, Any]] | None = None
+
+    @property
+    def evidence(self) -> dict[str, Any] | None:
+        """Why it was found, by name: numbers, texts and lists, as JSON has them; angles in °."""
+        return self.explain() if self.explain else None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Sent to another process it takes its evidence along, not the analysis that tells it."""
+        evidence = self.evidence
+        return {**vars(self), "explain": evidence and partial(dict, evidence)}
 
     @property
     def frames(self) -> int:

@@ -1,12 +1,15 @@
 """Natural motion predicted from good neighbours, and how well [MATH.md §4.2].
 
 Signals are stacked (2, chains, frames): x and y. A frame is *good* for a chain where nothing
-jumps; predictions look at good frames only, and never at the frame they predict.
+jumps; predictions look at good frames only, and never at the frame they predict. Most frames have
+two good neighbours on either side: their predictions never change and are made once; the rest, the
+*irregular* ones, are made anew each round, as flat indices into (chains, frames).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +21,8 @@ Index = NDArray[np.int64]
 
 FLOOR = float(np.radians(0.005))  # rounding of BVH text; keeps σ > 0 where a joint does not twist
 WINDOW_SECONDS, WINDOW_FRAMES = 0.15, 12  # half window of σ: motion changes its pace within ~0.3 s
-_GAPS = np.log(np.array([1.0, 3.0, 5.0, 9.0]))
+_DISTANCES = (1, 2, 3, 5)  # to the nearer neighbour, where the growth of σ is measured
+_GAPS = np.log(np.array([2.0 * k - 1.0 for k in _DISTANCES]))
 
 
 def half_window(fps: float) -> int:
@@ -31,145 +35,196 @@ def coarse_residual(signals: Array, step: int) -> Array:
 
     Before anything is known about jumps: a short interval or a ramp is outvoted.
     """
-    frames = signals.shape[-1]
+    n = signals.shape[-1]
     padded = np.pad(signals, ((0, 0), (0, 0), (2 * step, 2 * step)), mode="edge")
-    samples = np.stack([padded[..., k * step : k * step + frames] for k in range(5)])
-    samples.partition(2, axis=0)
-    return wrap(signals - samples[2])
+    # The median of a…e is that of e, max(min(a, b), min(c, d)) and min(max(a, b), max(c, d)); with
+    # e in the middle both pairs are neighbours, so each minimum serves twice.
+    low = np.minimum(padded[..., :-step], padded[..., step:])
+    high = np.maximum(padded[..., :-step], padded[..., step:])
+    f = np.maximum(low[..., :n], low[..., 3 * step : 3 * step + n])
+    g = np.minimum(high[..., :n], high[..., 3 * step : 3 * step + n])
+    low_, high_ = np.minimum(f, g), np.maximum(f, g)
+    median = np.maximum(low_, np.minimum(high_, signals))
+    return wrap(signals - median)
 
 
-def _box_sum(values: Array, half: int) -> Array:
+def _box_sum(values: Array | Mask, half: int) -> Array:
     """Sum over t − half … t + half along the last axis, cut at the ends."""
     n = values.shape[-1]
-    total: Array = np.zeros((*values.shape[:-1], n + 2 * half + 1))
+    kind = np.int32 if values.dtype == bool else values.dtype  # whole numbers add up faster
+    total = np.empty((*values.shape[:-1], n + 2 * half + 1), dtype=kind)
+    total[..., : half + 1] = 0
     np.cumsum(values, axis=-1, out=total[..., half + 1 : half + 1 + n])
     total[..., half + 1 + n :] = total[..., half + n : half + n + 1]
     sums: Array = total[..., 2 * half + 1 :] - total[..., :n]
     return sums
 
 
-def local_scale(residual: Array, good: Mask, half: int) -> Array:
-    """σ = 1.48·(mean √|r|)² over the good frames near t, radians, as `residual`.
+def local_scale(root: Array, good: Mask, half: int) -> Array:
+    """σ = 1.48·(mean √|r|)² over the good frames near t, radians; root = √|r|, (2, chains, frames).
 
     The mean of square roots is a standard deviation that few jumps move (1.48 makes it one for a
     normal distribution). Where few good frames are near it borrows from a window four times as
     wide, and there from the whole clip.
     """
-
-    def scaled(mean_root: Array) -> Array:
-        sigma: Array = np.maximum(1.48 * mean_root * mean_root, FLOOR)
-        return sigma
-
-    weight = good.astype(np.float64)
-    root = np.sqrt(np.abs(residual)) * weight
-    many, mean = _box_sum(weight, half), _box_sum(root, half)
-    if many.min() >= 0.5 * half:
-        return scaled(mean / many)
-    overall = root.sum(-1, keepdims=True) / np.maximum(weight.sum(-1, keepdims=True), 1.0)
-    wide = (_box_sum(root, 4 * half) + 2.0 * overall) / (_box_sum(weight, 4 * half) + 2.0)
-    lacking = np.maximum(0.5 * half - many, 0.0)
-    return scaled((mean + lacking * wide) / (many + lacking))
+    root = root * good.astype(np.float64)
+    many, mean = _box_sum(good, half), _box_sum(root, half)
+    if many.min() < 0.5 * half:
+        overall = root.sum(-1, keepdims=True) / np.maximum(good.sum(-1, keepdims=True), 1)
+        wide = (_box_sum(root, 4 * half) + 2.0 * overall) / (_box_sum(good, 4 * half) + 2.0)
+        lacking = np.maximum(0.5 * half - many, 0.0)
+        mean += lacking * wide
+        many = many + lacking
+    mean /= many
+    mean *= mean
+    mean *= 1.48
+    return np.maximum(mean, FLOOR, out=mean)
 
 
 @dataclass(frozen=True, eq=False)
-class Neighbours:
-    """The two good frames before and after each frame, (chains, frames); −1 and F where none."""
+class Irregular:
+    """Irregular frames as flat indices `at`, and how they are predicted.
 
-    before2: Index
-    before: Index
-    after: Index
-    after2: Index
-
-
-def good_neighbours(good: Mask) -> Neighbours:
-    """The nearest good frames on both sides of every frame, itself left out; (chains, frames)."""
-    chains, frames = good.shape
-    t = np.arange(frames)
-    none = np.full((chains, 1), -1)
-    last = np.maximum.accumulate(np.where(good, t, -1), axis=1)
-    before = np.concatenate([none, last[:, :-1]], axis=1)
-    following = np.minimum.accumulate(np.where(good, t, frames)[:, ::-1], axis=1)[:, ::-1]
-    after = np.concatenate([following[:, 1:], none + frames + 1], axis=1)
-    # a −1 indexes the last column, which holds −1 again; F indexes the column that holds F
-    before2 = np.take_along_axis(np.concatenate([before, none], axis=1), before, axis=1)
-    after2 = np.take_along_axis(np.concatenate([after, none + frames + 1], axis=1), after, axis=1)
-    return Neighbours(before2, before, after, after2)
-
-
-def predict(signals: Array, near: Neighbours) -> tuple[Array, Array, Array]:
-    """Cubic and linear prediction (2, chains, frames), and the gap they bridge (chains, frames).
-
-    Cubic: the Lagrange polynomial of the four neighbours. At an end: the mean of the nearest two.
-    The gap is 1 for a frame between two good ones.
+    near: signals at their two good neighbours before and two after, (2, 4, n); cubic, linear:
+    weights of these, (4, n); gap: that is bridged, 1 for a frame between two good ones, (n,).
     """
-    frames = signals.shape[-1]
-    t = np.arange(frames)
-    has_b, has_a = near.before >= 0, near.after < frames
-    has_b2, has_a2 = near.before2 >= 0, near.after2 < frames
-    s_b2, s_b, s_a, s_a2 = (
-        np.take_along_axis(signals, np.clip(k, 0, frames - 1)[None], axis=2)
-        for k in (near.before2, near.before, near.after, near.after2)
+
+    at: Index
+    near: Array
+    cubic: Array
+    linear: Array
+    gap: Array
+
+    def predicted(self, weights: Array) -> Array:
+        """Σ weights·near, (2, n); weights (4, n), or (2, 4, n) for x and y."""
+        weights = np.broadcast_to(weights, self.near.shape)
+        return np.asarray(np.einsum("skn,skn->sn", self.near, weights))
+
+
+class Predictor:
+    """Predicts signals (2, chains, frames) from good frames.
+
+    cubic, linear: of each frame from its two neighbours on either side, good or not.
+    """
+
+    def __init__(self, signals: Array) -> None:
+        self.signals = signals
+        self.cubic, self.linear = np.zeros_like(signals), np.zeros_like(signals)
+        if signals.shape[-1] >= 5:
+            near = signals[..., 1:-3] + signals[..., 3:-1]
+            far = signals[..., :-4] + signals[..., 4:]
+            self.linear[..., 2:-2] = 0.5 * near
+            self.cubic[..., 2:-2] = (2.0 / 3.0) * near - far / 6.0
+
+    @cached_property
+    def cubic_root(self) -> Array:
+        """√|error| of the regular cubic predictions, (2, chains, frames)."""
+        return np.sqrt(np.abs(wrap(self.signals - self.cubic)))
+
+    @cached_property
+    def linear_root(self) -> Array:
+        """√|error| of the regular linear predictions, (2, chains, frames)."""
+        return np.sqrt(np.abs(wrap(self.signals - self.linear)))
+
+    def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
+        """Frames whose neighbours are not all good or not all as they were.
+
+        signals: with the changes. Cubic: the Lagrange polynomial of the two good neighbours on
+        either side. At an end: the mean of the nearest two.
+        """
+        frames = good.shape[1]
+        seed = ~good | changed
+        near = seed.copy()
+        for k in (1, 2):
+            near[:, k:] |= seed[:, :-k]
+            near[:, :-k] |= seed[:, k:]
+        near[:, :2] = True
+        near[:, -2:] = True
+        at = np.flatnonzero(near)
+        return _irregular(signals.reshape(2, -1), good.ravel(), at, frames)
+
+
+def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
+    """The frames `at` of (chains · frames) with their good neighbours."""
+    none = np.array([-1, -1])
+    known = np.concatenate([none, np.flatnonzero(good), none])
+    rank = np.cumsum(good, dtype=np.int32)[at] - good[at] + 2  # of the first good one from `at` on
+    behind = rank + good[at]
+    k = np.stack([known[rank - 2], known[rank - 1], known[behind], known[behind + 1]])
+    first = at - at % frames
+    has_b2, has_b = k[:2] >= first
+    has_a, has_a2 = (k[2:] >= 0) & (k[2:] < first + frames)
+    b2, b, a, a2 = np.abs(k - at).astype(np.float64)
+    inside, whole = has_b & has_a, has_b2 & has_a2
+    linear = np.zeros((4, len(at)))
+    linear[1] = np.where(inside, a / (a + b), has_b)
+    linear[2] = np.where(has_a, 1.0 - linear[1], 0.0)
+    for far, near, alone in ((0, 1, has_b2 & ~has_a), (3, 2, has_a2 & ~has_b)):
+        linear[near, alone] = linear[far, alone] = 0.5
+    u = b[whole], b2[whole], a[whole], a2[whole]
+    cubic = linear.copy()
+    cubic[:, whole] = _lagrange(*u)
+    gap = np.where(inside, a + b - 1.0, np.where(has_b, 2.0 * b, np.where(has_a, 2.0 * a, frames)))
+    return Irregular(at, flat[:, k], cubic, linear, gap)
+
+
+def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
+    """Weights at 0 of samples at −b2, −b, a, a2, (4, n)."""
+    p, q = b * a, b2 * a2
+    return np.stack(
+        [
+            -(p * a2) / ((b2 - b) * (b2 + a) * (b2 + a2)),
+            (q * a) / ((b2 - b) * (b + a) * (b + a2)),
+            (q * b) / ((b2 + a) * (b + a) * (a2 - a)),
+            -(p * b2) / ((b2 + a2) * (b + a2) * (a2 - a)),
+        ]
     )
-    b, a = (t - near.before).astype(np.float64), (near.after - t).astype(np.float64)
-    b2, a2 = (t - near.before2).astype(np.float64), (near.after2 - t).astype(np.float64)
-    inside = has_b & has_a
-    share = np.where(inside, a / (b + a), np.where(has_b, 1.0, 0.0))
-    linear = share * s_b + np.where(has_a, 1.0 - share, 0.0) * s_a
-    linear = np.where(has_b & ~has_a & has_b2, 0.5 * (s_b + s_b2), linear)
-    linear = np.where(has_a & ~has_b & has_a2, 0.5 * (s_a + s_a2), linear)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cubic = (
-            -(b * a * a2) / ((b2 - b) * (b2 + a) * (b2 + a2)) * s_b2
-            + (b2 * a * a2) / ((b2 - b) * (b + a) * (b + a2)) * s_b
-            + (b2 * b * a2) / ((b2 + a) * (b + a) * (a2 - a)) * s_a
-            - (b2 * b * a) / ((b2 + a2) * (b + a2) * (a2 - a)) * s_a2
-        )
-    cubic = np.where(inside & has_b2 & has_a2, cubic, linear)
-    gap = np.where(inside, b + a - 1.0, np.where(has_b, 2.0 * b, 2.0 * a))
-    return cubic, linear, gap
 
 
-def gap_growth(signals: Array, good: Mask, *, cubic: bool) -> Array:
-    """σ of a prediction over gaps of 1, 3, 5, 9 frames relative to gap 1, ≥ 1; (2, chains, 4).
+class GapGrowth:
+    """σ of a prediction over gaps of 1, 3, 5, 9 frames relative to gap 1.
 
     Measured on the clip itself: mid-frame error of the same interpolation across wider gaps.
     """
-    frames = signals.shape[-1]
-    out: list[Array] = []
-    for k in (1, 2, 3, 5):  # distance to the nearer neighbour: gap 2k − 1
-        if frames <= 2 * k + 12:
-            out.append(2.0 * out[-1] if out else np.ones(signals.shape[:2]))
-            continue
-        mid = slice(k + 1, frames - k - 1)
-        left, right = slice(1, frames - 2 * k - 1), slice(2 * k + 1, frames - 1)
-        near = signals[..., left] + signals[..., right]
-        if cubic:
+
+    def __init__(self, signals: Array, cubic: Mask) -> None:
+        """signals: (2, chains, frames); cubic: (2, chains, 1), else linear."""
+        self._shape, frames = signals.shape[:2], signals.shape[-1]
+        self._roots = []
+        for k in _DISTANCES:
+            if frames <= 2 * k + 12:
+                break
+            near = signals[..., 1 : frames - 2 * k - 1] + signals[..., 2 * k + 1 : frames - 1]
             far = signals[..., : frames - 2 * k - 2] + signals[..., 2 * k + 2 :]
-            inner = 0.5 * (k + 1) ** 2 / (2 * k + 1)
-            error = signals[..., mid] - inner * near + (inner - 0.5) * far
-        else:
-            error = signals[..., mid] - 0.5 * near
-        usable = good[:, mid] & good[:, left] & good[:, right]
-        root = (np.sqrt(np.abs(error)) * usable).sum(-1) / np.maximum(usable.sum(-1), 1)
-        out.append(root * root + 0.3 * FLOOR)
-    growth = np.stack(out, axis=-1)
-    return np.asarray(np.maximum.accumulate(growth / growth[..., :1], axis=-1))
+            inner = np.where(cubic, 0.5 * (k + 1) ** 2 / (2 * k + 1), 0.5)
+            near *= inner
+            far *= inner - 0.5
+            near -= signals[..., k + 1 : frames - k - 1]
+            near -= far
+            np.abs(near, out=near)
+            self._roots.append(np.sqrt(near, out=near))
+
+    def measured(self, good: Mask) -> Array:
+        """Growth at the four gaps, ≥ 1, (2, chains, 4), from good frames only."""
+        frames = good.shape[1]
+        out: list[Array] = []
+        for n, k in enumerate(_DISTANCES):
+            if n >= len(self._roots):
+                out.append(2.0 * out[-1] if out else np.ones(self._shape))
+                continue
+            usable = good[:, k + 1 : frames - k - 1] & good[:, 1 : frames - 2 * k - 1]
+            usable &= good[:, 2 * k + 1 : frames - 1]
+            many = np.maximum(usable.sum(-1), 1)
+            root = np.einsum("scf,cf->sc", self._roots[n], usable.astype(np.float64)) / many
+            out.append(root * root + 0.3 * FLOOR)
+        growth = np.stack(out, axis=-1)
+        return np.asarray(np.maximum.accumulate(growth / growth[..., :1], axis=-1))
 
 
-def growth_at(growth: Array, gap: Array) -> Array:
-    """Growth of σ at each frame's gap, (2, chains, frames): log-log between the measured gaps."""
+def growth_at(growth: Array, chain: Index, gap: Array) -> Array:
+    """Growth of σ of chains at gaps > 1, (2, n): log-log between the measured gaps."""
     level = np.log(growth)
     slope = np.diff(level, axis=-1) / np.diff(_GAPS)
-    wide = gap > 1.0
-    out = np.ones((2, *gap.shape))
-    for chain in range(gap.shape[0]):
-        at = np.flatnonzero(wide[chain])
-        if not len(at):
-            continue
-        x = np.log(gap[chain, at])
-        piece = np.clip(np.searchsorted(_GAPS, x, side="right") - 1, 0, 2)
-        for s in range(2):
-            out[s, chain, at] = np.exp(
-                level[s, chain, piece] + slope[s, chain, piece] * (x - _GAPS[piece])
-            )
-    return out
+    x = np.log(gap)
+    piece = np.clip(np.searchsorted(_GAPS, x, side="right") - 1, 0, 2)
+    return np.asarray(np.exp(level[:, chain, piece] + slope[:, chain, piece] * (x - _GAPS[piece])))

@@ -1,0 +1,200 @@
+"""Is the confidence calibrated? python -m benchmarks.calibration FOLDER [--seed N] [--step N].
+
+FOLDER holds clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols, plain and rich, are injected
+into each chain in turn; candidates are the intervals down to 0.3 τ. One is right if its IoU with a
+true interval is ≥ 0.5 and ≥ 80 % of that one's frames are corrected by ≥ 80 %. The logistic map is
+fitted anew on one subject (weights are printed, to compare with twistcore.detection.confidence);
+the tables judge the shipped map on all *other* subjects: as injected, and at a tenth of the errors,
+nine clean chains for each one with errors. Area under the ROC curve (AUC), expected calibration
+error over ten bins (ECE), reliability bin by bin.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+
+from twistcore.bvh import read_bvh
+from twistcore.chain import Chain, find_chains
+from twistcore.detection import Interval, confidence
+from twistcore.detection.consistency import ConsistencyAnalysis, ConsistencyDetector
+from twistcore.motion import Motion
+from twistcore.rotation import wrap
+from twistcore.synthesis import (
+    InjectedError,
+    draw_errors,
+    generator,
+    inject,
+    parse_protocol,
+    prepare,
+)
+
+PROTOCOLS = (
+    "P0", "H6", "H3-4", "H4", "rich", "rich+H6", "rich+H3-4", "rich+H1", "rich+H4", "rich+H6+H1",
+    "rich+H5",
+)  # fmt: skip
+LOWEST = 0.3  # of τ
+CLEAN_FOR_EACH = 9  # clean chains for each with errors, in the second table
+BINS = 10
+
+
+def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
+    """Whether an interval is one of the true ones, and puts it right."""
+    for e in errors:
+        if e.chain != interval.chain:
+            continue
+        common = min(e.stop, interval.stop) - max(e.start, interval.start)
+        union = max(e.stop, interval.stop) - min(e.start, interval.start)
+        if common < 0.5 * union:
+            continue
+        taken = np.zeros(e.stop - e.start)
+        low, high = max(e.start, interval.start), min(e.stop, interval.stop)
+        taken[low - e.start : high - e.start] = interval.offset[
+            low - interval.start : high - interval.start
+        ]
+        left = np.abs(wrap(e.offset - taken))
+        return bool((left <= 0.2 * np.abs(wrap(e.offset))).mean() >= 0.8)
+    return False
+
+
+def features(interval: Interval) -> tuple[float, float, float, float]:
+    """Gain, closing residual in σ, margin of the weaker edge, frames: what the map is of."""
+    evidence = interval.evidence or {}
+    margin = min(abs(e["jump_deg"]) / e["sigma_deg"] for e in evidence["edges"])
+    closing = abs(evidence["closing_residual_deg"]) / evidence["closing_sigma_deg"]
+    return evidence["gain"], closing, float(np.log(margin)), float(interval.frames)
+
+
+def candidates(analysis: ConsistencyAnalysis, chains: Sequence[Chain]) -> list[Interval]:
+    """Applied intervals of all chains down to 0.3 τ."""
+    return [
+        i
+        for c in chains
+        for i in analysis.intervals(c.name, LOWEST * analysis.automatic_tau(c.name))
+        if not i.open
+    ]
+
+
+class Sample:
+    """Features, shipped confidence, rightness and weight of candidates."""
+
+    def __init__(self) -> None:
+        self.x: list[tuple[float, ...]] = []
+        self.p: list[float] = []
+        self.y: list[bool] = []
+        self.clean: list[bool] = []
+
+    def add(self, found: Sequence[Interval], errors: Sequence[InjectedError], clean: bool) -> None:
+        """Candidates of one pass."""
+        self.x += [features(i) for i in found]
+        self.p += [i.confidence or 0.0 for i in found]
+        self.y += [right(i, errors) for i in found]
+        self.clean += [clean] * len(found)
+
+
+def collect(paths: Sequence[Path], seed: int) -> Sample:
+    """All candidates of all clips and protocols, each chain in turn, and of the clean clips."""
+    sample, detector = Sample(), ConsistencyDetector()
+    for path in paths:
+        captured = read_bvh(path).motion
+        chains = find_chains(captured)
+        for n, name in enumerate(PROTOCOLS):
+            protocol = parse_protocol(name)
+            motion: Motion = prepare(captured, chains, protocol)
+            sample.add(candidates(detector.analyse(motion, chains), chains), (), clean=True)
+            for k, chain in enumerate(chains):
+                limb = [c for c in chains if c.side == chain.side and _arm(c) == _arm(chain)]
+                rng = generator(seed, path.name, n, k)
+                errors = draw_errors([chain], motion.frames, rng, protocol, fps=motion.fps)
+                analysis = detector.analyse(inject(motion, chains, errors), limb)
+                sample.add(candidates(analysis, limb), errors, clean=False)
+    return sample
+
+
+def _arm(chain: Chain) -> bool:
+    return chain.segment in ("Shoulder", "Arm", "ForeArm")
+
+
+def fitted(sample: Sample) -> np.ndarray:
+    """Weights of the logistic map, intercept first, as in twistcore.detection.confidence."""
+    gain, closing, margin, frames = np.array(sample.x).T
+    columns = np.stack(
+        [
+            np.ones(len(gain)),
+            np.log(np.maximum(gain, 0.5)),
+            np.minimum(closing, confidence.MOST_CLOSING),
+            np.minimum(margin, confidence.MOST_MARGIN),
+            np.log1p(frames / confidence.LENGTH_FRAMES),
+        ],
+        axis=1,
+    )
+    use = ~np.array(sample.clean)
+    columns, sign = columns[use], 2.0 * np.array(sample.y)[use] - 1.0
+
+    def loss(weights: np.ndarray) -> float:
+        penalty = 0.5 * float((weights[1:] ** 2).sum())
+        return float(np.logaddexp(0.0, -sign * (columns @ weights)).sum()) + penalty
+
+    return np.asarray(minimize(loss, np.zeros(5)).x)
+
+
+def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
+    """Area under the ROC curve; equal confidences count half."""
+    levels, of = np.unique(p, return_inverse=True)
+    good = np.bincount(of, weight * y, len(levels))
+    bad = np.bincount(of, weight * ~y, len(levels))
+    below = np.cumsum(bad) - bad
+    return float((good * (below + 0.5 * bad)).sum() / (good.sum() * bad.sum()))
+
+
+def report(title: str, sample: Sample, clean_weight: float) -> None:
+    """Print one table; clean_weight: passes without errors for each with."""
+    p, y, clean = np.array(sample.p), np.array(sample.y), np.array(sample.clean)
+    # A clip has one clean pass of all its chains, but one pass with errors for each chain.
+    weight = np.where(clean, clean_weight, 1.0)
+    p, y, weight = p[weight > 0], y[weight > 0], weight[weight > 0]
+    bins = np.minimum((p * BINS).astype(int), BINS - 1)
+    total, error, rows = weight.sum(), 0.0, []
+    for b in range(BINS):
+        w = weight * (bins == b)
+        if not w.any():
+            continue
+        said, was = (w * p).sum() / w.sum(), (w * y).sum() / w.sum()
+        error += w.sum() / total * abs(said - was)
+        rows.append(f"  {b / BINS:.1f}-{(b + 1) / BINS:.1f}  {w.sum():9.0f}  {said:.3f}  {was:.3f}")
+    print(
+        f"\n{title}: {total:.0f} candidates, prevalence {(weight * y).sum() / total:.4f}, "
+        f"AUC {area(p, y, weight):.4f}, ECE {error:.4f}"
+    )
+    print("  said       count   mean  right", *rows, sep="\n")
+
+
+def main() -> None:
+    """Fit on one subject, judge on the others."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=6)
+    parser.add_argument("--step", type=int, default=1, help="every step-th clip")
+    parser.add_argument("--fit", default="05", help="the subject that the map is fitted on")
+    arguments = parser.parse_args()
+    paths = sorted(arguments.folder.glob("*.bvh"))
+    own = [p for p in paths if p.stem.split("_")[0] == arguments.fit][:: arguments.step]
+    others = [p for p in paths if p.stem.split("_")[0] != arguments.fit][:: arguments.step]
+    if not own or not others:
+        parser.error(f"{arguments.folder}: expected clips of subject {arguments.fit} and of others")
+    fit = collect(own, arguments.seed)
+    print("fitted weights", np.round(fitted(fit), 4).tolist())
+    shipped = [getattr(confidence, n) for n in ("INTERCEPT", "PER_LOG_GAIN", "PER_CLOSING")]
+    print("shipped       ", [*shipped, confidence.PER_MARGIN, confidence.PER_LENGTH])
+    test = collect(others, arguments.seed + 1)
+    report(f"fitted subject {arguments.fit}, as injected", fit, 0.0)
+    report("other subjects, as injected", test, 0.0)
+    report("other subjects, a tenth of the errors", test, float(CLEAN_FOR_EACH))
+
+
+if __name__ == "__main__":
+    main()

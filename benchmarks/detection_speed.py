@@ -1,0 +1,82 @@
+"""How fast the consistency detector is: python -m benchmarks.detection_speed [--frames N]…
+
+Tiles a sample to 10,000 frames, injects errors into all ten chains and prints medians of
+(a) analyse: everything before any τ, (b) the first τ of ten chains, (c) a new τ of ten chains and
+(d) of one. One core: set OMP_NUM_THREADS=1. Aims: 100, 20, 20 and 2 ms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from twistcore.bvh import read_bvh
+from twistcore.chain import Chain, find_chains
+from twistcore.detection.consistency import ConsistencyDetector
+from twistcore.motion import Motion
+from twistcore.synthesis import InjectedError, inject
+
+SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "basketball.bvh"
+TAUS = np.radians([2.0, 3.0, 5.0, 8.0, 2.5])
+
+
+def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
+    """The sample there and back to a number of frames, an error in each chain every 140 frames."""
+    motion = read_bvh(SAMPLE).motion
+    length = motion.frames - 1  # frame 0 is a T-pose
+    at = 1 + np.abs((np.arange(frames) + length - 1) % (2 * length - 2) - (length - 1))
+    motion = replace(motion, rotations=motion.rotations[at], positions=motion.positions[at])
+    chains, rng = find_chains(motion), np.random.default_rng(seed)
+    errors = []
+    for chain in chains:
+        for start in range(20 + int(rng.integers(100)), frames - 160, 140):
+            n, sign = int(rng.integers(1, 21)), rng.choice([-1.0, 1.0])
+            delta = np.radians(rng.uniform(5.0, 180.0)) * sign
+            errors.append(InjectedError(chain.name, start, start + n, np.full(n, delta)))
+    return inject(motion, chains, errors), chains
+
+
+def milliseconds(act: Callable[..., object], *arguments: object) -> float:
+    """Time of a call."""
+    begin = time.perf_counter()
+    act(*arguments)
+    return 1e3 * (time.perf_counter() - begin)
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, nargs="*", default=[10_000])
+    parser.add_argument("--repeats", type=int, default=9)
+    arguments = parser.parse_args()
+    detector = ConsistencyDetector()
+    for frames in arguments.frames:
+        motion, chains = laden(frames)
+        analyse: list[float] = []
+        first: list[float] = []
+        ten: list[float] = []
+        one: list[float] = []
+        found = 0
+        for _ in range(arguments.repeats):
+            analyse.append(milliseconds(detector.analyse, motion, chains))
+            analysis = detector.analyse(motion, chains)
+            for n, tau in enumerate(TAUS):
+                each = [milliseconds(analysis.intervals, c.name, tau) for c in chains]
+                (ten if n else first).append(sum(each))
+                one += each if n else []
+            found = sum(len(analysis.intervals(c.name, TAUS[0])) for c in chains)
+        print(
+            f"{frames:7,} frames, {len(chains)} chains, {found} intervals: "
+            f"analyse {median(analyse):6.1f} ms, first τ {median(first):5.1f} ms, "
+            f"a new τ {median(ten):5.1f} ms for all, {median(one):.2f} ms for one"
+        )
+
+
+if __name__ == "__main__":
+    main()
