@@ -1,0 +1,131 @@
+"""The figures of docs/method.md: python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR.
+
+mae_by_segment.png: MAE before and after by segment, both detectors [Choi26 Fig. 6]; flips.png: the
+genuine flips that the audit finds in CLIPS, with the joint's whole turn a frame as the evidence
+that is not the detector's; flips.md: the same as a table.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+
+mpl.use("Agg")
+from matplotlib import pyplot as plt
+
+from twistcore.bvh import read_bvh
+from twistcore.chain import find_chains
+from twistcore.detection.audit import FLIP, NaturalEvent, natural_events
+from twistcore.motion import Motion
+from twistcore.rotation import geodesic_angle
+
+BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
+SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
+
+
+def mae_by_segment(result: dict, path: Path) -> None:
+    """Bars of the mean absolute error before and after, one panel a detector."""
+    methods = [m for m in ("paper", "consistency") if any(r["method"] == m for r in result["rows"])]
+    figure, panels = plt.subplots(1, len(methods), figsize=(9, 3.2), sharey=True, squeeze=False)
+    for panel, method in zip(panels[0], methods, strict=True):
+        rows = {
+            (r["side"], r["segment"]): r
+            for r in result["rows"]
+            if r["method"] == method and r["protocol"] == "P0" and not r["audited"]
+        }
+        keys = [(s, g) for s in ("Left", "Right") for g in SEGMENTS if (s, g) in rows]
+        at = np.arange(len(keys))
+        before = [rows[k]["mae_before_deg"] for k in keys]
+        after = [rows[k]["mae_after_deg"] for k in keys]
+        panel.bar(
+            at - 0.2, before, 0.4, color="white", edgecolor=BEFORE, hatch="//", label="before"
+        )
+        panel.bar(at + 0.2, after, 0.4, color=AFTER, label="after")
+        for x, value in zip(at, after, strict=True):
+            panel.text(x + 0.2, value + 1, f"{value:.1f}", ha="center", fontsize=7, color=AFTER)
+        panel.set_xticks(at, [f"{s[0]} {g}" for s, g in keys], rotation=60, fontsize=8)
+        panel.set_title({"paper": "paper's detector", "consistency": "ours"}[method], fontsize=10)
+        panel.spines[["top", "right"]].set_visible(False)
+    panels[0][0].set_ylabel("MAE, degrees")
+    panels[0][-1].legend(frameon=False, fontsize=8)
+    figure.tight_layout()
+    figure.savefig(path, dpi=130)
+
+
+def turns(motion: Motion, joint: int) -> np.ndarray:
+    """Whole turn of a joint from each frame to the next, degrees, (frames − 1,)."""
+    q = motion.rotations[:, joint]
+    return np.degrees(geodesic_angle(q[:-1], q[1:]))
+
+
+def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
+    """Clip, joint, motion and event of every flip in a folder's clips."""
+    found = []
+    for path in sorted(folder.glob("*.bvh")):
+        motion = read_bvh(path).motion
+        names = motion.skeleton.names
+        events = natural_events(motion, find_chains(motion))
+        found += [(path.stem, names[e.joint], motion, e) for e in events if e.kind == FLIP]
+    return found
+
+
+def flip_figure(found: list[tuple[str, str, Motion, NaturalEvent]], path: Path) -> None:
+    """A panel a clip: the joint that flips most often, its turn a frame, the flips marked."""
+    clips = list(dict.fromkeys(clip for clip, *_ in found))
+    columns = 2
+    rows = -(-len(clips) // columns)
+    figure, panels = plt.subplots(rows, columns, figsize=(10, 1.6 * rows), squeeze=False)
+    for panel in panels.flat[len(clips) :]:
+        panel.set_visible(False)
+    for panel, clip in zip(panels.flat, clips, strict=False):
+        own = [f for f in found if f[0] == clip]
+        joints = [joint for _, joint, _, _ in own]
+        joint = max(dict.fromkeys(joints), key=joints.count)
+        events = [(m, e) for _, j, m, e in own if j == joint]
+        motion = events[0][0]
+        panel.plot(
+            np.arange(1, motion.frames), turns(motion, events[0][1].joint), color=SOFT, lw=0.8
+        )
+        at = [e.start for _, e in events]
+        panel.plot(at, [e.turn for _, e in events], "v", color=BEFORE, ms=4, mfc="none")
+        panel.set_title(f"{clip} {joint}", fontsize=8, loc="left")
+        panel.set_ylim(0, 190)
+        panel.set_xlim(max(0, min(at) - 60), min(motion.frames, max(at) + 60))
+        panel.tick_params(labelsize=7)
+        panel.spines[["top", "right"]].set_visible(False)
+    figure.supylabel("turn of the joint a frame, degrees", fontsize=8)
+    figure.supxlabel("frame", fontsize=8)
+    figure.tight_layout()
+    figure.savefig(path, dpi=130)
+
+
+def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
+    """One line a clip and joint: frames, with the degrees about the bone."""
+    lines = ["| clip | joint | frame (degrees about the bone) |", "|---|---|---|"]
+    for key in dict.fromkeys((clip, joint) for clip, joint, *_ in found):
+        events = [e for clip, joint, _, e in found if (clip, joint) == key]
+        listed = ", ".join(f"{e.start} ({e.degrees:+.0f}°)" for e in events)
+        lines.append(f"| {key[0]} | {key[1]} | {listed} |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Write the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("clips", type=Path)
+    parser.add_argument("--benchmark", type=Path, required=True)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/images"))
+    arguments = parser.parse_args()
+    result = json.loads(arguments.benchmark.read_text(encoding="utf-8"))
+    mae_by_segment(result, arguments.output / "mae_by_segment.png")
+    found = flips(arguments.clips)
+    flip_figure(found, arguments.output / "flips.png")
+    print(flip_table(found))
+
+
+if __name__ == "__main__":
+    main()
