@@ -51,7 +51,8 @@ def mae_by_segment(result: dict, path: Path) -> None:
         panel.set_title({"paper": "paper's detector", "consistency": "ours"}[method], fontsize=10)
         panel.spines[["top", "right"]].set_visible(False)
     panels[0][0].set_ylabel("MAE, degrees")
-    panels[0][-1].legend(frameon=False, fontsize=8)
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, frameon=False, fontsize=8, ncols=2, loc="upper right")
     figure.tight_layout()
     figure.savefig(path, dpi=130)
 
