@@ -111,6 +111,18 @@ def build_soup(
     return builder.soup()
 
 
+def faces_without(soup: Soup, *parts: int) -> Index:
+    """VTK's list of the polygons that belong to no such part: for a shadow, what is small."""
+    kept: list[Index] = []
+    at = 0
+    while at < len(soup.faces):
+        stop = at + 1 + int(soup.faces[at])
+        if soup.part[soup.faces[at + 1]] not in parts:
+            kept.append(soup.faces[at:stop])
+        at = stop
+    return np.concatenate(kept) if kept else soup.faces[:0]
+
+
 def place(soup: Soup, rotations: Array, positions: Array) -> Array:
     """Vertices in the world, (V, 3), from global rotations (joints, 4), positions (joints, 3)."""
     matrices = matrix_from_quaternion(rotations).transpose(0, 2, 1)

@@ -11,7 +11,16 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from inspector.theme import Theme
 from inspector.viewport import driver
-from inspector.viewport.bodies import Bone, Soup, build_soup, collapse, place
+from inspector.viewport.bodies import (
+    JOINT,
+    STRIPE,
+    Bone,
+    Soup,
+    build_soup,
+    collapse,
+    faces_without,
+    place,
+)
 from inspector.viewport.ground import Ground, shadow_points
 from inspector.viewport.paint import ghost_paint, mix, paint, palette, rgb, scale_paint
 from inspector.viewport.pieces import Piece
@@ -82,7 +91,9 @@ class Solid:
         wedges, skin = shapes.bodies, shapes.skin
         count, covered = len(wedges.vertices), len(skin.bone)
         self._wedges = Piece(count, faces=wedges.faces).lit()
-        self._shadow = Piece(count, faces=wedges.faces, channels=0).unlit()
+        # Without spheres and stripes it is the same shadow of a quarter of the polygons.
+        flat = faces_without(wedges, JOINT, STRIPE)
+        self._shadow = Piece(count, faces=flat, channels=0).unlit()
         self.pieces = [self._shadow, self._wedges]
         self._tubes: Piece | None = None
         if covered:

@@ -79,7 +79,7 @@ def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
     out[BACK, :3] = mix(theme.before, "#000000", 0.15)
     out[:, 3] = 45.0
     out[[FRONT, BACK, STRIPE], 3] = (50.0, 80.0, 240.0)
-    out[[SKIN, BAND], 3] = (0.0, 64.0)
+    out[[SKIN, BAND], 3] = (0.0, 32.0)
     return out[shape.part].astype(np.uint8)
 
 
