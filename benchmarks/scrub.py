@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -26,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from inspector.analysed import Analysed, analyse
 from inspector.document import Document, Show
 from inspector.theme import DARK
-from inspector.viewport import Viewport, driver
+from inspector.viewport import Style, Viewport, driver
 from twistcore.detection import Interval
 from twistcore.review import Insert
 
@@ -92,7 +94,12 @@ def time_of(action: object, *arguments: int) -> float:
 
 
 def measure(clip: Path, frames: int) -> dict[str, float | str | int]:
-    """Median and 95th percentile of both windows, milliseconds."""
+    """Median and 95th percentile of both windows, milliseconds; of a copy of the clip."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _measure(Path(shutil.copy(clip, folder)), frames)
+
+
+def _measure(clip: Path, frames: int) -> dict[str, float | str | int]:
     data = analyse(clip)
     document = Document()
     document.show_clip(data)
@@ -115,12 +122,24 @@ def measure(clip: Path, frames: int) -> dict[str, float | str | int]:
         repaint(viewport.view)
 
     chosen = np.linspace(1, document.frames - 1, frames).astype(int)
-    ours, bare = [], []
-    for k, frame in enumerate(np.random.default_rng(1).permutation(chosen)):
-        one, other = time_of(scrub, int(frame)), time_of(tubes.show_frame, int(frame))
-        if k >= 5:  # the first frames compile shaders
-            ours.append(one)
-            bare.append(other)
+    ours, skinned, beside, bare = [], [], [], []
+    order = [int(f) for f in np.random.default_rng(1).permutation(chosen)]
+    for style, split, into in (
+        (Style.WEDGES, False, ours),
+        (Style.SKIN, False, skinned),
+        (Style.WEDGES, True, beside),
+    ):
+        viewport.set_style(style)
+        viewport.set_side_by_side(split)
+        for frame in order[:5]:  # the first frames compile shaders
+            scrub(frame)
+            tubes.show_frame(frame)
+        for frame in order:
+            into.append(time_of(scrub, frame))
+            other = time_of(tubes.show_frame, frame)
+            if into is ours:
+                bare.append(other)
+    document.close_clip()
     viewport.close()
     tubes.view.close()
     tubes.close()
@@ -131,6 +150,8 @@ def measure(clip: Path, frames: int) -> dict[str, float | str | int]:
         "view_median_ms": round(float(np.median(ours)), 2),
         "view_p95_ms": round(float(np.percentile(ours, 95)), 2),
         "tubes_median_ms": round(float(np.median(bare)), 2),
+        "skin_median_ms": round(float(np.median(skinned)), 2),
+        "beside_median_ms": round(float(np.median(beside)), 2),
         "ratio": round(float(np.median(ours) / np.median(bare)), 2),
     }
 

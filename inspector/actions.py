@@ -108,6 +108,20 @@ ACTIONS: tuple[ActionSpec | str, ...] = (
     ActionSpec("focus_chain", "View", "Focus the chain", ("F",), "Turn the camera to the limb"),
     ActionSpec("follow_root", "View", "Follow the root", ("G",), "", True, True),
     SEPARATOR,
+    ActionSpec(
+        "skin", "View", "Skinned limbs", ("S",), "A striped skin that a wrong twist wrings", True
+    ),
+    ActionSpec(
+        "side_by_side", "View", "Side by side", ("V",), "Before left, after right, one camera", True
+    ),
+    ActionSpec(
+        "trails", "View", "Trails of hands and feet", ("T",), "A second before and after", True
+    ),
+    ActionSpec(
+        "colour_by_offset", "View", "Colour by offset", ("Shift+C",), "Bones, from 0 to 180°", True
+    ),
+    ActionSpec("bone_names", "View", "Names under the mouse", ("H",), "", True, True),
+    SEPARATOR,
     ActionSpec("view_iso", "View", "Three-quarter view", ("1",)),
     ActionSpec("view_front", "View", "Front", ("2",)),
     ActionSpec("view_side", "View", "Side", ("3",)),

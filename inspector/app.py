@@ -22,10 +22,18 @@ from PySide6.QtWidgets import QApplication
 from inspector.settings import load_settings, settings_path
 from inspector.theme import apply_theme, system_theme
 
+_NO_SCREEN = (
+    "twist-inspector: no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
+    "twistcore works without one."
+)
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist-inspector`; returns the exit code."""
     arguments = _parser().parse_args(argv)
+    if not has_screen():
+        print(_NO_SCREEN, file=sys.stderr)
+        return 2
     app = make_application()
     from inspector.main_window import MainWindow  # after the application: VTK asks for it
 
@@ -52,6 +60,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     wake.timeout.connect(lambda: None)
     code = app.exec()
     return script.code if script else code
+
+
+def has_screen() -> bool:
+    """Whether there is where to open a window: else Qt would abort the program."""
+    if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def make_application() -> QApplication:

@@ -43,6 +43,7 @@ from inspector.plots import Timeline
 from inspector.preferences import Preferences, apply_keys
 from inspector.review_actions import ReviewActions
 from inspector.settings import Settings, save_settings
+from inspector.view_actions import ViewActions
 from inspector.viewport import Viewport
 from twistcore import __version__
 from twistcore.errors import TwistError
@@ -53,7 +54,7 @@ _STATE_VERSION = 1
 _LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
 
 
-class MainWindow(ReviewActions, GoActions):
+class MainWindow(ViewActions, ReviewActions, GoActions):
     """The program's window."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
@@ -327,10 +328,6 @@ class MainWindow(ReviewActions, GoActions):
         intervals = self.document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
         self.decided.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
-
-    def focus_chain(self) -> None:
-        """Turn the camera to the selected chain."""
-        self.viewport.focus_chain()
 
     def follow_root(self, on: bool) -> None:
         """Let the camera go along with the root."""

@@ -19,7 +19,8 @@ class Settings:
     """What is kept.
 
     theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex; first_frame: 0 or 1;
-    step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table.
+    step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table;
+    turn_ms: milliseconds in which the camera turns to another limb, 0 for at once.
     """
 
     theme: str = "system"
@@ -30,6 +31,7 @@ class Settings:
     first_frame: int = 0
     step: int = 10
     keys: dict[str, list[str]] = field(default_factory=dict)
+    turn_ms: int = 220
 
     def remember(self, path: Path) -> None:
         """Put a file first in the list of recent ones."""
@@ -58,7 +60,7 @@ def load_settings(path: Path) -> tuple[Settings, str]:
         if not all(isinstance(r, str) for r in values.get("recent", [])):
             raise ValueError
         settings = Settings(**values)
-        if settings.first_frame not in (0, 1) or settings.step < 1:
+        if settings.first_frame not in (0, 1) or settings.step < 1 or settings.turn_ms < 0:
             raise ValueError
         return settings, ""
     except FileNotFoundError:

@@ -55,9 +55,15 @@ def conjugate(q: ArrayLike) -> Array:
 def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     """Vectors v, shape (…, 3), rotated by unit quaternions q, shape (…, 4)."""
     q, v = np.asarray(q, dtype=np.float64), np.asarray(v, dtype=np.float64)
-    u = q[..., 1:]
-    t = 2.0 * np.cross(u, v)
-    return v + q[..., :1] * t + np.cross(u, t)
+    w, x, y, z = (q[..., i] for i in range(4))
+    # Written out: np.cross costs several times as much on the few joints of one frame.
+    a, b, c = (v[..., i] for i in range(3))
+    tx, ty, tz = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    out = np.empty((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1]), 3))
+    out[..., 0] = a + w * tx + (y * tz - z * ty)
+    out[..., 1] = b + w * ty + (z * tx - x * tz)
+    out[..., 2] = c + w * tz + (x * ty - y * tx)
+    return out
 
 
 def normalise(v: ArrayLike) -> Array:

@@ -18,7 +18,8 @@ from twistcore.rotation import Array, matrix_from_quaternion, normalise
 
 Index = NDArray[np.int64]
 
-FRONT, BACK, SIDE, STRIPE, JOINT = range(5)  # what a vertex belongs to; its colour follows
+# What a vertex belongs to; its colour follows. SKIN and BAND: light and dark stripes of a limb.
+FRONT, BACK, SIDE, STRIPE, JOINT, SKIN, BAND = PARTS = range(7)
 _SHORTEST = 1e-4  # of the height: a shorter bone gets no body
 
 # The wedge along its bone: (where 0…1, half the width, half the thickness); widths and thickness
@@ -50,7 +51,8 @@ class Soup:
     """Polygons whose vertices are rigidly attached to joints.
 
     vertices: (V, 3) in joint coordinates; joint, bone, part: (V,), bone −1 on the spheres of
-    joints; faces: VTK's padded list of polygons; edges: its list of lines.
+    joints; faces: VTK's padded list of polygons; edges: its list of lines; blocks: the vertices
+    again as (first, stop, joints), of whose joints each has equally many of them, in turn.
     """
 
     vertices: Array
@@ -59,6 +61,7 @@ class Soup:
     part: Index
     faces: Index
     edges: Index
+    blocks: tuple[tuple[int, int, Index], ...]
 
 
 def find_bones(motion: Motion, up: Array, height: float) -> tuple[Bone, ...]:
@@ -82,14 +85,24 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[Bone, ...]:
     return tuple(bones)
 
 
-def build_soup(bones: tuple[Bone, ...], *, grown: float = 1.0, joints: bool = True) -> Soup:
-    """The wedges of all bones, across the bone `grown` times as large, and spheres at joints."""
+def build_soup(
+    bones: tuple[Bone, ...],
+    *,
+    grown: float = 1.0,
+    joints: bool = True,
+    without: frozenset[int] = frozenset(),
+) -> Soup:
+    """The wedges of all bones, across the bone `grown` times as large, and spheres at joints.
+
+    without: numbers of bones that something else covers.
+    """
     builder = _Builder()
-    for number, bone in enumerate(bones):
+    kept = [(n, bone) for n, bone in enumerate(bones) if n not in without]
+    for number, bone in kept:
         _add_wedge(builder, number, bone, grown)
     if joints:
         radius: dict[int, float] = {}
-        for bone in bones:
+        for _, bone in kept:
             for joint in (bone.parent, bone.child):
                 radius[joint] = max(radius.get(joint, 0.0), 0.50 * bone.width)
         radius.pop(-1, None)
@@ -98,11 +111,27 @@ def build_soup(bones: tuple[Bone, ...], *, grown: float = 1.0, joints: bool = Tr
     return builder.soup()
 
 
+def faces_without(soup: Soup, *parts: int) -> Index:
+    """VTK's list of the polygons that belong to no such part: for a shadow, what is small."""
+    kept: list[Index] = []
+    at = 0
+    while at < len(soup.faces):
+        stop = at + 1 + int(soup.faces[at])
+        if soup.part[soup.faces[at + 1]] not in parts:
+            kept.append(soup.faces[at:stop])
+        at = stop
+    return np.concatenate(kept) if kept else soup.faces[:0]
+
+
 def place(soup: Soup, rotations: Array, positions: Array) -> Array:
     """Vertices in the world, (V, 3), from global rotations (joints, 4), positions (joints, 3)."""
-    matrices = matrix_from_quaternion(rotations)
-    turned = np.matmul(matrices[soup.joint], soup.vertices[:, :, None])[:, :, 0]
-    world: Array = turned + positions[soup.joint]
+    matrices = matrix_from_quaternion(rotations).transpose(0, 2, 1)
+    world = np.empty(soup.vertices.shape)
+    for first, stop, joints in soup.blocks:
+        shape = (len(joints), -1, 3)
+        out = world[first:stop].reshape(shape)
+        np.matmul(soup.vertices[first:stop].reshape(shape), matrices[joints], out=out)
+        out += positions[joints][:, None]
     return world
 
 
@@ -210,7 +239,22 @@ class _Builder:
             tags[:, 2],
             np.array(self._faces, dtype=np.int64),
             np.array(self._edges, dtype=np.int64),
+            _blocks(tags),
         )
+
+
+def _blocks(tags: Index) -> tuple[tuple[int, int, Index], ...]:
+    """Runs of one joint and bone, (joint, bone, part) by vertex, put together by their size."""
+    if not len(tags):
+        return ()
+    ends = np.flatnonzero((np.diff(tags[:, :2], axis=0) != 0).any(axis=1)) + 1
+    starts = np.concatenate([[0], ends])
+    sizes = np.diff(np.concatenate([starts, [len(tags)]]))
+    changes = np.concatenate([[0], np.flatnonzero(np.diff(sizes)) + 1, [len(sizes)]])
+    return tuple(
+        (int(starts[a]), int(starts[b - 1] + sizes[b - 1]), tags[starts[a:b], 0])
+        for a, b in pairwise(changes)
+    )
 
 
 def _sphere() -> tuple[Array, Index]:

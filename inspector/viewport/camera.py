@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -54,7 +55,7 @@ class OrbitCamera:
         """Where the camera is, (3,)."""
         return self.target + self.distance * self.direction
 
-    @property
+    @cached_property
     def axes(self) -> Array:
         """Right, up and backwards as seen, rows of a rotation matrix (3, 3)."""
         back = self.direction
@@ -103,6 +104,18 @@ class OrbitCamera:
         x = width / 2.0 + seen[..., 0] * scale
         y = height / 2.0 - seen[..., 1] * scale
         return np.stack([x, y], axis=-1), depth
+
+
+def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
+    """A camera on the way, 0…1, the shorter way round; both have the same up and ahead."""
+    turn = (stop.azimuth - start.azimuth + np.pi) % (2.0 * np.pi) - np.pi
+    return replace(
+        stop,
+        target=start.target + share * (stop.target - start.target),
+        azimuth=stop.azimuth - (1.0 - share) * float(turn),
+        elevation=start.elevation + share * (stop.elevation - start.elevation),
+        distance=start.distance ** (1.0 - share) * stop.distance**share,
+    )
 
 
 def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:

@@ -8,13 +8,24 @@ from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext, QS
 
 _GL_RENDERER = 0x1F01
 _PICTURELESS = ("offscreen", "minimal")  # Qt platforms on which VTK's picture stays blank
+_WAYLAND = "wayland"  # 'wayland-egl' and others too; pyvistaqt has no way to draw there yet
+_STRONG = ("nvidia", "geforce", "quadro", "rtx", "radeon", "amd", "apple m")
+_NO_OPENGL = (
+    "The 3D view needs OpenGL 3.2, which this display does not offer.\n"
+    "Curves, tables and export work without it."
+)
+_NO_XWAYLAND = (
+    "The 3D view draws through X, and this Wayland desktop runs no X server: install Xwayland.\n"
+    "Curves, tables and export work without it."
+)
 _SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software", "swrast", "gdi generic")
 
 
 @functools.cache
 def renderer_name() -> str:
     """What the driver calls itself; empty where no desktop OpenGL 3.2 can be had."""
-    if QGuiApplication.platformName() in _PICTURELESS:
+    platform = QGuiApplication.platformName()
+    if platform in _PICTURELESS or platform.startswith(_WAYLAND):
         return ""
     wanted = QSurfaceFormat()
     wanted.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
@@ -41,5 +52,13 @@ def is_software() -> bool:
 
 
 def multisamples() -> int:
-    """Samples a pixel: none where the processor would pay for them."""
-    return 0 if is_software() else 4
+    """Samples a pixel: none where the processor would pay for them, 8 where they cost nothing."""
+    if is_software():
+        return 0
+    return 8 if any(word in renderer_name().lower() for word in _STRONG) else 4
+
+
+def complaint() -> str:
+    """Why there is no 3D view, and what works all the same: for where `renderer_name` is empty."""
+    on_wayland = QGuiApplication.platformName().startswith(_WAYLAND)
+    return _NO_XWAYLAND if on_wayland else _NO_OPENGL

@@ -1,167 +1,223 @@
-"""What VTK draws: solid bodies, the ghost, its outline, a shadow, the ground, triads."""
+"""What VTK draws: figures on their ground, in one picture or in two side by side."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import pyvista as pv
-from numpy.typing import NDArray
 from pyvistaqt import QtInteractor
-from vtkmodules.vtkRenderingCore import vtkLight
+from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
+from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
+from inspector.document import Document
 from inspector.theme import Theme
-from inspector.viewport.bodies import Bone, Soup, build_soup, collapse, find_bones, place
+from inspector.viewport.bodies import Bone, Soup, find_bones
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera, figure_size, guess_up
-from inspector.viewport.ground import Ground, ground_mesh, lowest, shadow_points
-from inspector.viewport.paint import ghost_paint, mix, mixed_hex, paint, palette
+from inspector.viewport.figure import Ghost, Pose, Shapes, Solid, Style
+from inspector.viewport.ground import Ground, ground_mesh, lowest
+from inspector.viewport.paint import mix
+from inspector.viewport.pieces import Piece
+from inspector.viewport.trails import REACH, Trails
 from twistcore.chain import Chain
-from twistcore.motion import Motion
 from twistcore.rotation import Array, matrix_from_quaternion
 
-_GHOST_GROWN = 1.09  # the ghost lies around a solid body of the same pose, not in its faces
 _AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8)  # x, y, z
 
 
-@dataclass(frozen=True, eq=False)
-class Pose:
-    """What one frame looks like.
-
-    rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,), of paint.Role;
-    ghost: rotations (joints, 4) of the other figure, with which of its bones are drawn,
-    (bones,), or None.
-    """
-
-    rotations: Array
-    positions: Array
-    roles: NDArray[np.int64]
-    ghost: tuple[Array, NDArray[np.bool_]] | None = None
-
-
 class Scene:
-    """The meshes and actors of one clip in a plotter; built anew for another clip."""
+    """The pieces of one clip in a plotter; built anew for another clip."""
 
-    def __init__(
-        self,
-        plotter: QtInteractor,
-        motion: Motion,
-        chains: tuple[Chain, ...],
-        positions: Array,
-        theme: Theme,
-    ) -> None:
+    def __init__(self, plotter: QtInteractor, document: Document, theme: Theme) -> None:
+        data = document.data
+        assert data is not None
         self._plotter = plotter
-        self.up = guess_up(positions, chains, motion.skeleton)
-        self.height = figure_size(positions, motion.skeleton)
-        self.bones: tuple[Bone, ...] = find_bones(motion, self.up, self.height)
-        self.ground: Ground = lowest(positions, self.up, self.height)
-        self.bodies = build_soup(self.bones)
-        self._ghosts = build_soup(self.bones, grown=_GHOST_GROWN, joints=False)
-        self._grid = ground_mesh(self.ground)
-        self._body = _mesh(self.bodies, faces=True)
-        self._ghost = _mesh(self._ghosts, faces=True)
-        self._outline = _mesh(self._ghosts, faces=False)
-        self._shadow = _mesh(self.bodies, faces=True)
-        self._triads = _triad_mesh()
-        self._painted: bytes | None = None
-        self._actors: dict[str, pv.Actor] = {}
-        self.with_triads = True
-        self._add_actors()
+        self._document = document
+        self._chains = data.chains
+        self._theme = theme
+        self.up = guess_up(data.positions, data.chains, data.motion.skeleton)
+        self.height = figure_size(data.positions, data.motion.skeleton)
+        self.bones: tuple[Bone, ...] = find_bones(data.motion, self.up, self.height)
+        self.ground: Ground = lowest(data.positions, self.up, self.height)
+        self._left: vtkRenderer = plotter.renderer
+        self._right: vtkRenderer | None = None
+        grid = ground_mesh(self.ground)
+        self._fade = np.array(grid["fade"])[:, None]
+        self._grid = Piece(grid.n_points, lines=grid.lines).unlit().add_to(self._left)
+        self._grid.points[:] = grid.points
+        self._grid.moved()
+        lines = np.array([[2, 2 * k, 2 * k + 1] for k in range(6)]).ravel()
+        self._triads = Piece(12, lines=lines).unlit(width=3.0)
+        self._triads.colours[:] = np.repeat(np.tile(_AXES, (2, 1)), 2, axis=0)
+        self.trails: Trails | None = None
+        self._seen: tuple[float, ...] = ()
+        self._dress(Style.WEDGES)
         self.set_theme(theme)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Take over colours; the next pose is painted in them."""
-        self._colours = palette(theme)
-        self._painted = None
-        back = background(theme)
-        set_background(self._plotter, back)
-        ink, fade = mix(theme.line, theme.soft, 0.30), 0.85 * self._grid["fade"][:, None]
-        self._grid["rgb"][:] = (fade * ink + (1.0 - fade) * back).astype(np.uint8)
-        self._grid.GetPointData().GetArray("rgb").Modified()
-        shade = mixed_hex(theme.window, "#000000", 0.38 if theme.dark else 0.13)
-        self._actors["shadow"].prop.color = shade
-        self._actors["outline"].prop.color = theme.before
-        self._ghost["rgba"][:] = ghost_paint(self._ghosts, theme)
-        self._ghost.GetPointData().GetArray("rgba").Modified()
+    # -- what it looks like -------------------------------------------------------------------
 
-    def draw(self, pose: Pose) -> None:
-        """Move and paint everything for a pose; the caller asks for the repaint."""
-        points = place(self.bodies, pose.rotations, pose.positions)
-        _move(self._body, points)
-        _move(self._shadow, shadow_points(points, self.ground))
-        roles = pose.roles.tobytes()
-        if roles != self._painted:
-            self._painted = roles
-            self._body["rgb"][:] = paint(self.bodies, self._colours, pose.roles)
-            self._body.GetPointData().GetArray("rgb").Modified()
-        visible = pose.ghost is not None and bool(pose.ghost[1].any())
-        for name in ("ghost", "outline"):
-            self._actors[name].visibility = visible
-        if pose.ghost is not None and visible:
-            rotations, drawn = pose.ghost
-            around = place(self._ghosts, rotations, pose.positions)
-            around = collapse(around, self._ghosts, pose.positions, drawn)
-            _move(self._ghost, around)
-            _move(self._outline, around)
+    @property
+    def style(self) -> Style:
+        """What bodies look like."""
+        return self.shapes.style
+
+    @property
+    def split(self) -> bool:
+        """Whether before and after stand side by side."""
+        return self._right is not None
+
+    @property
+    def bodies(self) -> Soup:
+        """The wedges of the solid figure."""
+        return self.shapes.bodies
+
+    def set_style(self, style: Style) -> None:
+        """Wedges or skin."""
+        if style != self.style:
+            self._undress()
+            self._dress(style)
+            self._restore()
+
+    def set_split(self, on: bool) -> None:
+        """Two pictures with one camera, before on the left, or one."""
+        if on == self.split:
+            return
+        trailing = self.trails is not None
+        self.set_trails(False)
+        self._undress()
+        window = self._plotter.ren_win
+        if on:
+            self._right = vtkOpenGLRenderer()
+            self._right.SetUseOIT(False)
+            self._right.SetActiveCamera(self._left.GetActiveCamera())
+            lights = self._left.GetLights()
+            self._right.AutomaticLightCreationOff()
+            for k in range(lights.GetNumberOfItems()):
+                self._right.AddLight(lights.GetItemAsObject(k))
+            self._right.SetViewport(0.5, 0.0, 1.0, 1.0)
+            self._left.SetViewport(0.0, 0.0, 0.5, 1.0)
+            self._grid.add_to(self._right)
+            window.AddRenderer(self._right)
+        else:
+            self._drop_right()
+        self._dress(self.style)
+        self._restore()
+        self.set_trails(trailing)
+
+    def set_trails(self, on: bool) -> None:
+        """Show the ways of hands and feet, or not."""
+        if self.trails is not None:
+            self.trails.remove()
+            self.trails = None
+        if on:
+            length = max(1, round(REACH * self._document.data.motion.fps))  # type: ignore[union-attr]
+            self.trails = Trails(self._document, length, self._renderers())
+            self.trails.set_theme(self._theme, background(self._theme))
+
+    def set_theme(self, theme: Theme) -> None:
+        """Draw in other colours; figures are painted with the next pose."""
+        self._theme = theme
+        self._restore()
+
+    # -- a frame ------------------------------------------------------------------------------
+
+    def draw(self, pose: Pose, after: Pose | None = None) -> None:
+        """Move and paint everything; `after`: the figure on the right. The caller repaints."""
+        self._solid.draw(pose)
+        self._ghost.draw(pose)
+        if self._other is not None and after is not None:
+            self._other.draw(after)
 
     def draw_triads(self, pose: Pose, chain: Chain | None) -> None:
-        """The axes of the chain's P and C, as the solid figure has them."""
-        shown = chain is not None and self.with_triads
-        self._actors["triads"].visibility = shown
-        if chain is None or not shown:
+        """The axes of the chain's P and C as the figure has them; none without a chain."""
+        self._triads.show(chain is not None)
+        if chain is None:
             return
         joints = [chain.parent, chain.child]
         axes = matrix_from_quaternion(pose.rotations[joints]).transpose(0, 2, 1)  # rows: x, y, z
         start = np.repeat(pose.positions[joints], 3, axis=0)
         stop = start + 0.06 * self.height * axes.reshape(6, 3)
-        _move(self._triads, np.stack([start, stop], axis=1).reshape(12, 3))
+        self._triads.points[:] = np.stack([start, stop], axis=1).reshape(12, 3)
+        self._triads.moved()
 
     def show_from(self, camera: OrbitCamera) -> None:
         """Look through the camera."""
-        vtk = self._plotter.renderer.GetActiveCamera()
+        # Everything lies on the ground's disc or near the figure; asking VTK for the bounds of
+        # all actors would cost more than the frame's own arithmetic.
+        reach = float(np.linalg.norm(camera.position - self.ground.centre))
+        reach += self.ground.radius + 2.0 * self.height
+        near = max(0.02 * camera.distance, 1e-4 * reach)
+        seen = (*camera.position, *camera.target, *camera.axes[1], near, reach)
+        if seen == self._seen:
+            return
+        self._seen = seen
+        vtk = self._left.GetActiveCamera()
         vtk.SetPosition(*camera.position)
         vtk.SetFocalPoint(*camera.target)
         vtk.SetViewUp(*camera.axes[1])
         vtk.SetViewAngle(float(np.degrees(VIEW_ANGLE)))
-        # Everything lies on the ground's disc or near the figure; asking VTK for the bounds of
-        # all actors would cost more than the frame's own arithmetic.
-        reach = np.linalg.norm(camera.position - self.ground.centre)
-        reach += self.ground.radius + 2.0 * self.height
-        vtk.SetClippingRange(max(0.02 * camera.distance, 1e-4 * reach), reach)
+        vtk.SetClippingRange(near, reach)
 
     def hide_bodies(self, hidden: bool) -> None:
-        """For tests and measurements: everything but the bodies stays."""
-        for name in ("body", "ghost", "outline", "shadow", "triads"):
-            self._actors[name].visibility = not hidden
+        """For tests and measurements: everything but the ground goes."""
+        figures = [f for f in (self._solid, self._ghost, self._other) if f is not None]
+        for piece in (*(p for f in figures for p in f.pieces), self._triads):
+            piece.show(not hidden)
 
     def remove(self) -> None:
-        """Take every actor out of the plotter."""
-        for actor in self._actors.values():
-            self._plotter.remove_actor(actor, render=False)
-        self._actors.clear()
+        """Take everything out of the plotter."""
+        self.set_trails(False)
+        self._undress()
+        self._grid.remove()
+        self._triads.remove()
+        self._drop_right()
 
-    def _add_actors(self) -> None:
-        flat = {"render": False, "reset_camera": False, "show_scalar_bar": False}
-        unlit = {**flat, "lighting": False}
-        add = self._plotter.add_mesh
-        self._actors = {
-            "grid": add(self._grid, scalars="rgb", rgb=True, line_width=1, **unlit),
-            "shadow": add(self._shadow, color="#888888", **unlit),
-            "body": add(
-                self._body,
-                scalars="rgb",
-                rgb=True,
-                ambient=0.66,
-                diffuse=0.50,
-                specular=0.10,
-                specular_power=18,
-                **flat,
-            ),
-            "ghost": add(self._ghost, scalars="rgba", rgb=True, culling="back", **unlit),
-            "outline": add(self._outline, color="#888888", line_width=2, **unlit),
-            "triads": add(self._triads, scalars="rgb", rgb=True, line_width=3, **unlit),
-        }
-        for actor in self._actors.values():
-            actor.SetPickable(False)
+    # -- building -----------------------------------------------------------------------------
+
+    def _dress(self, style: Style) -> None:
+        self.shapes = Shapes(style, self.bones, self._chains, self.height)
+        self._solid = Solid(self.shapes, self.ground, self._left)
+        self._ghost = Ghost(self.shapes, self._left)
+        self._other: Solid | None = None
+        if self._right is not None:
+            self._other = Solid(self.shapes, self.ground, self._right)
+        self._triads.add_to(self._renderers()[-1])
+
+    def _undress(self) -> None:
+        for figure in (self._solid, self._ghost, self._other):
+            if figure is not None:
+                figure.remove()
+        self._other = None
+        self._triads.remove()
+
+    def _restore(self) -> None:
+        """Give the theme's colours to everything."""
+        back = background(self._theme)
+        for renderer in self._renderers():
+            renderer.SetBackground(*(back / 255.0))
+        for figure in (self._solid, self._ghost, self._other):
+            if figure is not None:
+                figure.set_theme(self._theme)
+        ink = mix(self._theme.line, self._theme.soft, 0.30)
+        fade = 0.85 * self._fade
+        self._grid.colours[:] = (fade * ink + (1.0 - fade) * back).astype(np.uint8)
+        self._grid.painted()
+        if self.trails is not None:
+            self.trails.set_theme(self._theme, back)
+
+    def _renderers(self) -> list[vtkRenderer]:
+        return [self._left] if self._right is None else [self._left, self._right]
+
+    def _drop_right(self) -> None:
+        if self._right is None:
+            return
+        self._grid.remove()
+        self._right.RemoveAllLights()
+        self._right.RemoveAllViewProps()
+        window = self._plotter.ren_win
+        if window is not None:
+            self._right.ReleaseGraphicsResources(window)
+            window.RemoveRenderer(self._right)
+        self._right = None
+        self._left.SetViewport(0.0, 0.0, 1.0, 1.0)
+        self._grid.add_to(self._left)
 
 
 def background(theme: Theme) -> Array:
@@ -183,24 +239,3 @@ def set_lights(plotter: QtInteractor) -> None:
         light.SetPosition(*place_)
         light.SetIntensity(strength)
         plotter.renderer.AddLight(light)
-
-
-def _mesh(soup: Soup, *, faces: bool) -> pv.PolyData:
-    points = np.zeros(soup.vertices.shape, dtype=np.float32)
-    mesh = pv.PolyData(points, faces=soup.faces) if faces else pv.PolyData(points, lines=soup.edges)
-    mesh["rgb"] = np.full((len(points), 3), 128, dtype=np.uint8)
-    mesh["rgba"] = np.full((len(points), 4), 128, dtype=np.uint8)
-    return mesh
-
-
-def _triad_mesh() -> pv.PolyData:
-    lines = np.array([[2, 2 * k, 2 * k + 1] for k in range(6)]).ravel()
-    mesh = pv.PolyData(np.zeros((12, 3), dtype=np.float32), lines=lines)
-    mesh["rgb"] = np.repeat(np.tile(_AXES, (2, 1)), 2, axis=0)
-    return mesh
-
-
-def _move(mesh: pv.PolyData, points: Array) -> None:
-    mesh.points[:] = points
-    mesh.GetPoints().Modified()
-    mesh.Modified()

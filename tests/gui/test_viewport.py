@@ -7,110 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QImage, QMouseEvent, QWheelEvent
+from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
 from inspector.analysed import analyse
 from inspector.document import Document, Show
 from inspector.theme import DARK, LIGHT
-from inspector.viewport import VIEWS, Viewport, driver
+from inspector.viewport import VIEWS, Style, Viewport, driver
 from inspector.viewport.bodies import build_soup, find_bones, place
 from inspector.viewport.camera import OrbitCamera, figure_size, guess_up
-from inspector.viewport.overlay import NO_OPENGL
 from inspector.viewport.paint import Role
-from tests.conftest import ASSETS
+from tests.gui.pictures import FRAME, WALK, changed, insert_twist, limb_pixels, picture, settle
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
-from twistcore.detection import Interval
 from twistcore.motion import forward_kinematics
-from twistcore.review import Decide, Decision, Insert
+from twistcore.review import Decide, Decision
 from twistcore.rotation import quaternion_from_axis_angle, rotate
 from twistcore.synthesis import InjectedError, inject
-
-WALK = ASSETS / "walk.bvh"
-FRAME = 100
-
-
-@pytest.fixture(scope="module")
-def analysed():
-    """The sample walk, for tests that do not edit its review."""
-    return analyse(WALK)
-
-
-@pytest.fixture
-def document(qapp):
-    """The walk at a frame in the middle, the left forearm selected, nothing to correct."""
-    document = Document()
-    document.show_clip(analyse(WALK))
-    if document.intervals:
-        document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
-    document.select_chain("LeftForeArm")
-    document.go_to(FRAME)
-    yield document
-    document.deleteLater()
-
-
-@pytest.fixture
-def show_view(qtbot):
-    """Opens the view of a document; closes it again."""
-    opened = []
-
-    def show(document, theme=DARK, size=(640, 480)):
-        view = Viewport(document, theme)
-        view.resize(*size)
-        view.show()
-        qtbot.waitExposed(view)
-        opened.append(view)
-        settle(qtbot, view)
-        return view
-
-    yield show
-    for view in opened:
-        view.close()
-        view.deleteLater()
-    qtbot.wait(10)
-
-
-def settle(qtbot, view):
-    """Let the view draw what it was told."""
-    qtbot.waitUntil(lambda: not view._timer.isActive())
-    qtbot.wait(30)
-
-
-def picture(qtbot, view):
-    """What the window shows, (height, width, 3), without the legend."""
-    settle(qtbot, view)
-    shown = view.legend.isVisible()
-    view.legend.hide()
-    image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
-    view.legend.setVisible(shown)
-    lines = np.frombuffer(image.constBits(), dtype=np.uint8)
-    lines = lines.reshape(image.height(), image.bytesPerLine())[:, : 3 * image.width()]
-    return lines.reshape(image.height(), image.width(), 3).astype(np.int16)
-
-
-def changed(one, other, by=24):
-    """Which pixels differ visibly, (height, width)."""
-    return np.abs(one - other).max(axis=2) >= by
-
-
-def limb_pixels(qtbot, view, joint):
-    """The pixels of the bones on a joint: what changes when they alone are not drawn."""
-    whole = picture(qtbot, view)
-    soup = view.scene.bodies
-    mine = np.isin(soup.bone, [k for k, b in enumerate(view.scene.bones) if b.parent == joint])
-    kept = soup.vertices[mine].copy()
-    soup.vertices[mine] = 0.0  # no area: not drawn
-    view.refresh()
-    without = picture(qtbot, view)
-    soup.vertices[mine] = kept
-    view.refresh()
-    return changed(whole, without, by=8)
-
-
-def insert_twist(document, chain="LeftForeArm", degrees=90.0):
-    document.do(Insert(Interval(chain, FRAME - 2, FRAME + 3, np.full(5, np.radians(degrees)))))
-
 
 # --- what the picture tells -----------------------------------------------------------------------
 
@@ -252,12 +165,17 @@ def test_without_a_clip_it_says_what_to_do(qtbot, show_view, analysed):
 def test_without_opengl_it_says_so(qtbot, document, show_view, monkeypatch):
     monkeypatch.setattr(driver, "renderer_name", lambda: "")
     view = show_view(document)
-    assert view._notice.text() == NO_OPENGL
+    assert view._notice.text() == driver.complaint()
     assert view._notice.isVisible()
     view.set_view("front")
     view.focus_chain()
     view.set_theme(LIGHT)
     document.go_to(FRAME + 1)
+    for change in (view.set_side_by_side, view.set_trails, view.set_colour_by_offset):
+        change(True)
+    view.set_style(Style.SKIN)
+    view.refresh()
+    assert not view.legend.isVisible()
     assert view.joint_at(QPoint(10, 10)) is None
 
 
@@ -395,7 +313,7 @@ def test_another_clip_takes_the_place_of_the_first(qtbot, document, show_view, a
     for _ in range(5):
         document.show_clip(analysed)
         settle(qtbot, view)
-    assert len(view.view.renderer.actors) == len(view.scene._actors)
+    assert view.view.renderer.GetActors().GetNumberOfItems() == 6
 
 
 # --- the arithmetic -------------------------------------------------------------------------------

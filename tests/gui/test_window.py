@@ -28,7 +28,7 @@ DIRTY = ASSETS / "walk_injected.bvh"
 
 @pytest.fixture
 def window(qtbot, tmp_path):
-    window = MainWindow(Settings(theme="light"), tmp_path / "settings" / "settings.json")
+    window = MainWindow(Settings(theme="light", turn_ms=0), tmp_path / "settings" / "settings.json")
     window.show()
     qtbot.waitExposed(window)
     window.activateWindow()

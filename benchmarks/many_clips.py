@@ -1,0 +1,121 @@
+"""Clips opened one after the other in one view: do memory and VTK's objects stay level?
+
+    python benchmarks/many_clips.py [--clips N] [--json]
+
+Every clip is shown in both styles, side by side, with trails, and thrown away for the next.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import json
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from inspector.analysed import analyse
+from inspector.document import Document
+from inspector.theme import DARK
+from inspector.viewport import Style, Viewport
+
+ASSETS = Path(__file__).resolve().parent.parent / "assets"
+CLIPS = ("walk.bvh", "walk_injected.bvh", "dance.bvh", "basketball.bvh")
+WARM = 20  # clips after which caches are as large as they get
+MOST_MIB = 20.0  # growth after those
+
+
+def resident() -> float:
+    """Memory of this process, MiB; 0 where the system does not tell."""
+    try:
+        pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
+    except OSError:
+        return 0.0
+    return int(pages) * 4096 / 2**20
+
+
+def alive() -> int:
+    """VTK's objects that Python knows."""
+    gc.collect()
+    return sum(type(o).__name__.startswith("vtk") for o in gc.get_objects())
+
+
+def look(document: Document, view: Viewport, clip: Path) -> None:
+    """Open a clip and use everything that makes meshes."""
+    document.show_clip(analyse(clip))
+    for style in Style:
+        view.set_style(style)
+        for split in (True, False):
+            view.set_side_by_side(split)
+            view.set_trails(split)
+            document.go_to(document.frame + 50)
+            view.refresh()
+            QTest.qWait(5)
+
+
+def measure(count: int) -> dict[str, float | int]:
+    """Memory and objects after the warm-up and at the end."""
+    document = Document()
+    view = Viewport(document, DARK)
+    view.resize(640, 400)
+    view.show()
+    QTest.qWaitForWindowExposed(view)
+    memory, objects, props = [], [], []
+    with tempfile.TemporaryDirectory() as folder:
+        clips = [Path(shutil.copy(ASSETS / name, folder)) for name in CLIPS]
+        for k in range(count):
+            look(document, view, clips[k % len(clips)])
+            objects.append(alive())
+            memory.append(resident())
+            assert view.view is not None
+            props.append(view.view.renderer.GetViewProps().GetNumberOfItems())
+        document.close_clip()
+        view.close()
+    start = min(WARM, count // 2)
+    third = max(1, (count - start) // 3)
+    return {
+        "clips": count,
+        "memory_warm_mib": round(float(np.median(memory[start : start + third])), 1),
+        "memory_end_mib": round(float(np.median(memory[-third:])), 1),
+        "objects_warm": max(objects[start : start + third]),
+        "objects_end": max(objects[-third:]),
+        "props_warm": max(props[start : start + third]),
+        "props_end": max(props[-third:]),
+    }
+
+
+def is_level(found: dict[str, float | int]) -> bool:
+    """Nothing has grown."""
+    return (
+        found["memory_end_mib"] - found["memory_warm_mib"] <= MOST_MIB
+        and found["objects_end"] <= found["objects_warm"]
+        and found["props_end"] <= found["props_warm"]
+    )
+
+
+def main() -> int:
+    """Print the table; exit 1 if something grows."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--clips", type=int, default=200)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    _app = QApplication.instance() or QApplication([])
+    found = measure(options.clips)
+    if options.json:
+        print(json.dumps(found))
+    else:
+        for name, value in found.items():
+            print(f"{name:>16}  {value}")
+        print(f"{'level':>16}  {'yes' if is_level(found) else 'NO'}")
+    return 0 if is_level(found) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

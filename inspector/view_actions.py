@@ -1,0 +1,75 @@
+"""What the actions of the 3D view do: methods of the main window, by the actions' ids."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QMainWindow
+
+from inspector.document import Document
+from inspector.settings import Settings
+from inspector.viewport import Style, Viewport
+
+
+class ViewActions(QMainWindow):
+    """Looks of the 3D view, and the camera that goes along with a review.
+
+    Stands before the classes whose verdicts and steps it lets the camera follow.
+    """
+
+    document: Document
+    settings: Settings
+    viewport: Viewport
+
+    def skin(self, on: bool) -> None:
+        """Striped skin on the limbs, or wedges for bones."""
+        self.viewport.set_style(Style.SKIN if on else Style.WEDGES)
+
+    def side_by_side(self, on: bool) -> None:
+        """Before and after beside each other."""
+        self.viewport.set_side_by_side(on)
+
+    def trails(self, on: bool) -> None:
+        """The ways of hands and feet."""
+        self.viewport.set_trails(on)
+
+    def colour_by_offset(self, on: bool) -> None:
+        """Colour bones by |offset| at the frame."""
+        self.viewport.set_colour_by_offset(on)
+
+    def bone_names(self, on: bool) -> None:
+        """Name the bone under the mouse."""
+        self.viewport.set_names(on)
+
+    def focus_chain(self) -> None:
+        """Turn the camera to the selected chain."""
+        self.viewport.focus_chain(self.settings.turn_ms)
+
+    # Going to another interval, the camera turns to where its limb's roll shows best.
+
+    def next_interval(self) -> None:
+        """Go to the next interval."""
+        super().next_interval()  # type: ignore[misc]
+        self._look()
+
+    def previous_interval(self) -> None:
+        """Go to the previous interval."""
+        super().previous_interval()  # type: ignore[misc]
+        self._look()
+
+    def next_faint(self) -> None:
+        """Go to the next faint candidate."""
+        super().next_faint()  # type: ignore[misc]
+        self.viewport.focus_chain(self.settings.turn_ms)
+
+    def accept(self) -> None:
+        """Accept, and go to the next undecided."""
+        super().accept()  # type: ignore[misc]
+        self._look()
+
+    def reject(self) -> None:
+        """Reject, and go to the next undecided."""
+        super().reject()  # type: ignore[misc]
+        self._look()
+
+    def _look(self) -> None:
+        if self.document.interval is not None:
+            self.viewport.focus_chain(self.settings.turn_ms)

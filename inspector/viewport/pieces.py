@@ -1,0 +1,129 @@
+"""One mesh with its actor, whose points and colours are written in place every frame.
+
+Everything here is measured in tenths of milliseconds: arrays are looked up once, plain VTK mappers
+draw them, and nothing is told to VTK that has not changed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
+
+
+class Piece:
+    """So many vertices with a constant list of polygons or lines.
+
+    channels: of the colour of a vertex, 3 or 4; 0 draws all in one colour, that of `tint`.
+    """
+
+    def __init__(
+        self,
+        vertices: int,
+        *,
+        faces: ArrayLike | None = None,
+        lines: ArrayLike | None = None,
+        channels: int = 3,
+        normals: bool = False,
+    ) -> None:
+        self._mesh = vtkPolyData()
+        points = vtkPoints()  # single precision
+        points.SetNumberOfPoints(vertices)
+        self._mesh.SetPoints(points)
+        self._data = points.GetData()
+        self.points: NDArray[np.float32] = vtk_to_numpy(self._data)
+        self.points[:] = 0.0
+        if faces is not None:
+            self._mesh.SetPolys(_cells(faces))
+        if lines is not None:
+            self._mesh.SetLines(_cells(lines))
+        self._mapper = vtkPolyDataMapper()
+        self._mapper.SetInputData(self._mesh)
+        self.colours: NDArray[np.uint8] = np.full((vertices, max(channels, 1)), 128, np.uint8)
+        self._scalars = None
+        if channels:
+            self._scalars = numpy_to_vtk(self.colours)
+            self._mesh.GetPointData().SetScalars(self._scalars)
+        else:
+            self._mapper.ScalarVisibilityOff()
+        self._normals = None
+        if normals:
+            self.normals: NDArray[np.float32] = np.zeros((vertices, 3), np.float32)
+            self._normals = numpy_to_vtk(self.normals)
+            self._normals.SetName("Normals")
+            self._mesh.GetPointData().SetNormals(self._normals)
+        self.actor = vtkActor()
+        self.actor.SetMapper(self._mapper)
+        self.actor.PickableOff()
+        self._renderers: list[vtkRenderer] = []
+
+    def unlit(self, *, width: float = 1.0, back_faces: bool = True) -> Piece:
+        """Colours as they are, without light; the width of lines in pixels."""
+        prop = self.actor.GetProperty()
+        prop.LightingOff()
+        prop.SetLineWidth(width)
+        if not back_faces:
+            prop.BackfaceCullingOn()
+        return self
+
+    def lit(self) -> Piece:
+        """Mostly the colour itself, a little light and gloss to tell faces apart."""
+        prop = self.actor.GetProperty()
+        prop.SetAmbient(0.66)
+        prop.SetDiffuse(0.50)
+        prop.SetSpecular(0.10)
+        prop.SetSpecularPower(18)
+        return self
+
+    def blended(self) -> Piece:
+        """Drawn after all that is opaque, whatever the colours' alpha is now."""
+        self.actor.ForceTranslucentOn()
+        return self
+
+    def tint(self, colour: ArrayLike) -> None:
+        """One colour, (3,) in 0…255, for a piece without colours of its own."""
+        self.actor.GetProperty().SetColor(*(np.asarray(colour, dtype=float) / 255.0))
+
+    def moved(self) -> None:
+        """`points` (and `normals`) have been written."""
+        self._data.Modified()
+        if self._normals is not None:
+            self._normals.Modified()
+        self._mesh.Modified()
+
+    def painted(self) -> None:
+        """`colours` have been written."""
+        if self._scalars is not None:
+            self._scalars.Modified()
+            self._mesh.Modified()
+
+    def show(self, shown: bool) -> None:
+        """Draw it or not."""
+        if bool(self.actor.GetVisibility()) != shown:
+            self.actor.SetVisibility(shown)
+
+    @property
+    def shown(self) -> bool:
+        """Whether it is drawn."""
+        return bool(self.actor.GetVisibility())
+
+    def add_to(self, renderer: vtkRenderer) -> Piece:
+        """Draw it there, too."""
+        renderer.AddActor(self.actor)
+        self._renderers.append(renderer)
+        return self
+
+    def remove(self) -> None:
+        """Take it out of every renderer."""
+        for renderer in self._renderers:
+            renderer.RemoveActor(self.actor)
+        self._renderers.clear()
+
+
+def _cells(padded: ArrayLike) -> vtkCellArray:
+    cells = vtkCellArray()
+    cells.ImportLegacyFormat(numpy_to_vtkIdTypeArray(np.asarray(padded, dtype=np.int64), deep=True))
+    return cells

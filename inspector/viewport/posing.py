@@ -1,0 +1,49 @@
+"""What the figure looks like at the document's frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inspector.document import Document, Show
+from inspector.viewport.bodies import Bone
+from inspector.viewport.figure import Pose
+from inspector.viewport.paint import Role
+from inspector.viewport.scene import Scene
+from twistcore.chain import Chain
+from twistcore.rotation import Array
+
+
+def pose_of(
+    document: Document, scene: Scene, show: Show, chain: Chain | None, by_offset: bool
+) -> Pose:
+    """The frame's figure before, after or both; colours by the selected chain, or by |offset|."""
+    assert document.data is not None
+    frame = document.frame
+    before, positions = document.pose(frame, after=False)
+    after, after_positions = document.pose(frame, after=True)
+    differs = scene.shapes.differing(before, after)
+    roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
+    roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
+    offsets = _offsets(document, scene.bones) if by_offset else None
+    if show == Show.BEFORE:
+        return Pose(before, positions, roles, None, offsets)
+    ghost = (before, differs) if show == Show.BOTH else None
+    return Pose(after, after_positions, roles, ghost, offsets)
+
+
+def _chosen(bones: tuple[Bone, ...], chain: Chain | None) -> NDArray[np.bool_]:
+    """Which bones belong to the selected chain: P→C and, where there is one, C→G; (bones,)."""
+    if chain is None:
+        return np.zeros(len(bones), dtype=bool)
+    pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)}
+    return np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
+
+
+def _offsets(document: Document, bones: tuple[Bone, ...]) -> Array:
+    """|offset| at the frame of the chain whose P→C a bone is, radians, (bones,)."""
+    by_pair = {
+        (c.parent, c.child): abs(float(document.offset(c.name)[document.frame]))
+        for c in (document.data.chains if document.data else ())
+    }
+    return np.array([by_pair.get((b.parent, b.child), 0.0) for b in bones])

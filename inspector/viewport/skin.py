@@ -1,0 +1,205 @@
+"""A skin of stripes along the limbs: a wrong twist wrings it like the paper of a candy.
+
+As with twist bones in a game character, the roll of the skin runs evenly along a bone, from that
+of the joint above to that of the joint below. Where both are right the stripes run straight; a
+joint turned by 90° between two that are not winds them up on the one side of it and back on the
+other, though every joint is where it was [Choi26 Fig. 1].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inspector.viewport.bodies import BAND, SKIN, Bone
+from twistcore.chain import Chain
+from twistcore.rotation import (
+    Array,
+    conjugate,
+    matrix_from_quaternion,
+    multiply,
+    normalise,
+    twist_angle,
+)
+
+_BANDS = 6  # stripes round a limb, dark and light in turns: their pattern repeats after 120°
+_STATIONS = np.array([0.0, 0.05, 0.11, 0.19, 0.30, 0.42, 0.54, 0.66, 0.78, 0.87, 0.94, 1.0])
+_BEND = 0.20  # of a bone: so near to a joint the skin begins to bend with the next one
+_CAP = 0.11  # of a bone: so far a limb's end is rounded off
+_SWELL = 0.16  # a limb is that much thicker in its upper middle
+# Radius by segment at P and at C, in units of the figure's height.
+_GIRTH = {
+    "Shoulder": (0.026, 0.027),
+    "Arm": (0.029, 0.023),
+    "ForeArm": (0.024, 0.016),
+    "UpLeg": (0.036, 0.027),
+    "Leg": (0.028, 0.017),
+}
+_USUAL = (0.024, 0.020)
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Tubes of B bones, each of K rings of M vertices; vertices in the order (B, K, M).
+
+    parent, child: joints of the bones, (B,); below: the bone that goes on from C, or the bone
+    itself, (B,); above: that which leads to P, likewise; axis: P→C in P's coordinates, (B, 3);
+    across: two unit vectors normal to it, (B, 2, 3), carried along the limb in the rest pose so
+    that stripes meet; radius: (B, K); circle: cosine and sine of the vertices, (M, 2); bone: the
+    number of the body's bone, (B·K·M,); part: of bodies.PARTS, likewise; faces: VTK's list of
+    polygons; edges: its list of lines, along the edges of the dark stripes.
+    """
+
+    parent: NDArray[np.int64]
+    child: NDArray[np.int64]
+    below: NDArray[np.int64]
+    above: NDArray[np.int64]
+    axis: Array
+    across: Array
+    radius: Array
+    circle: Array
+    bone: NDArray[np.int64]
+    part: NDArray[np.int64]
+    faces: NDArray[np.int64]
+    edges: NDArray[np.int64]
+
+    @property
+    def covered(self) -> frozenset[int]:
+        """Numbers of the bones that the skin covers."""
+        return frozenset(self.bone.tolist())
+
+
+def build_skin(
+    bones: Sequence[Bone], chains: Sequence[Chain], height: float, *, fine: bool = False
+) -> Skin:
+    """The skin of every chain's bone P→C that has a body; `fine`: twice as round."""
+    numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}
+    pairs = [(c, numbers[c.parent, c.child]) for c in chains if (c.parent, c.child) in numbers]
+    count = len(pairs)
+    parent = np.array([c.parent for c, _ in pairs], dtype=np.int64)
+    child = np.array([c.child for c, _ in pairs], dtype=np.int64)
+    own = np.arange(count)
+    below, above = own.copy(), own.copy()
+    axis, across = np.zeros((count, 3)), np.zeros((count, 2, 3))
+    radius = np.zeros((count, len(_STATIONS)))
+    for k in range(count):
+        after = np.flatnonzero(parent == child[k])
+        before = np.flatnonzero(child == parent[k])
+        below[k] = after[0] if len(after) else k
+        above[k] = before[0] if len(before) else k
+    for k in sorted(own, key=lambda n: _depth(n, above)):
+        chain, number = pairs[k]
+        bone = bones[number]
+        length = float(np.linalg.norm(bone.tip))
+        axis[k] = bone.tip / length
+        first = bone.normal
+        if above[k] != k:
+            first = _carried(across[above[k], 0], axis[above[k]], axis[k])
+        across[k] = first, np.cross(axis[k], first)
+        start, stop = height * np.array(_GIRTH.get(chain.segment, _USUAL))
+        swell = 1.0 + _SWELL * np.sin(np.pi * np.sqrt(_STATIONS)) ** 2
+        radius[k] = np.minimum((start + (stop - start) * _STATIONS) * swell, 0.45 * length)
+        for free, away in ((above[k] == k, _STATIONS), (below[k] == k, 1.0 - _STATIONS)):
+            if free:
+                radius[k] *= np.sqrt(1.0 - np.clip(1.0 - away / _CAP, 0.0, 1.0) ** 2)
+    circle, dark, faces, edges = _ring(6 if fine else 3, count)
+    size = len(_STATIONS) * len(circle)
+    part = np.tile(np.where(dark, BAND, SKIN), count * len(_STATIONS))
+    bone_of = np.repeat([number for _, number in pairs], size).astype(np.int64)
+    return Skin(
+        parent, child, below, above, axis, across, radius, circle, bone_of, part, faces, edges
+    )
+
+
+def roll(skin: Skin, rotations: Array) -> Array:
+    """Twist of each bone's C against P about P→C, radians, (B,)."""
+    local = multiply(conjugate(rotations[skin.parent]), rotations[skin.child])
+    return twist_angle(local, skin.axis)
+
+
+def drape(
+    skin: Skin, rotations: Array, positions: Array, *, grown: float = 1.0
+) -> tuple[Array, Array]:
+    """Vertices and their normals, both (V, 3), from global rotations and positions of joints."""
+    if not len(skin.parent):
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    matrices = matrix_from_quaternion(rotations[skin.parent])
+    angle = roll(skin, rotations)[:, None] * _STATIONS  # (B, K)
+    sides = skin.across @ matrices.transpose(0, 2, 1)  # (B, 2, 3), in the world
+    start, stop = positions[skin.parent], positions[skin.child]
+    centre = start[:, None] + _STATIONS[:, None] * (stop - start)[:, None]
+    frame = _turned(angle, sides)  # (B, K, 2, 3)
+    # Near a joint the ring belongs to both bones, to equal shares at the joint itself, as with
+    # linear blend skinning: its place and its sides are means of what either would have.
+    end = _turned(angle[:, -1:], sides)  # the roll with which a bone ends …
+    for other, ours, reach in (
+        (skin.below, stop, _STATIONS - 1.0),
+        (skin.above, start, _STATIONS),
+    ):
+        share = 0.5 * np.clip(1.0 - np.abs(reach) / _BEND, 0.0, 1.0) ** 2
+        share = share * (other != np.arange(len(other)))[:, None]  # (B, K)
+        # … is that with which the next begins.
+        theirs = end[other] if other is skin.above else sides[other][:, None]
+        length = np.linalg.norm(stop - start, axis=1)[:, None, None]
+        along = normalise(stop - start)[other][:, None]
+        beyond = ours[:, None] + length * reach[:, None] * along
+        centre = centre + share[..., None] * (beyond - centre)
+        frame = frame + share[..., None, None] * (theirs - frame)
+    frame = frame / np.maximum(np.linalg.norm(frame, axis=-1, keepdims=True), 1e-6)
+    normals = skin.circle @ frame  # (B, K, M, 3)
+    points = centre[:, :, None] + grown * skin.radius[:, :, None, None] * normals
+    return points.reshape(-1, 3), normals.reshape(-1, 3)
+
+
+def _turned(angle: Array, sides: Array) -> Array:
+    """Sides (B, 2, 3) turned by angles (B, K) about their common normal: (B, K, 2, 3)."""
+    cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    first, second = sides[:, None, 0], sides[:, None, 1]
+    return np.stack([cosine * first + sine * second, cosine * second - sine * first], axis=-2)
+
+
+def _carried(vector: Array, start: Array, stop: Array) -> Array:
+    """A normal (3,) of `start` taken along the smallest turn to `stop`, normal to that."""
+    across = start + stop
+    if across @ across < 1e-6:
+        return vector
+    moved = vector - across * (2.0 * (across @ vector) / (across @ across))  # two mirrors: at
+    moved = moved - stop * (2.0 * (stop @ moved))  # the middle, then at the end
+    return normalise(moved - (moved @ stop) * stop)
+
+
+def _depth(number: int, above: NDArray[np.int64]) -> int:
+    depth = 0
+    while above[number] != number:
+        number, depth = int(above[number]), depth + 1
+    return depth
+
+
+def _ring(
+    pieces: int, bones: int
+) -> tuple[Array, NDArray[np.bool_], NDArray[np.int64], NDArray[np.int64]]:
+    """Cosine and sine (M, 2) round a ring, which of it is dark (M,), all tubes' faces and edges.
+
+    A stripe shares no vertex with the next, so that its edge is sharp.
+    """
+    across = np.linspace(0.0, 1.0, pieces + 1)
+    turn = 2.0 * np.pi / _BANDS
+    angle = (turn * (np.arange(_BANDS)[:, None] + across - 0.5)).ravel()
+    dark = np.repeat(np.arange(_BANDS) % 2 == 0, pieces + 1)
+    around, rings = len(angle), len(_STATIONS)
+    column = np.arange(around).reshape(_BANDS, pieces + 1)
+    first = column[:, :-1].ravel()
+    quad = np.stack([first, first + 1, first + 1 + around, first + around], axis=1)
+    starts = around * (rings * np.arange(bones)[:, None] + np.arange(rings))  # of the rings
+    faces = starts[:, :-1].reshape(-1, 1, 1) + quad
+    sides = column[::2][:, [0, -1]].ravel()
+    lines = starts[:, None, :] + sides[:, None]
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return circle, dark, _padded(faces.reshape(-1, 4)), _padded(lines.reshape(-1, rings))
+
+
+def _padded(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.insert(cells, 0, cells.shape[1], axis=1).ravel()

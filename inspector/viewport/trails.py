@@ -1,0 +1,121 @@
+"""Where hands and feet go: their way before and after around a frame, one over the other.
+
+A correction of twist moves no joint [Choi26 §3.2]; two lines that coincide show it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from inspector.document import Document
+from inspector.theme import Theme
+from inspector.viewport.paint import mix, rgb
+from inspector.viewport.pieces import Piece
+from twistcore.chain import Chain
+from twistcore.motion import Motion, forward_kinematics
+from twistcore.refinement import remove_twist
+from twistcore.rotation import Array
+
+REACH = 1.0  # seconds before and after the frame
+_NEARER = 0.004  # of the way to the eye
+
+
+def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64]:
+    """Hands and feet; where limbs are unknown, the last joints of the hierarchy."""
+    found = {c.child for c in chains if c.segment in ("ForeArm", "Leg")}
+    if not found:
+        found = {joint for joint, _ in motion.skeleton.ends}
+    return np.array(sorted(found), dtype=np.int64)
+
+
+def ways(
+    document: Document, joints: NDArray[np.int64], start: int, stop: int
+) -> tuple[Array, Array]:
+    """Places of joints before and after in frames [start, stop), each (frames, joints, 3).
+
+    After is computed from the corrected rotations, not taken for granted.
+    """
+    data = document.data
+    assert data is not None
+    before = data.positions[start:stop, joints]
+    offsets = {c.name: document.offset(c.name)[start:stop] for c in data.chains}
+    if not any(o.any() for o in offsets.values()):
+        return before, before
+    chains = [c if c.axis.ndim == 1 else replace(c, axis=c.axis[start:stop]) for c in data.chains]
+    corrected = remove_twist(data.motion.sliced(start, stop), chains, offsets)
+    return before, forward_kinematics(corrected)[1][:, joints]
+
+
+class Trails:
+    """The ways as lines, fading towards the future: broad for before, thin on top for after."""
+
+    def __init__(self, document: Document, length: int, renderers: list[vtkRenderer]) -> None:
+        """`length`: frames on either side; `renderers`: one, or that of before and of after."""
+        data = document.data
+        assert data is not None
+        self._document = document
+        self._length = length
+        self._joints = end_effectors(data.motion, data.chains)
+        self._joint_count, self._stops = len(self._joints), 2 * length + 1
+        lines = np.arange(self._joint_count * self._stops).reshape(self._joint_count, -1)
+        padded = np.insert(lines, 0, self._stops, axis=1).ravel()
+        count = self._joint_count * self._stops
+        self.before = Piece(count, lines=padded).unlit(width=5.0).add_to(renderers[0])
+        self.after = Piece(count, lines=padded).unlit(width=2.0).add_to(renderers[-1])
+        self._drawn: tuple[int, bytes] = (-1, b"")
+        self._known: tuple[int, int, Array, Array] | None = None
+        self.apart = 0.0  # largest distance between the two in the drawn frames, file's unit
+
+    def set_theme(self, theme: Theme, background: Array) -> None:
+        """Take over colours."""
+        fade = np.linspace(1.0, -1.0, self._stops)
+        strength = np.where(fade >= 0.0, 1.0 - 0.35 * fade, 1.0 + 0.75 * fade)[:, None]
+        for piece, colour in (
+            (self.before, rgb(theme.before)),
+            (self.after, mix(theme.after, "#ffffff", 0.25 if theme.dark else 0.0)),
+        ):
+            line = strength * colour + (1.0 - strength) * background
+            piece.colours[:] = np.tile(line, (self._joint_count, 1)).astype(np.uint8)
+            piece.painted()
+
+    def forget(self) -> None:
+        """The review has changed: places after are computed anew."""
+        self._known = None
+        self._drawn = (-1, b"")
+
+    def draw(self, frame: int, eye: Array, *, before: bool, after: bool) -> None:
+        """The ways around a frame, seen from a point (3,)."""
+        self.before.show(before)
+        self.after.show(after)
+        if self._drawn == (frame, eye.tobytes()):
+            return
+        self._drawn = (frame, eye.tobytes())
+        first, second = self._around(frame)
+        self.apart = float(np.linalg.norm(first - second, axis=2).max()) if first.size else 0.0
+        # Along the line of sight: it does not move in the picture, and lies on top.
+        for piece, way in ((self.before, first), (self.after, second + _NEARER * (eye - second))):
+            piece.points[:] = way.transpose(1, 0, 2).reshape(-1, 3)
+            piece.moved()
+
+    def _around(self, frame: int) -> tuple[Array, Array]:
+        """Both ways around a frame, (stops, joints, 3), the ends held at the clip's ends.
+
+        Computed for several seconds at a time: playing on costs a look-up then.
+        """
+        frames = self._document.frames
+        low, high = max(frame - self._length, 0), min(frame + self._length + 1, frames)
+        if self._known is None or not (self._known[0] <= low and high <= self._known[1]):
+            start, stop = max(low - self._length, 0), min(high + 4 * self._length, frames)
+            self._known = start, stop, *ways(self._document, self._joints, start, stop)
+        start, _, before, after = self._known
+        at = np.clip(np.arange(frame - self._length, frame + self._length + 1), 0, frames - 1)
+        return before[at - start], after[at - start]
+
+    def remove(self) -> None:
+        """Take them out of the picture."""
+        self.before.remove()
+        self.after.remove()

@@ -1,0 +1,52 @@
+"""What tests of the 3D view look at: its pictures, as arrays."""
+
+import numpy as np
+from PySide6.QtGui import QImage
+
+from tests.conftest import ASSETS
+from twistcore.detection import Interval
+from twistcore.review import Insert
+
+WALK = ASSETS / "walk.bvh"
+FRAME = 100
+
+
+def settle(qtbot, view):
+    """Let the view draw what it was told."""
+    qtbot.waitUntil(lambda: not view._timer.isActive())
+    qtbot.wait(30)
+
+
+def picture(qtbot, view):
+    """What the window shows, (height, width, 3), without the legend."""
+    settle(qtbot, view)
+    shown = view.legend.isVisible()
+    view.legend.hide()
+    image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+    view.legend.setVisible(shown)
+    lines = np.frombuffer(image.constBits(), dtype=np.uint8)
+    lines = lines.reshape(image.height(), image.bytesPerLine())[:, : 3 * image.width()]
+    return lines.reshape(image.height(), image.width(), 3).astype(np.int16)
+
+
+def changed(one, other, by=24):
+    """Which pixels differ visibly, (height, width)."""
+    return np.abs(one - other).max(axis=2) >= by
+
+
+def limb_pixels(qtbot, view, joint):
+    """The pixels of the bones on a joint: what changes when they alone are not drawn."""
+    whole = picture(qtbot, view)
+    soup = view.scene.bodies
+    mine = np.isin(soup.bone, [k for k, b in enumerate(view.scene.bones) if b.parent == joint])
+    kept = soup.vertices[mine].copy()
+    soup.vertices[mine] = 0.0  # no area: not drawn
+    view.refresh()
+    without = picture(qtbot, view)
+    soup.vertices[mine] = kept
+    view.refresh()
+    return changed(whole, without, by=8)
+
+
+def insert_twist(document, chain="LeftForeArm", degrees=90.0):
+    document.do(Insert(Interval(chain, FRAME - 2, FRAME + 3, np.full(5, np.radians(degrees)))))

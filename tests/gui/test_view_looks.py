@@ -1,0 +1,418 @@
+"""Skin, side by side, trails, colours by offset, the camera's way: seen in a real window."""
+
+import shutil
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QToolTip
+
+from benchmarks.many_clips import alive, is_level, look, measure
+from inspector.analysed import analyse
+from inspector.app import main
+from inspector.document import Show
+from inspector.main_window import MainWindow
+from inspector.settings import Settings
+from inspector.theme import DARK, LIGHT
+from inspector.viewport import Style, driver
+from inspector.viewport.bodies import find_bones
+from inspector.viewport.camera import OrbitCamera, between
+from inspector.viewport.paint import Role, rgb
+from inspector.viewport.skin import build_skin, drape, roll
+from inspector.viewport.trails import end_effectors, ways
+from tests.conftest import ASSETS
+from tests.gui.pictures import FRAME, WALK, changed, insert_twist, picture, settle
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.chain import find_chains
+from twistcore.motion import forward_kinematics
+from twistcore.review import Decide, Decision
+from twistcore.synthesis import InjectedError, inject
+
+UP = np.array([0.0, 1.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def dressed():
+    """The walk's skin, its motion and its pose at a frame."""
+    motion = read_bvh(WALK).motion
+    chains = find_chains(motion)
+    height = motion.skeleton.height
+    skin = build_skin(find_bones(motion, UP, height), chains, height)
+    rotations, positions = forward_kinematics(motion.sliced(FRAME, FRAME + 1))
+    return motion, chains, skin, rotations[0], positions[0]
+
+
+def skin_pixels(qtbot, view):
+    """Pixels that the limbs' skin takes up."""
+    whole = picture(qtbot, view)
+    tubes = view.scene._solid._tubes
+    tubes.show(False)
+    view.view.update()
+    without = picture(qtbot, view)
+    tubes.show(True)
+    return changed(whole, without, by=8)
+
+
+def share_of(image, colour):
+    """How many pixels have about the hue of a colour: parallel beside its grey part."""
+    pixels = image - image.mean(axis=2, keepdims=True)
+    wanted = rgb(colour) - rgb(colour).mean()
+    along = pixels @ (wanted / np.linalg.norm(wanted))
+    away = np.linalg.norm(pixels, axis=2)
+    return int(((along > 0.9 * away) & (away > 30)).sum())
+
+
+# --- the skin -------------------------------------------------------------------------------------
+
+
+def test_a_twist_of_90_degrees_wrings_the_skin(qtbot, document, show_view, tmp_path):
+    clip = document.data.clip
+    error = InjectedError("LeftForeArm", FRAME, FRAME + 1, np.array([np.pi / 2]))
+    path = tmp_path / "twisted.bvh"
+    write_bvh(clip, inject(clip.motion, document.data.chains, [error]), path)
+    view = show_view(document)
+    view.set_style(Style.SKIN)
+    view.set_triads(False)
+    view.focus_chain()
+    camera = view.camera
+    before = picture(qtbot, view)
+    limb = skin_pixels(qtbot, view)
+
+    document.show_clip(analyse(path))
+    document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
+    document.select_chain("LeftForeArm")
+    document.go_to(FRAME)
+    view.set_follow(False)
+    view.camera = camera
+    view.refresh()
+    after = picture(qtbot, view)
+    change = changed(before, after)
+    assert limb.sum() > 3000
+    assert (change & limb).sum() >= 0.05 * limb.sum()
+    assert (change & ~limb).sum() <= 0.002 * limb.size
+
+
+def test_a_twist_runs_evenly_along_the_bone_and_back_on_the_next(dressed):
+    motion, chains, skin, rotations, positions = dressed
+    delta = np.pi / 2
+    error = InjectedError("LeftForeArm", 0, 1, np.array([delta]))
+    twisted = inject(motion.sliced(FRAME, FRAME + 1), chains, [error])
+    wrong, places = (x[0] for x in forward_kinematics(twisted))
+    np.testing.assert_allclose(places, positions, atol=1e-9 * motion.skeleton.height)
+    change = np.angle(np.exp(1j * (roll(skin, wrong) - roll(skin, rotations))))
+    chain = next(c for c in chains if c.name == "LeftForeArm")
+    expected = delta * ((skin.child == chain.parent) * 1.0 - (skin.parent == chain.parent))
+    # The limb bends at the elbow: of the turn about the forearm the upper arm sees a part.
+    own = skin.parent == chain.parent
+    np.testing.assert_allclose(change[own], expected[own], atol=1e-9)
+    above = skin.child == chain.parent
+    assert change[above] == pytest.approx(delta, abs=np.radians(15))
+    np.testing.assert_allclose(change[~own & ~above], 0.0, atol=1e-9)
+    # The middle ring of the forearm has turned by half of it.
+    shape = (len(skin.parent), skin.radius.shape[1], -1, 3)
+    first = drape(skin, rotations, positions)[1].reshape(shape)
+    second = drape(skin, wrong, positions)[1].reshape(shape)
+    middle = int(np.flatnonzero(own)[0]), 5
+    angle = np.arccos(np.clip((first[middle] * second[middle]).sum(axis=-1), -1, 1))
+    np.testing.assert_allclose(angle, delta * (1.0 - 0.42), atol=1e-6)
+
+
+def test_the_skin_is_whole_and_has_unit_normals(dressed):
+    motion, _, skin, rotations, positions = dressed
+    points, normals = drape(skin, rotations, positions)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=0.3)
+    shape = (len(skin.parent), skin.radius.shape[1], -1, 3)
+    rings = points.reshape(shape)
+    for bone, next_bone in enumerate(skin.below):
+        if next_bone != bone:  # where one tube ends the next begins
+            gap = np.linalg.norm(rings[bone, -1] - rings[next_bone, 0], axis=1).max()
+            assert gap < 0.012 * motion.skeleton.height
+    # Every vertex lies as far from the bone's line as its ring is wide, away from joints.
+    assert np.isfinite(points).all()
+    assert len(skin.covered) == 10
+    assert skin.faces.reshape(-1, 5)[:, 1:].max() == len(points) - 1
+
+
+def test_a_clip_without_limbs_has_no_skin(dressed):
+    motion, _, _, rotations, positions = dressed
+    skin = build_skin(find_bones(motion, UP, 1.0), (), 1.0)
+    points, normals = drape(skin, rotations, positions)
+    assert points.shape == normals.shape == (0, 3)
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+def test_the_skin_is_orange_before_blue_after_and_neutral_when_clean(
+    qtbot, document, show_view, theme
+):
+    view = show_view(document, theme)
+    view.set_style(Style.SKIN)
+    view.set_triads(False)
+    document.select_chain("LeftForeArm")
+    view.focus_chain()
+    clean = picture(qtbot, view)
+    insert_twist(document)
+    shares = {}
+    for show in Show:
+        document.set_show(show)
+        shown = picture(qtbot, view)
+        shares[show] = share_of(shown, theme.before), share_of(shown, theme.after)
+    assert share_of(clean, theme.before) < 50
+    assert shares[Show.BEFORE][0] > 1500 > 100 > shares[Show.BEFORE][1]
+    assert shares[Show.AFTER][1] > 1500 > 100 > shares[Show.AFTER][0]
+    assert min(shares[Show.BOTH]) > 300
+    roles = view.pose(Show.AFTER).roles
+    # The upper arm is wrung as well.
+    wrung = {view.scene.bones[k].parent for k in np.flatnonzero(roles == Role.AFTER)}
+    chains = {document.find_chain(n).parent for n in ("LeftArm", "LeftForeArm")}
+    assert chains <= wrung
+
+
+# --- side by side ---------------------------------------------------------------------------------
+
+
+def test_side_by_side_shows_before_left_after_right_with_one_camera(qtbot, document, show_view):
+    insert_twist(document)
+    view = show_view(document, size=(800, 400))
+    view.set_triads(False)
+    view.set_side_by_side(True)
+    view.focus_chain()
+    shown = picture(qtbot, view)
+    left, right = shown[:, :396], shown[:, 404:]
+    assert share_of(left, DARK.before) > 500 > 50 > share_of(left, DARK.after)
+    assert share_of(right, DARK.after) > 500 > 50 > share_of(right, DARK.before)
+    assert view.scene._left.GetActiveCamera() is view.scene._right.GetActiveCamera()
+    # Without an error both halves are the same picture, from wherever it is seen.
+    document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
+    view._orbit(0.7, 0.2)
+    shown = picture(qtbot, view)
+    assert changed(shown[:, 2:398], shown[:, 402:798]).mean() < 0.002
+    # A click means the same bone in both.
+    view.set_view("front")
+    settle(qtbot, view)
+    chain = document.find_chain("RightLeg")
+    _, positions = document.pose(document.frame, after=True)
+    ends = positions[[chain.parent, chain.child]]
+    pixel, _ = view.camera.project(ends.mean(axis=0), 400, 400)
+    for side in (0, 400):
+        at = QPoint(round(pixel[0]) + side, round(pixel[1]))
+        assert view.joint_at(at) == chain.parent
+    assert "◧" in view.legend.text()
+    view.set_side_by_side(False)
+    settle(qtbot, view)
+    assert view.view.ren_win.GetRenderers().GetNumberOfItems() <= 2  # VTK's own and pyvista's
+    assert "◧" not in view.legend.text()
+
+
+# --- trails ---------------------------------------------------------------------------------------
+
+
+def test_trails_tell_that_hands_and_feet_stay(qtbot, document, show_view):
+    joints = end_effectors(document.data.motion, document.data.chains)
+    names = {document.data.motion.skeleton.names[j] for j in joints}
+    assert names == {"LeftHand", "RightHand", "LeftFoot", "RightFoot"}
+    insert_twist(document, degrees=120.0)
+    before, after = ways(document, joints, FRAME - 20, FRAME + 20)
+    height = document.data.motion.skeleton.height
+    np.testing.assert_allclose(after, before, atol=1e-9 * height)
+    rotations = document.pose(FRAME, after=True)[0]
+    assert not np.allclose(rotations, document.data.rotations[FRAME], atol=0.1)
+
+    view = show_view(document)
+    without = picture(qtbot, view)
+    view.set_trails(True)
+    shown = picture(qtbot, view)
+    assert share_of(shown, DARK.before) > share_of(without, DARK.before) + 300
+    assert share_of(shown, DARK.after) > share_of(without, DARK.after) + 100
+    assert "&lt; 0.001 %" in view.legend.text()
+    view.set_trails(False)
+    assert not changed(picture(qtbot, view), without).any()
+
+
+def test_trails_at_the_ends_of_the_clip(document, show_view):
+    view = show_view(document)
+    view.set_trails(True)
+    for frame in (0, document.frames - 1, 3, 200):
+        document.go_to(frame)
+        view.refresh()
+        trails = view.scene.trails
+        ends = trails.before.points.reshape(4, -1, 3)[:, trails._length]
+        joints = end_effectors(document.data.motion, document.data.chains)
+        np.testing.assert_allclose(ends, document.data.positions[frame, joints], rtol=1e-5)
+
+
+# --- colour by offset -----------------------------------------------------------------------------
+
+
+def test_a_larger_offset_has_another_colour(qtbot, document, show_view):
+    view = show_view(document)
+    view.set_triads(False)
+    view.focus_chain()
+    document.set_show(Show.AFTER)
+    assert not view.scale.isVisible()
+    view.set_colour_by_offset(True)
+    pictures = [picture(qtbot, view)]
+    for degrees in (60.0, 120.0):
+        insert_twist(document, degrees=degrees)  # they add up: 60°, 180°
+        pictures.append(picture(qtbot, view))
+    assert view.scale.isVisible()
+    number = next(
+        k for k, b in enumerate(view.scene.bones)
+        if b.parent == document.find_chain("LeftForeArm").parent
+    )  # fmt: skip
+    assert view.pose().offsets[number] == pytest.approx(np.pi)
+    for one, other in ((0, 1), (1, 2), (0, 2)):
+        assert changed(pictures[one], pictures[other]).sum() > 500
+    view.set_colour_by_offset(False)
+    settle(qtbot, view)
+    assert not view.scale.isVisible()
+
+
+# --- camera, names, driver ------------------------------------------------------------------------
+
+
+def test_the_camera_turns_without_blocking_and_the_latest_wins(qtbot, document, show_view):
+    view = show_view(document)
+    document.select_chain("RightLeg")
+    view.focus_chain()
+    goal = view.camera
+    view.set_view("iso")
+    start = view.camera
+    document.select_chain("LeftArm")
+    view.focus_chain(150)
+    np.testing.assert_allclose(view.camera.position, start.position)  # it has only set off
+    qtbot.wait(40)
+    document.select_chain("RightLeg")
+    view.focus_chain(150)
+    qtbot.waitUntil(lambda: view._turn is None, timeout=3000)
+    np.testing.assert_allclose(view.camera.position, goal.position, atol=1e-6)
+    # Who takes the mouse has the camera.
+    view.set_view("iso")
+    view.focus_chain(150)
+    view._orbit(0.1, 0.0)
+    mine = view.camera
+    qtbot.wait(200)
+    assert view.camera is mine
+
+
+def test_the_way_of_the_camera_is_the_shorter_one():
+    one = OrbitCamera(np.zeros(3), 3.0, 0.1, 4.0, UP, np.array([0.0, 0.0, 1.0]))
+    other = replace(one, azimuth=-3.0, distance=1.0, target=np.ones(3))
+    middle = between(one, other, 0.5)
+    assert np.cos(middle.azimuth) == pytest.approx(-1.0)
+    assert middle.distance == pytest.approx(2.0)
+    for share, camera in ((0.0, one), (1.0, other)):
+        np.testing.assert_allclose(between(one, other, share).position, camera.position, atol=1e-9)
+
+
+def test_names_appear_under_the_mouse(qtbot, document, show_view):
+    view = show_view(document)
+    view.set_view("front")
+    chain = document.find_chain("LeftLeg")
+    _, positions = document.pose(document.frame, after=True)
+    middle = positions[[chain.parent, chain.child]].mean(axis=0)
+    pixel, _ = view.camera.project(middle, view.width(), view.height())
+    at = QPoint(round(pixel[0]), round(pixel[1]))
+    view.set_names(False)
+    qtbot.mouseMove(view.view, at)
+    qtbot.wait(30)
+    assert not QToolTip.isVisible()
+    view.set_names(True)
+    qtbot.mouseMove(view.view, at + QPoint(0, 1))
+    qtbot.waitUntil(QToolTip.isVisible)
+    assert QToolTip.text() == "LeftLeg"
+    QToolTip.hideText()
+
+
+@pytest.mark.parametrize(
+    ("name", "samples"),
+    [("llvmpipe (LLVM 15)", 0), ("Mesa Intel(R) UHD", 4), ("NVIDIA GeForce RTX 4070/PCIe", 8)],
+)
+def test_samples_follow_the_driver(monkeypatch, name, samples):
+    monkeypatch.setattr(driver, "renderer_name", lambda: name)
+    assert driver.multisamples() == samples
+
+
+def test_wayland_without_x_is_explained(monkeypatch):
+    monkeypatch.setattr(QGuiApplication, "platformName", staticmethod(lambda: "wayland"))
+    driver.renderer_name.cache_clear()
+    try:
+        assert driver.renderer_name() == ""
+        assert "Xwayland" in driver.complaint()
+    finally:
+        driver.renderer_name.cache_clear()
+
+
+def test_keys_and_the_next_interval_drive_the_view(qtbot, tmp_path):
+    path = Path(shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
+    window = MainWindow(Settings(turn_ms=0), None)
+    window.show()
+    qtbot.waitExposed(window)
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    with qtbot.waitSignal(window.document.opened, timeout=10_000):
+        window.open_path(path)
+    view = window.viewport
+    far = view.camera.distance
+    qtbot.keyClick(window, Qt.Key.Key_N)
+    assert view.camera.distance < far
+    first = view.camera
+    for _ in range(3):  # on to the thigh
+        qtbot.keyClick(window, Qt.Key.Key_A)
+    assert window.document.interval.interval.chain == "RightUpLeg"
+    assert np.linalg.norm(view.camera.target - first.target) > 0.1 * view.scene.height
+    for key in (Qt.Key.Key_S, Qt.Key.Key_V, Qt.Key.Key_T):
+        qtbot.keyClick(window, key)
+    window.actions_by_id["colour_by_offset"].trigger()
+    qtbot.keyClick(window, Qt.Key.Key_H)
+    settle(qtbot, view)
+    assert view.scene.style == Style.SKIN
+    assert view.scene.split
+    assert view.scene.trails is not None
+    assert view.scale.isVisible()
+    assert not view._names
+    for key in (Qt.Key.Key_S, Qt.Key.Key_V, Qt.Key.Key_T):
+        qtbot.keyClick(window, key)
+    settle(qtbot, view)
+    assert view.scene.style == Style.WEDGES
+    assert not view.scene.split
+    assert view.scene.trails is None
+    window.document.review.mark_saved()
+    window.close()
+    window.deleteLater()
+    qtbot.wait(20)
+
+
+# --- clip after clip ------------------------------------------------------------------------------
+
+
+def test_clip_after_clip_stays_level(qapp):
+    assert is_level(measure(12))
+
+
+def test_looks_are_kept_for_the_next_clip(document, show_view, tmp_path):
+    view = show_view(document)
+    view.set_side_by_side(True)
+    view.set_style(Style.SKIN)
+    view.set_trails(True)
+    view.refresh()
+    count = alive()
+    document.show_clip(document.data)
+    view.refresh()
+    assert view.scene.split
+    assert view.scene.style == Style.SKIN
+    assert view.scene.trails is not None
+    assert alive() <= count
+    look(document, view, document.data.clip.path)
+    assert not view.scene.split
+
+
+def test_without_a_screen_the_program_says_so(monkeypatch, capsys):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert main([]) == 2
+    assert "no screen" in capsys.readouterr().err
