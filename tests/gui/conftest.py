@@ -19,7 +19,7 @@ def nothing_left_over(tmp_path, monkeypatch):
     """Every test of a window begins without what an earlier one left beside the clips."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     yield
-    for pattern in ("*.journal*", "*.twist.json*"):
+    for pattern in ("*.journal", "*.unanswered", "*.twist.json"):
         for path in ASSETS.glob(pattern):
             path.unlink()
 

@@ -1,0 +1,99 @@
+"""The folder queue: python -m benchmarks.folder_queue FOLDER [--clips N].
+
+Copies of the folder's clips get seeded errors in some of their chains, are opened as a folder in the
+real window and analysed in the background, while a clip is open and the playhead is dragged. Printed:
+seconds until the first clip can be reviewed, the longest stall of the GUI thread (and the 99th
+percentile), clips a second, and how well the order by severity agrees with the truth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QEventLoop, QTimer
+from scipy.stats import spearmanr
+
+from inspector.app import make_application
+from inspector.settings import Settings
+from twistcore.batch import severity
+from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
+from twistcore.chain import find_chains
+from twistcore.detection import Interval
+from twistcore.synthesis import draw_errors, generator, inject
+
+_TICK_MS = 4
+
+
+def with_errors(source: Path, target: Path, chains_hit: int) -> float:
+    """Write a clip with errors in so many chains; returns its true severity."""
+    clip = read_bvh(source)
+    chains = find_chains(clip.motion)
+    rng = generator(1, source.name)
+    chosen = [chains[k] for k in rng.permutation(len(chains))[:chains_hit]]
+    errors = draw_errors(chosen, clip.motion.frames, rng)
+    dirty = inject(clip.motion, chains, errors)
+    target.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
+    found = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
+    return severity(found, clip.motion.frames)
+
+
+def main() -> None:
+    """Run it and print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--clips", type=int, default=40)
+    arguments = parser.parse_args()
+    make_application()
+    from inspector.main_window import MainWindow
+
+    with tempfile.TemporaryDirectory() as folder:
+        truth = {}
+        for k, source in enumerate(sorted(arguments.folder.glob("*.bvh"))[: arguments.clips]):
+            target = Path(folder) / source.name
+            truth[target] = with_errors(source, target, k % 9)
+        window = MainWindow(Settings(), None)
+        window.resize(1440, 900)
+        window.show()
+        loop = QEventLoop()
+        QTimer.singleShot(500, loop.quit)
+        loop.exec()
+        stalls: list[float] = []
+        last = [time.perf_counter()]
+
+        def tick() -> None:
+            now = time.perf_counter()
+            stalls.append(now - last[0])
+            last[0] = now
+            if window.document.frames:
+                window.document.go_to((window.document.frame + 1) % window.document.frames)
+
+        timer = QTimer()
+        timer.timeout.connect(tick)
+        begun = time.perf_counter()
+        first: list[float] = []
+        window.document.opened.connect(lambda: first.append(time.perf_counter() - begun))
+        window.queue.finished.connect(loop.quit)
+        timer.start(_TICK_MS)
+        window.open_path(Path(folder))
+        loop.exec()
+        timer.stop()
+        seconds = time.perf_counter() - begun
+        measured = [window.queue.clips[p].severity for p in truth]
+        agreement = spearmanr(measured, list(truth.values())).statistic
+        print(f"first clip open after       {first[0]:6.2f} s")
+        print(
+            f"{len(truth)} clips analysed in       {seconds:6.2f} s, {len(truth) / seconds:.1f} a second"
+        )
+        print(f"longest stall               {1e3 * max(stalls):6.1f} ms")
+        print(f"99th percentile             {1e3 * np.percentile(stalls, 99):6.1f} ms")
+        print(f"order against the truth     {agreement:6.3f} (Spearman)")
+        window.document.review.mark_saved()
+        window.close()
+
+
+if __name__ == "__main__":
+    main()
