@@ -42,6 +42,7 @@ class ChainAnalysis:
     step: Mask
     tables: tuple[PairTable, ...]  # one a segment between cuts
     _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)  # τ moves: most stay
+    _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
 
     def strength(self) -> Array:
         """|d| at events, the |jump| of an edge at its peak, else 0; radians, (frames,)."""
@@ -53,17 +54,28 @@ class ChainAnalysis:
         """Intervals at τ radians, by start."""
         found: list[Interval] = []
         for table in self.tables:
-            pairs = best_pairs(table, tau, self.fps)
-            applied = len(pairs)
-            pairs += unpaired(table, pairs, tau)
-            new = [p for p in pairs if (table.low, p) not in self._known]
-            levels = offsets_of(new, table, self.limb, self.row, self.step)
-            for pair, level in zip(new, levels, strict=True):
-                self._known[table.low, pair] = self._interval(pair, table, *level)
-            known = [self._known[table.low, p] for p in pairs]
-            found += known[:applied]
-            found += [replace(i, open=True) for i in known[applied:]]
-        return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
+            # τ matters by the edges it lets pass, and of sorted jumps their number says which.
+            passing = int((np.abs(table.edges.jump) >= tau).sum()) if len(table.edges.jump) else 0
+            if not passing:
+                continue
+            key = table.low, passing
+            if key not in self._solved:
+                self._solved[key] = self._solve(table, tau)
+            found += self._solved[key]
+        return tuple(found)
+
+    def _solve(self, table: PairTable, tau: float) -> list[Interval]:
+        """Intervals of a segment at τ radians, by start."""
+        pairs = best_pairs(table, tau, self.fps)
+        applied = len(pairs)
+        pairs += unpaired(table, pairs, tau)
+        new = [p for p in pairs if (table.low, p) not in self._known]
+        levels = offsets_of(new, table, self.limb, self.row, self.step)
+        for pair, level in zip(new, levels, strict=True):
+            self._known[table.low, pair] = self._interval(pair, table, *level)
+        known = [self._known[table.low, p] for p in pairs]
+        found = known[:applied] + [replace(i, open=True) for i in known[applied:]]
+        return sorted(found, key=lambda i: (i.start, i.stop))
 
     def _interval(
         self, pair: Pair, table: PairTable, start: int, offset: Array, residual: float
