@@ -87,9 +87,8 @@ def main() -> None:
         measured = [window.queue.clips[p].severity for p in truth]
         agreement = spearmanr(measured, list(truth.values())).statistic
         print(f"first clip open after       {first[0]:6.2f} s")
-        print(
-            f"{len(truth)} clips analysed in       {seconds:6.2f} s, {len(truth) / seconds:.1f} a second"
-        )
+        pace = len(truth) / seconds
+        print(f"{len(truth)} clips analysed in       {seconds:6.2f} s, {pace:.1f} a second")
         print(f"longest stall               {1e3 * max(stalls):6.1f} ms")
         print(f"99th percentile             {1e3 * np.percentile(stalls, 99):6.1f} ms")
         print(f"order against the truth     {agreement:6.3f} (Spearman)")

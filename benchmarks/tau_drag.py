@@ -58,6 +58,8 @@ def measure(app: QApplication, frames: int) -> tuple[np.ndarray, np.ndarray, int
         painted.append(time.perf_counter() - begun)
         most = max(most, len(document.review.state.of_chain(CHAIN)))
         app.processEvents()
+    document.review.mark_saved()
+    document.close_clip()
     timeline.close()
     return 1e3 * np.array(core), 1e3 * np.array(painted), most
 

@@ -54,6 +54,7 @@ class Document(QObject):
     interval_changed = Signal()  # the selected interval
     frame_changed = Signal(int)
     show_changed = Signal()
+    hidden_changed = Signal()  # which chains are shown
     numbering_changed = Signal()  # frames are counted from another number
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
     locate = Signal(object)  # the clip of this session file is asked for
@@ -70,6 +71,7 @@ class Document(QObject):
         self.keeper = Keeper(self)
         self.keeper.trouble.connect(lambda text: self.message.emit(text, True))
         self.reviewer = ""
+        self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._offsets: dict[str, Array] = {}
         self._summed: dict[str, list[Interval]] = {}  # what each of them is the sum of
@@ -102,6 +104,7 @@ class Document(QObject):
         self.frame = 0
         self.interval_id = None
         self._offsets, self._summed = {}, {}
+        self.hidden = frozenset()
         leftover = self.keeper.begin(data.clip, data.review, data.session)
         intervals = self.review.state.intervals
         self.chain = intervals[0].interval.chain if intervals else ""
@@ -294,6 +297,11 @@ class Document(QObject):
         if first != self.first_frame:
             self.first_frame = first
             self.numbering_changed.emit()
+
+    def set_hidden(self, chain: str, hidden: bool) -> None:
+        """Leave a chain's intervals out of the table and the strip, or show them again."""
+        self.hidden = self.hidden | {chain} if hidden else self.hidden - {chain}
+        self.hidden_changed.emit()
 
     def set_show(self, show: Show) -> None:
         """Show before, after or both."""

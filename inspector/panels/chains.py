@@ -25,7 +25,7 @@ from twistcore.review import Decision
 _Index = QModelIndex | QPersistentModelIndex
 _HEADS = ("Chain", "Done", "Peak", "τ", "Azimuth")
 _TIPS = (
-    "Side and segment of the parent joint",
+    "Side and segment of the parent joint; the tick shows or hides its intervals",
     "Intervals decided of those found",
     "Largest strength in the clip: m(t) for the paper's method",
     "Threshold of this chain",
@@ -88,6 +88,9 @@ class _ChainModel(QAbstractTableModel):
                 f"{np.degrees(self._document.review.state.tau[chain.name]):.1f}°",
                 f"{100 * self._reliability[index.row()]:.0f} %",
             )[index.column()]
+        if role == Qt.ItemDataRole.CheckStateRole and index.column() == 0:
+            shown = chain.name not in self._document.hidden
+            return Qt.CheckState.Checked if shown else Qt.CheckState.Unchecked
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(index.column())
         if role == Qt.ItemDataRole.ToolTipRole:
@@ -108,6 +111,18 @@ class _ChainModel(QAbstractTableModel):
             if not found:
                 return QColor(self.theme.soft)
         return None
+
+    def flags(self, index: _Index) -> Qt.ItemFlag:
+        tick = Qt.ItemFlag.ItemIsUserCheckable if index.column() == 0 else Qt.ItemFlag.NoItemFlags
+        return super().flags(index) | tick
+
+    def setData(self, index: _Index, value: Any, role: int = 0) -> bool:
+        data = self._document.data
+        if role != Qt.ItemDataRole.CheckStateRole or data is None:
+            return False
+        shown = Qt.CheckState(value) == Qt.CheckState.Checked
+        self._document.set_hidden(data.chains[index.row()].name, not shown)
+        return True
 
 
 def _alignment(column: int) -> Qt.AlignmentFlag:
@@ -145,6 +160,7 @@ class ChainsPanel(QWidget):
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
         document.opened.connect(self._reset)
         document.method_changed.connect(self._reset)
+        document.hidden_changed.connect(self._model.refresh)
         document.intervals_changed.connect(self._model.refresh)
         document.chain_changed.connect(self._select_row)
         self._reset()

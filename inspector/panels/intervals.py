@@ -181,6 +181,8 @@ class _Filter(QSortFilterProxyModel):
     def filterAcceptsRow(self, row: int, parent: _Index) -> bool:
         del parent
         judged = self.sourceModel().rows[row]
+        if judged.interval.chain in self._document.hidden:
+            return False
         if self.chosen == "This chain":
             return judged.interval.chain == self._document.chain
         return self.chosen in ("All", judged.decision.value.capitalize())
@@ -224,6 +226,7 @@ class IntervalsPanel(QWidget):
         document.opened.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
         document.numbering_changed.connect(self._model.refresh)
+        document.hidden_changed.connect(self._refresh)
         document.interval_changed.connect(self._select_row)
         document.chain_changed.connect(self._chain_changed)
         self._refresh()

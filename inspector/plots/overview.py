@@ -33,6 +33,7 @@ class OverviewStrip(QWidget):
         self._frame = 0
         self._view = (0.0, 0.0)
         self._marks: QPixmap | None = None
+        self._others: tuple[object, list[Judged], QPixmap] | None = None
         self.setFixedHeight(HEIGHT)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Overview of the clip")
@@ -126,17 +127,38 @@ class OverviewStrip(QWidget):
         painter.end()
 
     def _painted_marks(self) -> QPixmap:
+        """All marks; those of the other chains from a cache, as τ moves those of one."""
+        rows = self._rows()
+        others = [j for j in self._intervals if j.interval.chain != self._chain]
+        state = (self._chain, self._chains, self._frames, self._selected, self._theme, self.size())
+        if self._others is None or self._others[:2] != (state, others):
+            self._others = state, others, self._painted(self._blank(rows), others, rows)
+        own = [j for j in self._intervals if j.interval.chain == self._chain]
+        pixmap = self._painted(QPixmap(self._others[2]), own, rows)
+        painter = QPainter(pixmap)
+        painter.setPen(QColor(self._theme.line))
+        painter.drawRect(QRectF(0.5, 0.5, self.width() - 1.0, self.height() - 1.0))
+        painter.end()
+        return pixmap
+
+    def _blank(self, rows: dict[str, tuple[float, float]]) -> QPixmap:
         ratio = self.devicePixelRatioF()
         pixmap = QPixmap(round(self.width() * ratio), round(self.height() * ratio))
         pixmap.setDevicePixelRatio(ratio)
         pixmap.fill(QColor(self._theme.surface))
-        painter = QPainter(pixmap)
-        rows = self._rows()
         if self._chain in rows:
             top, height = rows[self._chain]
+            painter = QPainter(pixmap)
             painter.fillRect(QRectF(0, top, self.width(), height), QColor(self._theme.window))
+            painter.end()
+        return pixmap
+
+    def _painted(
+        self, pixmap: QPixmap, intervals: list[Judged], rows: dict[str, tuple[float, float]]
+    ) -> QPixmap:
+        painter = QPainter(pixmap)
         seen: set[tuple[str, int, int, Decision]] = set()
-        for judged in self._intervals:
+        for judged in intervals:
             if judged.interval.chain not in rows:
                 continue
             left = self._x(judged.interval.start - 0.5)
@@ -146,8 +168,6 @@ class OverviewStrip(QWidget):
                 continue  # thousands of intervals fall on hundreds of pixels
             seen.add(key)
             self._paint_mark(painter, judged, left, width, *rows[judged.interval.chain])
-        painter.setPen(QColor(self._theme.line))
-        painter.drawRect(QRectF(0.5, 0.5, self.width() - 1.0, self.height() - 1.0))
         painter.end()
         return pixmap
 

@@ -79,6 +79,7 @@ class Timeline(QWidget):
         document.intervals_changed.connect(lambda: self._mark("review"))
         document.method_changed.connect(lambda: self._mark("chain"))
         document.numbering_changed.connect(self._renumber)
+        document.hidden_changed.connect(lambda: self._mark("review"))
         document.interval_changed.connect(self._interval_changed)
         document.frame_changed.connect(self._frame_changed)
         self._opened()
@@ -269,7 +270,11 @@ class Timeline(QWidget):
         document = self.document
         chains = tuple(c.name for c in document.data.chains) if document.data else ()
         self.overview.show_review(
-            document.frames, chains, document.chain, document.intervals, document.interval_id
+            document.frames,
+            chains,
+            document.chain,
+            tuple(j for j in document.intervals if j.interval.chain not in document.hidden),
+            document.interval_id,
         )
         self.overview.show_frame(document.frame)
 

@@ -1,9 +1,13 @@
 """A document and a 3D view of it in a real window; nothing left beside the clips."""
 
+import gc
 import shutil
+import threading
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QApplication
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from inspector.analysed import analyse
 from inspector.document import Document
@@ -16,12 +20,29 @@ from twistcore.review import Decide, Decision
 
 @pytest.fixture(autouse=True)
 def nothing_left_over(tmp_path, monkeypatch):
-    """Every test of a window begins without what an earlier one left beside the clips."""
+    """No window on the screen, no thread of ours, no journal beside the samples."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    threads = set(threading.enumerate())
     yield
     for pattern in ("*.journal", "*.unanswered", "*.twist.json"):
         for path in ASSETS.glob(pattern):
             path.unlink()
+    started = [
+        t.name for t in set(threading.enumerate()) - threads if not t.name.startswith("Dummy")
+    ]
+    assert started == []
+    if app := QApplication.instance():
+        assert [w for w in app.topLevelWidgets() if w.isVisible()] == []
+
+
+@pytest.fixture(autouse=True, scope="module")
+def no_view_outlives_its_window():
+    """VTK's render windows: as many behind a module's tests as before, but for the last one."""
+    before = _render_windows()
+    yield
+    if app := QApplication.instance():
+        app.processEvents()
+    assert _render_windows() <= before + 1
 
 
 @pytest.fixture(scope="module")
@@ -64,3 +85,8 @@ def show_view(qtbot):
         view.close()
         view.deleteLater()
     qtbot.wait(10)
+
+
+def _render_windows() -> int:
+    gc.collect()
+    return sum(isinstance(o, vtkRenderWindow) for o in gc.get_objects())

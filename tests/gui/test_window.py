@@ -594,3 +594,17 @@ def test_the_history_goes_back_and_forth(qtbot, opened):
 def test_the_page_of_keys_is_the_table_of_actions():
     page = Path(__file__).parents[2] / "docs" / "shortcuts.md"
     assert page.read_text(encoding="utf-8") == shortcuts_markdown()
+
+
+def test_a_chain_without_its_tick_is_left_out_of_table_and_strip(qtbot, opened):
+    model = opened.chains.table.model()
+    row = next(k for k, c in enumerate(opened.document.data.chains) if c.name == "RightUpLeg")
+    role = Qt.ItemDataRole.CheckStateRole
+    model.setData(model.index(row, 0), Qt.CheckState.Unchecked.value, role)
+    assert opened.intervals.table.model().rowCount() == 3
+    opened.next_interval()
+    for _ in range(4):
+        assert opened.document.interval.interval.chain == "LeftForeArm"
+        opened.next_interval()
+    model.setData(model.index(row, 0), Qt.CheckState.Checked.value, role)
+    assert opened.intervals.table.model().rowCount() == 8

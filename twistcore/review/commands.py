@@ -249,10 +249,15 @@ def _match(
             taken.add(n)
     out = []
     for k, judged in enumerate(earlier):
+        # What stays the same stays the same object: nobody needs to draw it again.
         if judged.kept:
-            out.append(replace(judged, supported=judged.by_hand or k in supported))
+            holds = judged.by_hand or k in supported
+            out.append(judged if holds == judged.supported else replace(judged, supported=holds))
         elif k in partner:
-            out.append(replace(judged, interval=found[partner[k]], supported=True))
+            same = found[partner[k]] is judged.interval and judged.supported
+            out.append(
+                judged if same else replace(judged, interval=found[partner[k]], supported=True)
+            )
     for n, interval in enumerate(found):
         if n not in taken:
             out.append(Judged(next_id, interval))
