@@ -12,6 +12,6 @@ NU = 4.0
 CAP = 14.0  # beyond ~16 σ a residual is a jump, and one jump is as unlikely as another
 
 
-def residual_cost(z: Array, cap: float = CAP) -> Array:
+def residual_cost(z: Array, cap: float | Array = CAP) -> Array:
     """Negative log likelihood of a residual of z standard deviations, less that of 0; ≤ cap."""
     return np.minimum(0.5 * (NU + 1.0) * np.log1p(z * z / NU), cap)
