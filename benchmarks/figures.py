@@ -1,8 +1,9 @@
 """The figures of docs/method.md: python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR.
 
 mae_by_segment.png: MAE before and after by segment, both detectors [Choi26 Fig. 6]; flips.png: the
-genuine flips that the audit finds in CLIPS, with the joint's whole turn a frame as the evidence
-that is not the detector's; flips.md: the same as a table.
+genuine flips that the audit finds in CLIPS, with the joint's whole turn a frame as the evidence that is not the detector's,
+printed as a table. --alarms FOLDER…: alarms.png, what the detector finds in
+clips into which nothing was injected, with the twist increments x and y of both joints around it.
 """
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ import numpy as np
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
+from twistcore.benchmark.scene import leading_frames
 from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.chain import Chain, find_chains
+from twistcore.detection import detect
 from twistcore.detection.audit import FLIP, NaturalEvent, natural_events
 from twistcore.motion import Motion
-from twistcore.rotation import geodesic_angle
+from twistcore.rotation import conjugate, geodesic_angle, multiply, twist_angle
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
 SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
@@ -114,18 +117,67 @@ def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def alarm_figure(folders: list[Path], path: Path) -> int:
+    """A panel an interval found in clips as captured; returns how many there are."""
+    found = []
+    for clip in (c for folder in folders for c in sorted(folder.glob("*.bvh"))):
+        motion = read_bvh(clip).motion
+        first = leading_frames(motion)
+        motion = motion.sliced(first, motion.frames)
+        chains = find_chains(motion)
+        found += [(clip.stem, motion, chains, i, first) for i in detect(motion, chains)]
+    columns = 3
+    rows = max(1, -(-len(found) // columns))
+    figure, panels = plt.subplots(rows, columns, figsize=(10, 1.9 * rows), squeeze=False)
+    for panel in panels.flat[len(found) :]:
+        panel.set_visible(False)
+    for panel, (clip, motion, chains, interval, first) in zip(panels.flat, found, strict=False):
+        chain = next(c for c in chains if c.name == interval.chain)
+        x, y = increments(motion, chain)
+        low, high = max(0, interval.start - 25), min(motion.frames, interval.stop + 25)
+        at = np.arange(low, high)
+        panel.axvspan(interval.start - 0.5 + first, interval.stop - 0.5 + first, color="#dddddd")
+        panel.plot(at + first, np.degrees(x[low:high]), color=BEFORE, lw=0.9, label="x, parent")
+        panel.plot(
+            at + first, np.degrees(y[low:high]), color=AFTER, lw=0.9, ls="--", label="y, child"
+        )
+        delta = np.degrees(interval.delta)
+        panel.set_title(f"{clip} {chain.name} {delta:+.1f}°", fontsize=8, loc="left")
+        panel.tick_params(labelsize=7)
+        panel.spines[["top", "right"]].set_visible(False)
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, frameon=False, fontsize=8, ncols=2, loc="upper right")
+    figure.supylabel("twist a frame, degrees", fontsize=8)
+    figure.tight_layout()
+    figure.savefig(path, dpi=130)
+    return len(found)
+
+
+def increments(motion: Motion, chain: Chain) -> tuple[np.ndarray, np.ndarray]:
+    """Twist increments x of the parent and y of the child about the bone, radians, (frames,)."""
+    q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
+    axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]
+    x, y = np.zeros(motion.frames), np.zeros(motion.frames)
+    x[1:] = twist_angle(multiply(conjugate(q_p[:-1]), q_p[1:]), axis)
+    y[1:] = twist_angle(multiply(q_c[1:], conjugate(q_c[:-1])), axis)
+    return x, y
+
+
 def main() -> None:
     """Write the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("clips", type=Path)
     parser.add_argument("--benchmark", type=Path, required=True)
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/images"))
+    parser.add_argument("--alarms", type=Path, nargs="*", default=[])
     arguments = parser.parse_args()
     result = json.loads(arguments.benchmark.read_text(encoding="utf-8"))
     mae_by_segment(result, arguments.output / "mae_by_segment.png")
     found = flips(arguments.clips)
     flip_figure(found, arguments.output / "flips.png")
     print(flip_table(found))
+    if arguments.alarms:
+        print(alarm_figure(arguments.alarms, arguments.output / "alarms.png"), "alarms")
 
 
 if __name__ == "__main__":

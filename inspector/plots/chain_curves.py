@@ -39,6 +39,9 @@ class ChainCurves:
     def show_clip(self, panes: Mapping[str, Pane]) -> None:
         """The curves that no decision changes, and the ranges."""
         panes["strength"].set_curve("strength", self._strength)
+        m = np.degrees(self._before.strength)
+        own = self._method == "paper"
+        panes["strength"].set_curve("m", np.full_like(m, np.nan) if own else m)
         for k, name in _ANGLES:
             y, _ = degrees_about(getattr(self._before, name), self._centres[k])
             self._grow(panes["theta"], y)
@@ -97,13 +100,18 @@ class ChainCurves:
             else:
                 title.append(("√ scale", "soft"))
             out[key] = title
-        name = "m" if self._method == "paper" else "evidence"
-        out["strength"] = [
-            ("Strength ", "soft"),
-            (name, "text"),
-            (_degrees(self._strength[frame]), "before"),
-            ("   √ scale", "soft"),
-        ]
+        own = _degrees(self._strength[frame])
+        if self._method == "paper":
+            strength = [("Strength ", "soft"), ("m", "text"), (own, "before")]
+        else:
+            m = _degrees(float(np.degrees(self._before.strength[frame])))
+            strength = [
+                ("Strength ", "soft"),
+                (own, "before"),
+                ("   paper's m ╌", "soft"),
+                (m, "soft"),
+            ]
+        out["strength"] = [*strength, ("   √ scale", "soft")]
         offset = self._document.offset(self._chain.name)
         out["offset"] = [("Offset taken out ", "soft"), (_number(offset, frame), "text")]
         return out

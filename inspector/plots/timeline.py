@@ -47,7 +47,8 @@ _STYLES = {
         CurveStyle("p_before", "before"),
         CurveStyle("p_after", "after"),
     ),
-    "strength": (CurveStyle("strength", "before"),),
+    # The paper's m(t) lies dimmed under the strength of another detector, to be compared with it.
+    "strength": (CurveStyle("m", "soft", dashed=True), CurveStyle("strength", "before")),
     "offset": (CurveStyle("offset", "text"),),
 }
 _WEIGHTS = {"theta": 4, "delta": 3, "strength": 4, "offset": 3}
