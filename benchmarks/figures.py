@@ -1,8 +1,8 @@
 """The figures of docs/method.md: python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR.
 
-mae_by_segment.png: MAE before and after by segment, both detectors [Choi26 Fig. 6]; flips.png: the
-genuine flips that the audit finds in CLIPS, with the joint's whole turn a frame as the evidence that is not the detector's,
-printed as a table. --alarms FOLDER…: alarms.png, what the detector finds in
+mae_by_segment.png: MAE before and after by segment, both detectors [Choi26 Fig. 6]. flips.png: the
+genuine flips that the audit finds in CLIPS, with the joint's whole turn a frame as the evidence that
+is not the detector's; printed as a table. --alarms FOLDER…: alarms.png, what the detector finds in
 clips into which nothing was injected, with the twist increments x and y of both joints around it.
 """
 
@@ -146,7 +146,7 @@ def alarm_figure(folders: list[Path], path: Path) -> int:
         panel.tick_params(labelsize=7)
         panel.spines[["top", "right"]].set_visible(False)
     handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, frameon=False, fontsize=8, ncols=2, loc="upper right")
+    figure.legend(handles, labels, frameon=False, fontsize=8, ncols=2, loc="lower right")
     figure.supylabel("twist a frame, degrees", fontsize=8)
     figure.tight_layout()
     figure.savefig(path, dpi=130)
