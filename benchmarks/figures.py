@@ -1,7 +1,7 @@
 """The figures of docs/method.md: python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR.
 
 mae_by_segment.png: MAE before and after by segment, both detectors [Choi26 Fig. 6]. flips.png: the
-genuine flips that the audit finds in CLIPS, with the joint's whole turn a frame as the evidence that
+genuine flips that the audit finds in CLIPS, with the joint's whole turn a frame as evidence that
 is not the detector's; printed as a table. --alarms FOLDER…: alarms.png, what the detector finds in
 clips into which nothing was injected, with the twist increments x and y of both joints around it.
 """
