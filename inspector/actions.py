@@ -162,7 +162,8 @@ def build_actions(
             menu.addSeparator()
             continue
         menu = menus[spec.menu]
-        action = menu.addAction(spec.text)
+        action = QAction(spec.text, window)
+        menu.addAction(action)
         action.setObjectName(spec.id)
         action.setShortcuts([QKeySequence(k) for k in spec.keys])
         keys = f" ({spec.keys[0]})" if spec.keys else ""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QByteArray, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QApplication,
     QDockWidget,
@@ -445,7 +445,10 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
     def _show_recent(self) -> None:
         self.recent_menu.clear()
         for name in self.settings.recent:
-            self.recent_menu.addAction(name, lambda n=name: self.open_path(Path(n)))
+            # Made here, not by addAction(text): its answer may be taken for an object long deleted.
+            action = QAction(name, self.recent_menu)
+            action.triggered.connect(lambda _=False, n=name: self.open_path(Path(n)))
+            self.recent_menu.addAction(action)
         self.recent_menu.setEnabled(bool(self.settings.recent))
 
     def _show_position(self) -> None:

@@ -30,6 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     try:
         code: int = arguments.run(arguments)
+        sys.stdout.flush()  # a reader that has gone is noticed here, not at the interpreter's end
     except TwistError as error:
         print(" ".join(str(error).splitlines()), file=sys.stderr)
         return 2

@@ -23,7 +23,8 @@ def context_menu(
     at = max(0, min(document.frames - 1, round(frame)))
 
     def add(text: str, slot: Callable[[], object], *, enabled: bool = True) -> QAction:
-        action = menu.addAction(text)
+        action = QAction(text, menu)
+        menu.addAction(action)
         action.triggered.connect(lambda *_: slot())
         action.setEnabled(enabled)
         return action
