@@ -26,7 +26,8 @@ from twistcore.bvh import Clip, read_bvh
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
 CHAIN = "LeftForeArm"
-TAUS = np.concatenate([np.linspace(1.0, 40.0, 30), np.linspace(39.0, 0.5, 30)])
+# Each once: an analysis remembers what it has solved, so a τ met again costs next to nothing.
+TAUS = np.geomspace(0.5, 120.0, 60)
 
 
 def tiled(clip: Clip, frames: int) -> Clip:
@@ -40,14 +41,16 @@ def measure(app: QApplication, frames: int) -> tuple[np.ndarray, np.ndarray, int
     timeline = Timeline(document, LIGHT)
     timeline.resize(1280, 300)
     timeline.show()
-    document.show_clip(analysed(tiled(read_bvh(SAMPLE), frames)))
+    clip = tiled(read_bvh(SAMPLE), frames)
+    untouched = analysed(clip).analysis
+    document.show_clip(analysed(clip))
     document.select_chain(CHAIN)
     for _ in range(10):
         app.processEvents()
     core, painted, most = [], [], 0
     for degrees in TAUS:
         begun = time.perf_counter()
-        document.data.analysis.intervals(CHAIN, float(np.radians(degrees)))
+        untouched.intervals(CHAIN, float(np.radians(degrees)))
         core.append(time.perf_counter() - begun)
     drag = document.begin_drag()
     for degrees in TAUS:
