@@ -1,8 +1,11 @@
 """Reading, posing and writing BVH beside other readers: python -m benchmarks.bvh_io [--runs N].
 
-One run, one process for each tool, medians. The clip is a sample tiled to 20,000 frames of 96
-channels, once with 6 decimals throughout and once as the sample is written. Peers that are not
-installed (pip install 'twist-inspector[peers]') are skipped with a line.
+One run, a process for each tool in every round, medians. The clip is a sample tiled to 20,000
+frames of 96 channels, once with 6 decimals throughout and once as the sample is written. Peers that
+are not installed (pip install 'twist-inspector[peers]') are skipped with a line.
+
+The first row is twistcore with its compiled loops, as in a process that has read much or called
+warm(); the second before that, or without numba.
 
 parse: file → skeleton and numbers. fk: numbers → positions of every joint in every frame,
 for us with the quaternions. write: 2 joints (6 of 96 columns) changed in every frame, to a file;
@@ -31,8 +34,18 @@ import numpy as np
 
 FRAMES = 20_000
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "dance.bvh"
-TOOLS = ("twistcore", "pybvh", "pymotion", "bvhio", "bvhsdk", "numpy.loadtxt", "numpy.fromstring")
+TOOLS = (
+    "twistcore",
+    "  before warm()",
+    "pybvh",
+    "pymotion",
+    "bvhio",
+    "bvhsdk",
+    "numpy.loadtxt",
+    "numpy.fromstring",
+)
 SLOW = ("bvhio", "bvhsdk")  # take minutes for FK of the whole; measured over fewer frames
+ROUNDS = 3
 Steps = tuple[Callable[[], Any], Callable[[Any], Any] | None, Callable[[Any], Any] | None]
 
 
@@ -53,6 +66,13 @@ def steps(tool: str, path: str, out: str) -> Steps:
 
 
 def _ours(path: str, out: str) -> Steps:
+    from twistcore.compiled import warm
+
+    warm()
+    return _by_numpy(path, out)
+
+
+def _by_numpy(path: str, out: str) -> Steps:
     from dataclasses import replace
 
     from twistcore.bvh import read_bvh, write_bvh
@@ -131,6 +151,7 @@ def _numpy(read: Callable[[Any], Any]) -> Callable[[str, str], Steps]:
 
 _STEPS: dict[str, Callable[[str, str], Steps]] = {
     "twistcore": _ours,
+    "  before warm()": _by_numpy,
     "pybvh": _pybvh,
     "pymotion": _pymotion,
     "bvhio": _bvhio,
@@ -140,7 +161,7 @@ _STEPS: dict[str, Callable[[str, str], Steps]] = {
 }
 
 
-def measure(tool: str, path: str, runs: int) -> dict[str, float]:
+def measure(tool: str, path: str, runs: int, clock: Callable[[], float]) -> dict[str, float]:
     """Medians in seconds, and the peak of memory in MB, of one tool in this process."""
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
@@ -149,9 +170,9 @@ def measure(tool: str, path: str, runs: int) -> dict[str, float]:
         times: dict[str, list[float]] = {"parse": [], "fk": [], "write": []}
         peak = 0.0
         for _ in range(runs):
-            begun = time.perf_counter()
+            begun = clock()
             clip = parse()
-            times["parse"].append(time.perf_counter() - begun)
+            times["parse"].append(clock() - begun)
             peak = peak or _memory() - before
         for name, step in (("fk", fk), ("write", write)):
             if step is None:
@@ -159,9 +180,9 @@ def measure(tool: str, path: str, runs: int) -> dict[str, float]:
             if tool == "twistcore" and name == "fk":
                 step(clip)
             for _ in range(runs):
-                begun = time.perf_counter()
+                begun = clock()
                 step(clip)
-                times[name].append(time.perf_counter() - begun)
+                times[name].append(clock() - begun)
     found = {name: statistics.median(t) for name, t in times.items() if t}
     return {**found, "memory": peak}
 
@@ -174,11 +195,10 @@ def _memory() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def _in_process(tool: str, path: Path, runs: int) -> dict[str, float] | str:
+def _in_process(tool: str, path: Path, runs: int, cpu: bool) -> dict[str, float] | str:
     command = [sys.executable, "-m", "benchmarks.bvh_io", "--one", tool, str(path)]
-    done = subprocess.run(
-        [*command, "--runs", str(runs)], capture_output=True, text=True, check=False
-    )
+    command += ["--runs", str(runs), *(["--cpu"] if cpu else [])]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         lines = done.stderr.strip().splitlines()
         return "not installed" if "ModuleNotFound" in done.stderr else lines[-1][:80]
@@ -186,52 +206,76 @@ def _in_process(tool: str, path: Path, runs: int) -> dict[str, float] | str:
     return result
 
 
-def _table(title: str, data: bytes, runs: int, slow_frames: int) -> None:
-    size = len(data) / 1e6
+def _table(title: str, data: bytes, arguments: argparse.Namespace) -> None:
+    size, slow_frames = len(data) / 1e6, arguments.slow_frames
     print(f"\n{title}: {FRAMES} frames × 96 channels, {size:.1f} MB")
     head = f"{'':<18} {'parse MB/s':>11} {'×':>6} {'fk s':>7} {'×':>6} {'write MB/s':>11} {'×':>6}"
     print(f"{head} {'memory MB':>10} {'× file':>7}")
+    rounds: dict[str, list[dict[str, float] | str]] = {tool: [] for tool in TOOLS}
     with tempfile.TemporaryDirectory() as folder:
         full, short = Path(folder) / "big.bvh", Path(folder) / "short.bvh"
         full.write_bytes(data)
         short.write_bytes(tiled(slow_frames, "uniform" in title))
-        ours: dict[str, float] = {}
-        for tool in TOOLS:
-            path, share = (short, slow_frames / FRAMES) if tool in SLOW else (full, 1.0)
-            found = _in_process(tool, path, 1 if tool in SLOW else runs)
-            if isinstance(found, str):
-                print(f"{tool:<18} {found}")
-                continue
-            ours = ours or found
-            cells = [f"{tool:<18}"]
-            for name, width in (("parse", 11), ("fk", 7), ("write", 11)):
-                took = found[name] / share if name in found else None
-                text = "–" if took is None else f"{took if name == 'fk' else size / took:.2f}"
-                ratio = "–" if took is None else f"{took / ours[name]:.1f}"
-                cells += [f"{text:>{width}}", f"{ratio:>6}"]
-            memory = found["memory"] / share
-            print(*cells, f"{memory:>10.0f}", f"{memory / size:>7.1f}", flush=True)
+        # In turn, again and again: what else the machine does then meets all of them alike.
+        for k in range(ROUNDS):
+            for tool in TOOLS:
+                if tool not in SLOW:
+                    rounds[tool].append(_in_process(tool, full, arguments.runs, arguments.cpu))
+                elif k == 0:
+                    rounds[tool].append(_in_process(tool, short, 1, arguments.cpu))
+    ours: dict[str, float] = {}
+    for tool, results in rounds.items():
+        failed = next((r for r in results if isinstance(r, str)), None)
+        if failed is not None:
+            print(f"{tool:<18} {failed}")
+            continue
+        measured = [r for r in results if isinstance(r, dict)]
+        found = {key: statistics.median(r[key] for r in measured) for key in measured[0]}
+        share = slow_frames / FRAMES if tool in SLOW else 1.0
+        ours = ours or found
+        cells = [f"{tool:<18}"]
+        for name, width in (("parse", 11), ("fk", 7), ("write", 11)):
+            took = found[name] / share if name in found else None
+            text = "–" if took is None else f"{took if name == 'fk' else size / took:.2f}"
+            ratio = "–" if took is None else f"{took / ours[name]:.1f}"
+            cells += [f"{text:>{width}}", f"{ratio:>6}"]
+        memory = found["memory"] / share
+        print(*cells, f"{memory:>10.0f}", f"{memory / size:>7.1f}", flush=True)
+
+
+def _start() -> float:
+    """Seconds that warm() takes in a process of its own, the cache being there."""
+    code = (
+        "import time, twistcore.bvh; from twistcore.compiled import warm\n"
+        "begun = time.perf_counter(); warm(); print(time.perf_counter() - begun)"
+    )
+    runs = [subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)]
+    runs += [subprocess.run(runs[0].args, stdout=subprocess.PIPE, check=True) for _ in range(3)]
+    return statistics.median(float(run.stdout) for run in runs[1:])
 
 
 def main() -> int:
     """Print both tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=7)
+    parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--slow-frames", type=int, default=1000)
+    parser.add_argument("--cpu", action="store_true", help="processor time, for a busy machine")
     parser.add_argument("--one", nargs=2, metavar=("TOOL", "FILE"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.one:
         with contextlib.redirect_stdout(sys.stderr):
-            found = measure(*arguments.one, arguments.runs)
+            clock = time.process_time if arguments.cpu else time.perf_counter
+            found = measure(*arguments.one, arguments.runs, clock)
         print(json.dumps(found))
         return 0
     print(
-        f"medians of {arguments.runs} runs, {os.cpu_count()} cores, numpy {np.__version__}; ",
-        end="",
+        f"{'processor time, ' if arguments.cpu else ''}medians of {ROUNDS} rounds of "
+        f"{arguments.runs} runs, {os.cpu_count()} cores, numpy {np.__version__}; "
+        "× is how many times longer than twistcore"
     )
-    print("× is how many times longer than twistcore")
-    _table("uniform decimals", tiled(FRAMES, uniform=True), arguments.runs, arguments.slow_frames)
-    _table("mixed decimals", tiled(FRAMES, uniform=False), arguments.runs, arguments.slow_frames)
+    print(f"warm() takes {_start():.2f} s once a process")
+    _table("uniform decimals", tiled(FRAMES, uniform=True), arguments)
+    _table("mixed decimals", tiled(FRAMES, uniform=False), arguments)
     return 0
 
 

@@ -18,13 +18,14 @@ import numpy as np
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
-from twistcore.benchmark.scene import leading_frames
 from twistcore.bvh import read_bvh
-from twistcore.chain import Chain, find_chains
+from twistcore.chain import find_chains
 from twistcore.detection import detect
 from twistcore.detection.audit import FLIP, NaturalEvent, natural_events
+from twistcore.detection.cuts import leading_frames
 from twistcore.motion import Motion
-from twistcore.rotation import conjugate, geodesic_angle, multiply, twist_angle
+from twistcore.rotation import geodesic_angle
+from twistcore.synthesis.protocol import twist_increments
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
 SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
@@ -133,7 +134,7 @@ def alarm_figure(folders: list[Path], path: Path) -> int:
         panel.set_visible(False)
     for panel, (clip, motion, chains, interval, first) in zip(panels.flat, found, strict=False):
         chain = next(c for c in chains if c.name == interval.chain)
-        x, y = increments(motion, chain)
+        x, y = twist_increments(motion, chain)
         low, high = max(0, interval.start - 25), min(motion.frames, interval.stop + 25)
         at = np.arange(low, high)
         panel.axvspan(interval.start - 0.5 + first, interval.stop - 0.5 + first, color="#dddddd")
@@ -151,16 +152,6 @@ def alarm_figure(folders: list[Path], path: Path) -> int:
     figure.tight_layout()
     figure.savefig(path, dpi=130)
     return len(found)
-
-
-def increments(motion: Motion, chain: Chain) -> tuple[np.ndarray, np.ndarray]:
-    """Twist increments x of the parent and y of the child about the bone, radians, (frames,)."""
-    q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
-    axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]
-    x, y = np.zeros(motion.frames), np.zeros(motion.frames)
-    x[1:] = twist_angle(multiply(conjugate(q_p[:-1]), q_p[1:]), axis)
-    y[1:] = twist_angle(multiply(q_c[1:], conjugate(q_c[:-1])), axis)
-    return x, y
 
 
 def main() -> None:

@@ -1,24 +1,29 @@
 """How fast the time line pans with many intervals: python -m benchmarks.pan.
 
 1,000 and 10,000 intervals in one chain of 100,000 frames; panned by a twentieth of the view, sixty
-times, with everything and with a hundredth of the clip in view; median and 95th percentile.
+times in the real window, with half and with a hundredth of the clip in view; median and 95th
+percentile of a pan and the repaint of the window.
 """
 
 from __future__ import annotations
 
 import os
 import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 os.environ.setdefault("QT_API", "pyside6")
 
 import numpy as np
+from PySide6.QtCore import QEvent
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from benchmarks.tau_drag import CHAIN, SAMPLE, tiled
 from inspector.analysed import analysed
-from inspector.document import Document
-from inspector.plots import Timeline
-from inspector.theme import LIGHT, apply_theme
+from inspector.app import make_application
+from inspector.main_window import MainWindow
+from inspector.settings import Settings
 from twistcore.bvh import read_bvh
 from twistcore.review import Redetect
 from twistcore.review.model import constant
@@ -28,38 +33,41 @@ FRAMES = 100_000
 
 def main() -> None:
     """Print the table."""
-    app = QApplication.instance() or QApplication([])
-    apply_theme(app, LIGHT)
-    document = Document()
-    timeline = Timeline(document, LIGHT)
-    timeline.resize(1280, 300)
-    timeline.show()
-    document.show_clip(analysed(tiled(read_bvh(SAMPLE), FRAMES)))
-    document.select_chain(CHAIN)
+    make_application()
+    window = MainWindow(Settings(theme="light"), None)
+    window.resize(1440, 900)
+    window.show()
+    document = window.document
+    with TemporaryDirectory() as folder:
+        document.show_clip(analysed(tiled(read_bvh(SAMPLE), FRAMES, Path(folder))))
+        document.select_chain(CHAIN)
+        _measure(window)
+        document.review.mark_saved()
+        window.close()
+
+
+def _measure(window: MainWindow) -> None:
+    document, timeline = window.document, window.timeline
     print(" intervals   frames in view   median    p95   (ms)")
     for count in (1_000, 10_000):
         step = FRAMES // count
         found = tuple(constant(CHAIN, k, k + step // 2, 0.3) for k in range(1, FRAMES - step, step))
         document.do(Redetect({CHAIN: 0.1}, found))
-        app.processEvents()
+        QTest.qWait(500)
         for view in (FRAMES // 2, FRAMES // 100):
             timeline.show_range(0, view)
-            app.processEvents()
+            QTest.qWait(100)
             taken = []
-            for _ in range(60):
+            for step_number in range(60):
                 begun = time.perf_counter()
-                timeline.pan(view / 20)
-                timeline.refresh()
-                timeline.repaint_now()
+                timeline.pan(view / 20 * (1 if step_number % 20 < 10 else -1))
+                QApplication.sendEvent(window, QEvent(QEvent.Type.UpdateRequest))
                 taken.append(1e3 * (time.perf_counter() - begun))
-                app.processEvents()
+                QApplication.processEvents()
             print(
                 f"{count:10,d}   {view:14,d}   {np.median(taken):6.1f} "
                 f"{np.percentile(taken, 95):6.1f}"
             )
-    document.review.mark_saved()
-    document.close_clip()
-    timeline.close()
 
 
 if __name__ == "__main__":

@@ -1,86 +1,223 @@
 """How fast a dragged τ is followed: python -m benchmarks.tau_drag [--frames N]…
 
-Tiles the sample with injected errors to 3,000, 10,000 and 100,000 frames, drags τ of one chain
-over 60 values and prints the median and the 95th percentile of (a) τ → new intervals in the core,
-(b) the same and the time line repainted. A frame of a 60 Hz screen is 16.7 ms.
+Repeats the sample to 3,000, 10,000 and 100,000 frames, each round with three errors of its own,
+from 1° to 150°, so that every move of τ finds other intervals. Drags τ of that chain over 60
+values in the real window and prints the median and the 95th percentile of (a) τ → new intervals
+in the core, (b) the same and plots, table and strip painted and on the screen, (c) the 3D view
+drawn too, where it changes. A frame of a 60 Hz screen is 16.7 ms. 'compose' is what Qt takes to
+put the window with its 3D view together and on the screen when a single pixel has changed: next to
+nothing with a graphics card, a third of (b) with software OpenGL; 'painted' is (b) without it. A
+second line has the tuning tab in front: its two plots are painted as well. Last, how long that
+tab's curve takes to appear for the first length, and how long the event loop stands still while it
+is measured.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
+import shutil
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 os.environ.setdefault("QT_API", "pyside6")
 
 import numpy as np
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QEvent, QEventLoop, QObject
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QWidget
 
 from inspector.analysed import analysed
-from inspector.document import Document
-from inspector.plots import Timeline
-from inspector.theme import LIGHT, apply_theme
-from twistcore.bvh import Clip, read_bvh
+from inspector.app import make_application
+from inspector.main_window import MainWindow
+from inspector.settings import Settings
+from twistcore.bvh import Clip, parse_bvh, read_bvh
+from twistcore.bvh.patch import changed_rotations, patch_rotations
+from twistcore.chain import find_chains
+from twistcore.synthesis import InjectedError, inject
 
-SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
+SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk.bvh"
 CHAIN = "LeftForeArm"
 # Each once: an analysis remembers what it has solved, so a τ met again costs next to nothing.
 TAUS = np.geomspace(0.5, 120.0, 60)
 
 
-def tiled(clip: Clip, frames: int) -> Clip:
-    """The clip over and over, to a number of frames; its bytes stay those of one round."""
-    return replace(clip, values=clip.values[np.arange(frames) % len(clip.values)])
+def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
+    """The clip over and over, each round with other errors; its bytes stay those of one round.
+
+    It pretends to lie in `folder`: the journal of the drag goes there.
+    """
+    motion = clip.motion
+    chains = find_chains(motion)
+    rng = np.random.default_rng(1)
+    rounds = []
+    for _ in range(-(-frames // motion.frames)):
+        errors = []
+        for third in range(3):
+            start = (3 * third + 1) * motion.frames // 10
+            stop = start + int(rng.integers(10, motion.frames // 5))
+            size = np.radians(np.exp(rng.uniform(np.log(1.0), np.log(150.0))))
+            offset = np.full(stop - start, rng.choice([-size, size]))
+            errors.append(InjectedError(CHAIN, start, stop, offset))
+        twisted = inject(motion, chains, errors)
+        data = patch_rotations(clip, twisted, changed_rotations(clip, twisted))
+        rounds.append(parse_bvh(data, clip.path).values)
+    return replace(clip, path=folder / clip.path.name, values=np.concatenate(rounds)[:frames])
 
 
-def measure(app: QApplication, frames: int) -> tuple[np.ndarray, np.ndarray, int]:
-    """Milliseconds of every step: core, core and repaint; and the most intervals there were."""
-    document = Document()
-    timeline = Timeline(document, LIGHT)
-    timeline.resize(1280, 300)
-    timeline.show()
-    clip = tiled(read_bvh(SAMPLE), frames)
+class _Painted(QObject):
+    """Notes which of the widgets have been painted since it was asked."""
+
+    def __init__(self, widgets: list[QWidget]) -> None:
+        super().__init__()
+        self._widgets = widgets
+        self.waiting: set[QWidget] = set()
+        for widget in widgets:
+            widget.installEventFilter(self)
+
+    def expect_all(self) -> None:
+        """From now on."""
+        self.waiting = set(self._widgets)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        """Watch only."""
+        if event.type() == QEvent.Type.Paint:
+            self.waiting.discard(watched)  # type: ignore[arg-type]
+        return False
+
+
+def measure(
+    app: QApplication, frames: int, folder: Path, *, tuning: bool = False
+) -> tuple[np.ndarray, int]:
+    """Milliseconds of every step, (4, steps), and the most intervals there were.
+
+    Core; plots, table and strip on the screen; the 3D view too; one pixel on the screen. tuning:
+    with the tuning tab in front of the interval table, its two plots painted instead.
+    """
+    window = MainWindow(Settings(theme="light"), None)
+    window.resize(1440, 900)
+    window.show()
+    clip = tiled(read_bvh(SAMPLE), frames, folder)
     untouched = analysed(clip).analysis
+    document, timeline = window.document, window.timeline
     document.show_clip(analysed(clip))
     document.select_chain(CHAIN)
-    for _ in range(10):
-        app.processEvents()
-    core, painted, most = [], [], 0
-    for degrees in TAUS:
-        begun = time.perf_counter()
-        untouched.intervals(CHAIN, float(np.radians(degrees)))
-        core.append(time.perf_counter() - begun)
+    document.go_to(clip.values.shape[0] // 2)
+    QTest.qWait(300)
+    plots = [pane.viewport() for pane in timeline.panes.values() if pane.isVisible()]
+    watched = [window.intervals.table.viewport()]
+    if tuning:
+        window.show_tuning()
+        watched = [window.tuning.histogram.viewport(), window.tuning.cost.viewport()]
+        # Of the one round that lies on the disk: what is drawn has as many points.
+        shutil.copy(SAMPLE, folder)
+        wait(app, lambda: len(window.tuning.costs.curves) == len(window.tuning.costs.names))
+        QTest.qWait(300)
+    painted = _Painted([*plots, timeline.overview, *watched])
+    times, most = [], 0
     drag = document.begin_drag()
     for degrees in TAUS:
+        tau = float(np.radians(degrees))
         begun = time.perf_counter()
-        document.set_tau(float(np.radians(degrees)), CHAIN, drag)
-        timeline.refresh()
-        timeline.repaint_now()
-        painted.append(time.perf_counter() - begun)
-        most = max(most, len(document.review.state.of_chain(CHAIN)))
+        untouched.intervals(CHAIN, tau)
+        core = time.perf_counter() - begun
+        found = len(document.review.state.of_chain(CHAIN))
+        painted.expect_all()
+        begun = time.perf_counter()
+        document.set_tau(tau, CHAIN, drag)
+        for widget in watched:
+            widget.update()  # also where nothing in it has changed
+        while painted.waiting:
+            app.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 1)
+        flat = time.perf_counter() - begun
+        while window.viewport.pending:
+            app.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 1)
         app.processEvents()
+        whole = time.perf_counter() - begun
+        timeline.overview.update(0, 0, 1, 1)
+        begun = time.perf_counter()
+        QApplication.sendEvent(window, QEvent(QEvent.Type.UpdateRequest))
+        times.append((core, flat, whole, time.perf_counter() - begun))
+        most = max(most, found, len(document.review.state.of_chain(CHAIN)))
     document.review.mark_saved()
-    document.close_clip()
-    timeline.close()
-    return 1e3 * np.array(core), 1e3 * np.array(painted), most
+    window.close()
+    return 1e3 * np.array(times).T, most
+
+
+def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, float, float, float]:
+    """How the tab's curve appears for a clip that has just been opened.
+
+    Seconds until the selected chain's is drawn, and until all are known; the longest that the event
+    loop stood still meanwhile, and in as long a time before, milliseconds.
+    """
+    head, _, rows = SAMPLE.read_text().rstrip().partition("Frame Time:")
+    step, *lines = rows.splitlines()
+    many = [lines[k % len(lines)] for k in range(frames)]
+    head = re.sub(r"Frames:.*", f"Frames: {frames}", head)
+    path = folder / "long.bvh"
+    path.write_text("\n".join([f"{head}Frame Time:{step}", *many]) + "\n")
+    window = MainWindow(Settings(theme="light"), None)
+    window.resize(1440, 900)
+    window.show()
+    window.open_path(path)
+    wait(app, lambda: window.document.data is not None)
+    window.document.select_chain(CHAIN)
+    QTest.qWait(1000)
+    costs, drawn = window.tuning.costs, window.tuning.cost.fsr
+    begun = time.perf_counter()
+    window.show_tuning()
+    stall = wait(app, lambda: np.size(drawn.getData()[0]) > 1)
+    first = time.perf_counter() - begun
+    stall = max(stall, wait(app, lambda: len(costs.curves) == len(costs.names)))
+    every = time.perf_counter() - begun
+    window.document.select_chain("RightLeg")  # what the same loop does when nothing is measured
+    quiet = wait(app, lambda: False, every)
+    window.close()
+    return first, every, stall, quiet
+
+
+def wait(app: QApplication, ready: Callable[[], bool], seconds: float = 60.0) -> float:
+    """Turn the event loop until something is so; the longest turn, milliseconds."""
+    longest, end = 0.0, time.perf_counter() + seconds
+    while not ready() and time.perf_counter() < end:
+        begun = time.perf_counter()
+        app.processEvents()
+        longest = max(longest, time.perf_counter() - begun)
+        time.sleep(0.002)
+    return 1e3 * longest
 
 
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, action="append", help="clip lengths to measure")
     chosen = parser.parse_args().frames or [3_000, 10_000, 100_000]
-    app = QApplication.instance() or QApplication([])
-    apply_theme(app, LIGHT)
-    print("  frames  intervals   core median    p95   repainted median    p95   (ms)")
+    app = make_application()
+    print("                        core      plots, table, strip      and 3D    compose  painted")
+    print(
+        "  frames  intervals   median   p95   median   p95   median   p95    median   median   (ms)"
+    )
     for frames in chosen:
-        core, painted, most = measure(app, frames)
-        print(
-            f"{frames:8,d}  {most:9d}   {np.median(core):11.2f} {np.percentile(core, 95):6.2f}"
-            f"   {np.median(painted):16.2f} {np.percentile(painted, 95):6.2f}"
-        )
+        for tuning in (False, True):
+            with TemporaryDirectory() as folder:
+                times, most = measure(app, frames, Path(folder), tuning=tuning)
+            figures = "".join(
+                f"  {np.median(t):7.2f} {np.percentile(t, 95):5.1f}" for t in times[:3]
+            )
+            figures += f"   {np.median(times[3]):7.2f}  {np.median(times[1] - times[3]):7.2f}"
+            note = "   tuning tab in front" if tuning else ""
+            print(f"{frames:8,d}  {most:9d}{figures}{note}")
+    with TemporaryDirectory() as folder:
+        first, every, stall, quiet = appearing(app, chosen[0], Path(folder))
+    print(
+        f"\n{chosen[0]:,d} frames: curve of the selected chain after {first:.2f} s, of all after "
+        f"{every:.2f} s; longest stall of the event loop meanwhile {stall:.0f} ms, "
+        f"with nothing to measure {quiet:.0f} ms"
+    )
 
 
 if __name__ == "__main__":

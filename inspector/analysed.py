@@ -6,6 +6,8 @@ import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from inspector.keeping import session_path
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains
@@ -16,6 +18,7 @@ from twistcore.review import Judged, Review, read_session, start_review
 from twistcore.review.session import check_belongs
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, twist_signals
+from twistcore.tuning import Profile
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +29,7 @@ class Analysed:
     chains: tuple[Chain, ...]
     analysis: Analysis
     signals: dict[str, TwistSignals]
+    reliability: dict[str, float]  # median of a chain's ‖v⊥‖/‖v‖, 0…1
     rotations: Array  # global, (frames, joints, 4)
     positions: Array  # (frames, joints, 3)
     review: Review
@@ -48,35 +52,40 @@ class ClipMissingError(TwistError):
         self.session = session
 
 
-def analyse(path: Path, method: str = DEFAULT_METHOD) -> Analysed:
+def analyse(path: Path, profile: Profile | None = None) -> Analysed:
     """Read and analyse a clip, with the session beside it; raises TwistError.
 
-    Safe to call in any thread.
+    profile: τ for a clip without a session, which has its own. Safe to call in any thread.
     """
     beside = session_path(path)
     if not beside.exists():
-        return analysed(read_bvh(path), method)
+        return analysed(read_bvh(path), profile)
     try:
         return analyse_session(beside, path)
     except FormatError as error:
         aside = beside.with_name(beside.name + ".damaged")
         beside.replace(aside)
-        data = analysed(read_bvh(path), method)
+        data = analysed(read_bvh(path), profile)
         return replace(data, notes=(f"{error}. It was set aside as {aside.name}.",))
 
 
-def analysed(clip: Clip, method: str = DEFAULT_METHOD) -> Analysed:
+def analysed(clip: Clip, profile: Profile | None = None) -> Analysed:
     """Analyse a clip that is in memory already."""
+    profile = profile or Profile({})
+    method = profile.method or DEFAULT_METHOD
     chains = find_chains(clip.motion)
     analysis = DETECTORS[method].analyse(clip.motion, chains)
-    tau = resolve_tau(analysis, chains)
+    tau = resolve_tau(analysis, chains, profile.tau)
     found = [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
     rotations, positions = forward_kinematics(clip.motion)
+    signals = {c.name: twist_signals(clip.motion, c) for c in chains}
+    assert clip.sha256  # hashed here, off the GUI thread: a large file takes a while
     return Analysed(
         clip=clip,
         chains=chains,
         analysis=analysis,
-        signals={c.name: twist_signals(clip.motion, c) for c in chains},
+        signals=signals,
+        reliability={k: float(np.median(s.azimuth_reliability)) for k, s in signals.items()},
         rotations=rotations,
         positions=positions,
         review=Review(start_review(method, tau, found, [c.name for c in chains])),
@@ -99,7 +108,7 @@ def analyse_session(path: Path, clip_path: Path | None = None) -> Analysed:
         same = (p for p in there if hashlib.sha256(p.read_bytes()).hexdigest() == session.sha256)
         clip_path = next(same, there[0])
     method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
-    data = analysed(read_bvh(clip_path), method)
+    data = analysed(read_bvh(clip_path), Profile({}, method))
     try:
         check_belongs(session, data.clip, data.chains)
     except ClipMismatchError:

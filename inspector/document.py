@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -33,6 +33,7 @@ from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, twist_signals
+from twistcore.tuning import Profile
 
 
 class Show(StrEnum):
@@ -80,9 +81,12 @@ class Document(QObject):
 
     # -- opening ------------------------------------------------------------------------------
 
-    def open(self, path: Path) -> None:
-        """Read and analyse a clip in the background; the old one stays until the new is there."""
-        self._open(path, lambda: analyse(path))
+    def open(self, path: Path, profile: Profile | None = None) -> None:
+        """Read and analyse a clip in the background; the old one stays until the new is there.
+
+        profile: τ for a clip that has no session yet.
+        """
+        self._open(path, lambda: analyse(path, profile))
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
         """Open a session and its clip, which may have moved to `clip`, in the background."""
@@ -97,8 +101,11 @@ class Document(QObject):
         self.opening.emit(path.name)
         self._task.start()
 
-    def show_clip(self, data: Analysed) -> None:
-        """Make an analysed clip the present one."""
+    def show_clip(self, data: Analysed, *, resumed: bool = False) -> None:
+        """Make an analysed clip the present one.
+
+        resumed: its review was put aside in this program, so that a journal on disk is its own.
+        """
         self._task = None
         self.data = data
         self.frame = 0
@@ -112,8 +119,11 @@ class Document(QObject):
             self.chain = data.chains[0].name
         self._offsets = self._sum_of_offsets()
         self.opened.emit()
-        self._tell_about(data)
-        if leftover is not None and leftover.recovered.entries:
+        if not resumed:
+            self._tell_about(data)
+        if leftover is not None and resumed:
+            self.keeper.continue_with(data.review, leftover)
+        elif leftover is not None and leftover.recovered.entries:
             self._offer(leftover)
         elif data.earlier:
             self.question.emit(
@@ -164,6 +174,16 @@ class Document(QObject):
         self.data = replace(self.data, review=review)
         self.keeper.continue_with(review, leftover)
         self._review_changed()
+
+    def snapshot(self, parent: QObject | None = None) -> Document:
+        """A document with the same clip, review and selection, and nothing behind it on disk."""
+        other = Document(parent)
+        if self.data is not None:
+            other.data = replace(self.data, review=Review(self.review.state))
+        other.chain, other.interval_id, other.frame = self.chain, self.interval_id, self.frame
+        other.show, other.hidden, other.first_frame = self.show, self.hidden, self.first_frame
+        other._offsets, other._summed = dict(self._offsets), dict(self._summed)
+        return other
 
     def close_clip(self) -> None:
         """Let the clip's journal and lock go; the program is about to end."""
@@ -387,17 +407,35 @@ class Document(QObject):
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
         """Set τ, radians, of a chain (the selected one if none is named) and detect again."""
-        name = chain or self.chain
-        if self.data and name:
-            found = self.data.analysis.intervals(name, tau)
-            self.do(Redetect({name: tau}, found, drag=drag))
+        if name := chain or self.chain:
+            self.set_taus({name: tau}, drag)
+
+    def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
+        """Set τ, radians, of several chains and detect again: one step of the history."""
+        if self.data and tau:
+            analysis = self.data.analysis
+            found = tuple(i for name, t in tau.items() for i in analysis.intervals(name, t))
+            self.do(Redetect(dict(tau), found, drag=drag))
+
+    def use_profile(self, profile: Profile) -> None:
+        """Detect with a profile's τ, and with its detector if it names one: one step."""
+        if self.data is None:
+            return
+        own = {n: t for n, t in profile.tau.items() if n in self.review.state.tau}
+        if profile.method in ("", self.review.state.method):
+            self.set_taus(own)
+        else:
+            self._redetect(profile.method, own)
 
     def use_method(self, method: str) -> None:
         """Detect with another detector, at its own τ; what a person decided stays."""
-        if self.data is None or method == self.review.state.method:
-            return
+        if self.data is not None and method != self.review.state.method:
+            self._redetect(method, {})
+
+    def _redetect(self, method: str, tau: Mapping[str, float]) -> None:
+        assert self.data is not None
         analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
-        tau = resolve_tau(analysis, self.data.chains)
+        tau = resolve_tau(analysis, self.data.chains, tau)
         found = [i for name, t in tau.items() for i in analysis.intervals(name, t)]
         self.do(Redetect(tau, tuple(found), method=method))
 

@@ -131,6 +131,11 @@ class ExportDialog(QDialog):
         form.addRow(
             "Intervals", QLabel(f"{accepted} accepted, {rejected} rejected, {undecided} undecided")
         )
+        tracking = document.review.state.tracking if document.data else None
+        if tracking is not None:
+            joints, gains = len(tracking.joints), "learned" if tracking.learned else "hand"
+            count = tracking.joints[0] if joints == 1 else f"{joints} joints"
+            form.addRow("Tracked", QLabel(f"{count} with QuaMo, {gains} gains, afterwards"))
         form.addRow("", self.undecided)
         form.addRow("", self.warning)
         self.replace = QCheckBox("Replace the file that is there")

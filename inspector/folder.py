@@ -17,6 +17,7 @@ from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
 from inspector.keeping import session_path
 from inspector.survey_worker import work
 from twistcore.batch import ClipSurvey
+from twistcore.tuning import Profile
 
 _POLL_MS = 40
 _PATIENCE_S = 20.0  # for any clip, and a second more for every megabyte
@@ -71,6 +72,7 @@ class FolderQueue(QObject):
         super().__init__(parent)
         self.folder: Path | None = None
         self.clips: dict[Path, QueuedClip] = {}
+        self.profile: Profile | None = None  # τ for all clips, or each clip's automatic one
         self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # one core for the window
         self._workers: list[_Worker] = []
         self._started = 0.0
@@ -127,6 +129,7 @@ class FolderQueue(QObject):
         """Survey another folder; what was under way is given up."""
         self.close()
         self.folder = folder
+        self.profile = None
         self.clips = {}
         self._watcher.addPath(str(folder))
         self._started = time.monotonic()
@@ -144,6 +147,14 @@ class FolderQueue(QObject):
             self.clips[path] = replace(self.clips[path], state=ClipState.FAILED, reason=_GONE)
         self._start()
         self.changed.emit()
+
+    def use_profile(self, profile: Profile | None) -> None:
+        """Survey the folder again at a profile's τ, or at each clip's automatic one."""
+        self.cancel()
+        self.profile = profile
+        self.clips = {path: QueuedClip(path, decided=c.decided) for path, c in self.clips.items()}
+        self._started = time.monotonic()
+        self.rescan()
 
     def refresh(self, path: Path) -> None:
         """Read a clip's session again: it was saved."""
@@ -206,7 +217,7 @@ class FolderQueue(QObject):
         worker.until = time.monotonic() + _PATIENCE_S + size / 1e6
         self.clips[path] = replace(self.clips[path], state=ClipState.ANALYSING)
         try:
-            worker.pipe.send(path)
+            worker.pipe.send((path, self.profile))
         except OSError:
             self._end(worker, "the analysis stopped before it began")
 

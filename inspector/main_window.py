@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QByteArray, Qt
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QApplication,
     QDockWidget,
     QFileDialog,
-    QLabel,
     QMainWindow,
     QMenu,
     QMessageBox,
@@ -41,20 +40,37 @@ from inspector.panels import (
 from inspector.playback import Player
 from inspector.plots import Timeline
 from inspector.preferences import Preferences, apply_keys
+from inspector.presentation import Presentation
+from inspector.quality import QualityActions
 from inspector.review_actions import ReviewActions
 from inspector.settings import Settings, save_settings
-from inspector.view_actions import ViewActions
+from inspector.steady import SteadyLabel
+from inspector.teaching.actions import TeachActions
+from inspector.tuning import TuningActions, TuningPanel
+from inspector.video.actions import VideoActions
+from inspector.video.panel import VideoPanel
+from inspector.video.reader import SUFFIXES
+from inspector.view_actions import OF_THE_FIGURE, ViewActions
 from inspector.viewport import Viewport
 from twistcore import __version__
 from twistcore.errors import TwistError
 from twistcore.review import Decision
 
 SAMPLE = Path(__file__).parent.parent / "assets" / "walk_injected.bvh"
-_STATE_VERSION = 1
+_STATE_VERSION = 2
 _LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
+_PRESENTED = ("curves", "teaching")  # docks that stay in a presentation
 
 
-class MainWindow(ViewActions, ReviewActions, GoActions):
+class MainWindow(
+    ViewActions,
+    ReviewActions,
+    GoActions,
+    TuningActions,
+    TeachActions,
+    VideoActions,
+    QualityActions,
+):
     """The program's window."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
@@ -101,6 +117,9 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
         column.addWidget(self.intervals, 1)
         column.addWidget(self.detail)
         self._dock("Curves", self.timeline, Qt.DockWidgetArea.BottomDockWidgetArea)
+        self.video = VideoPanel(self.document, self.theme, self.settings, self.actions_by_id)
+        self.video_dock = self._dock("Video", self.video, Qt.DockWidgetArea.BottomDockWidgetArea)
+        self.video_dock.hide()
         self.clips = ClipsPanel(self.queue, self.document, self.theme)
         self.clips_dock = self._dock("Clips", self.clips, Qt.DockWidgetArea.LeftDockWidgetArea)
         self.clips_dock.hide()
@@ -109,9 +128,22 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
         history = self._dock(
             "History", HistoryPanel(self.document), Qt.DockWidgetArea.RightDockWidgetArea
         )
+        self.tuning = TuningPanel(self.document, self.theme, self.actions_by_id)
+        area = Qt.DockWidgetArea.RightDockWidgetArea
+        self.tuning_dock = self._dock("Tuning", self.tuning, area)
+        self.tuning_dock.visibilityChanged.connect(self.tuning.set_seen)
         self.tabifyDockWidget(rest, history)
+        self.tabifyDockWidget(rest, self.tuning_dock)
+        self._build_teaching(rest, self.tuning_dock)
+        self._build_quality(self.teaching_dock)
         rest.raise_()
         self.resizeDocks([left, rest], [_LEFT_WIDTH, _RIGHT_WIDTH], Qt.Orientation.Horizontal)
+        for name in OF_THE_FIGURE:
+            self.actions_by_id[name].setEnabled(self.viewport.view is not None)
+        self.presenting = Presentation(self, self.viewport, self.timeline, _PRESENTED)
+        self.timeline.toggles["other"].toggled.connect(
+            self.actions_by_id["both_detectors"].setChecked
+        )
         tools = QToolBar("Tools")
         tools.setObjectName("tools")
         tools.setMovable(False)
@@ -131,8 +163,8 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
             view.addAction(dock.toggleViewAction())
         self.recent_menu = QMenu("Recent", self)
         self._menus["File"].insertMenu(self.actions_by_id["save_session"], self.recent_menu)
-        self.position = QLabel()
-        self.decided = QLabel()
+        self.position = SteadyLabel()
+        self.decided = SteadyLabel()
         for label in (self.position, self.decided):
             self.statusBar().addPermanentWidget(label)
 
@@ -156,6 +188,7 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
         document.chain_changed.connect(self._show_position)
         self.queue.changed.connect(self._queue_changed)
         self.clips.chosen.connect(self.open_path)
+        self.video.restored.connect(self.show_video_dock)
         self.intervals.activated.connect(self.timeline.zoom_to_interval)
         self.detail.judged.connect(self._judge)
         QApplication.styleHints().colorSchemeChanged.connect(self._scheme_changed)
@@ -187,7 +220,7 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
         elif path.name.endswith(".json"):
             self.document.open_session(path)
         else:
-            self.document.open(path)
+            self.document.open(path, self.queue.profile if path in self.queue.clips else None)
 
     def open_dialog(self) -> None:
         """Ask for a file and open it."""
@@ -275,7 +308,8 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
     def _opened(self) -> None:
         data = self.document.data
         assert data is not None
-        self.settings.remember(data.clip.path)
+        if not self.aside.open:
+            self.settings.remember(data.clip.path)
         self._show_recent()
         motion = data.motion
         self.statusBar().showMessage(
@@ -284,10 +318,10 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
             8000,
         )
         self._review_changed()
-        self._show_position()
 
     def _may_leave(self) -> bool:
         """True once unsaved decisions are saved or knowingly given up."""
+        self.leave_guide()
         self.detail.commit()
         if self.document.data is None or self.document.review.saved:
             return True
@@ -313,10 +347,15 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
             ("redo", review.redo_text if review else ""),
         ):
             action = self.actions_by_id[name]
-            action.setEnabled(bool(text))
             title = name.capitalize()
-            action.setText(f"{title} {text[0].lower()}{text[1:]}" if text else title)
-            action.setIconText(title)
+            wanted = f"{title} {text[0].lower()}{text[1:]}" if text else title
+            if (wanted, bool(text)) != (
+                action.text(),
+                action.isEnabled(),
+            ):  # a changed action lays its tool bar out anew
+                action.setEnabled(bool(text))
+                action.setText(wanted)
+                action.setIconText(title)
         if review is not None:
             method = self.actions_by_id[f"use_{review.state.method}"]
             method.blockSignals(True)
@@ -328,6 +367,7 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
         intervals = self.document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
         self.decided.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
+        self._show_position()
 
     def follow_root(self, on: bool) -> None:
         """Let the camera go along with the root."""
@@ -360,6 +400,14 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
     def show_all(self) -> None:
         """Plots: the whole clip."""
         self.timeline.show_all()
+
+    def both_detectors(self, on: bool) -> None:
+        """The other detector's plot, or not."""
+        self.timeline.toggles["other"].setChecked(on)
+
+    def presentation(self, on: bool) -> None:
+        """Large type, figure and curves; or the window as it was."""
+        self.presenting.enter() if on else self.presenting.leave()
 
     def full_screen(self, on: bool) -> None:
         """Full screen or not."""
@@ -397,8 +445,11 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         themes.apply_theme(app, theme)
-        for view in (self.viewport, self.timeline, self.clips, self.chains, self.intervals):
+        views = (self.viewport, self.timeline, self.clips, self.chains, self.intervals)
+        for view in (*views, self.tuning, self.teaching, self.guide, self.video, self.quality):
             view.set_theme(theme)
+        if self.five_trackers is not None:
+            self.five_trackers.set_theme(theme)
 
     def _take_settings(self) -> None:
         self.document.reviewer = self.settings.reviewer
@@ -473,11 +524,20 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open the first file that was dropped."""
+        """Open the first file that was dropped; a video goes beside the present clip."""
         files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
         if files:
             event.acceptProposedAction()
-            self.open_path(Path(files[0]))
+            path = Path(files[0])
+            video = path.suffix.lower() in SUFFIXES
+            self.show_video(path) if video else self.open_path(path)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Escape ends a presentation."""
+        if event.key() == Qt.Key.Key_Escape and self.presenting.on:
+            self.actions_by_id["presentation"].setChecked(False)
+            return
+        super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about unsaved decisions, remember the layout, let the 3D view go."""
@@ -485,8 +545,15 @@ class MainWindow(ViewActions, ReviewActions, GoActions):
             event.ignore()
             return
         self.player.pause()
+        self.recorder.cancel()
+        if self.five_trackers is not None:
+            self.five_trackers.close()
+        self.actions_by_id["presentation"].setChecked(False)  # the layout to keep is the usual one
         self.document.close_clip()
         self.queue.close()
+        self.tuning.set_seen(False)
+        self.video.let_go()
+        self.quality.close_clip()
         self.settings.geometry = bytes(self.saveGeometry().toHex().data()).decode()
         self.settings.layout = bytes(self.saveState(_STATE_VERSION).toHex().data()).decode()
         if self._settings_file is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -12,6 +13,7 @@ import platformdirs
 from twistcore.atomic import write_atomically
 
 RECENT = 10
+VIDEOS = 500
 
 
 @dataclass
@@ -20,7 +22,8 @@ class Settings:
 
     theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex; first_frame: 0 or 1;
     step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table;
-    turn_ms: milliseconds in which the camera turns to another limb, 0 for at once.
+    turn_ms: milliseconds in which the camera turns to another limb, 0 for at once; videos: by the
+    clip's path its video's path and offset in seconds, the latest last.
     """
 
     theme: str = "system"
@@ -32,11 +35,19 @@ class Settings:
     step: int = 10
     keys: dict[str, list[str]] = field(default_factory=dict)
     turn_ms: int = 220
+    videos: dict[str, tuple[str, float]] = field(default_factory=dict)
 
     def remember(self, path: Path) -> None:
         """Put a file first in the list of recent ones."""
         name = str(path.resolve())
         self.recent = [name, *(r for r in self.recent if r != name)][:RECENT]
+
+    def remember_video(self, clip: str, video: Path, offset: float) -> None:
+        """Keep a clip's video and its offset in seconds."""
+        self.videos.pop(clip, None)
+        self.videos[clip] = str(video.resolve()), offset
+        for oldest in list(self.videos)[:-VIDEOS]:
+            del self.videos[oldest]
 
 
 def settings_path() -> Path:
@@ -59,6 +70,12 @@ def load_settings(path: Path) -> tuple[Settings, str]:
             raise ValueError
         if not all(isinstance(r, str) for r in values.get("recent", [])):
             raise ValueError
+        values["videos"] = {
+            clip: (str(video), float(offset))
+            for clip, (video, offset) in values.get("videos", {}).items()
+        }
+        if not all(math.isfinite(offset) for _, offset in values["videos"].values()):
+            raise ValueError
         settings = Settings(**values)
         if settings.first_frame not in (0, 1) or settings.step < 1 or settings.turn_ms < 0:
             raise ValueError
@@ -67,7 +84,7 @@ def load_settings(path: Path) -> tuple[Settings, str]:
         return Settings(), ""
     except OSError as error:
         return Settings(), f"{path}: the settings cannot be read ({error.strerror})."
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError, TypeError):
         aside = path.with_name(path.name + ".damaged")
         try:
             path.replace(aside)

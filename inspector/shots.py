@@ -5,17 +5,30 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
+from PySide6.QtCore import QEventLoop, QPoint, QTimer
+from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 
 from inspector.app import make_application
 from inspector.settings import Settings
+from inspector.viewport import driver
+from twistcore.decomposition import WhatIf
+
+if TYPE_CHECKING:
+    from inspector.main_window import MainWindow
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 _SIZE = (1440, 900)
+_TOUR_SIZE = (1280, 800)
 _SETTLE_MS = 700
+_DOCK_TITLE = 32  # pixels
+_SEED = 5  # of the exercise
 
 
 def main() -> int:
@@ -37,6 +50,55 @@ def main() -> int:
         while window.queue.running:
             QTest.qWait(50)
 
+    def teaching(window: MainWindow) -> None:
+        window.show_teaching()
+        while not window.teaching.typesetter.done:
+            QTest.qWait(20)
+        window.document.select_chain("RightUpLeg")
+        window.document.go_to(100)
+        window.lesson.set_what_if(WhatIf(twist=1.1, counter=True, bend=0.9))
+        window.focus_chain()
+
+    def lit(window: MainWindow) -> None:
+        teaching(window)
+        window.lesson.light("theta_p")
+
+    def tuning(window: MainWindow) -> None:
+        window.show_tuning()
+        while len(window.tuning.costs.curves) < len(window.tuning.costs.names):
+            QTest.qWait(50)
+        window.tuning.set_tau_degrees(5.0)
+
+    def profiles(window: MainWindow) -> None:
+        tuning(window)
+        with tempfile.TemporaryDirectory() as folder:
+            window.save_profile_to(Path(folder) / "office.toml")
+            window.undo()
+            window.compare_with([Path(folder) / "office.toml"])
+        window.bar.hide()
+
+    def detectors(window: MainWindow) -> None:
+        window.actions_by_id["both_detectors"].trigger()
+
+    def presentation(window: MainWindow) -> None:
+        window.actions_by_id["presentation"].trigger()
+
+    def quality(window: MainWindow) -> None:
+        window.show_quality()
+        while window.quality.evidence.known is None:
+            wait(50)
+        window.document.select_chain("LeftForeArm")
+
+    def tracking(window: MainWindow) -> None:
+        quality(window)
+        window.quality.choose("LeftForeArm", "LeftArm", "LeftHand")
+        wait(50)
+        window.quality.page.learned.setChecked(True)
+        window.track_joints()
+        while window.quality.tracked.result is None:
+            wait(50)
+        window.document.go_to(150)
+
     def nothing(window: MainWindow) -> None:
         del window
 
@@ -46,12 +108,22 @@ def main() -> int:
         ("skin-side-by-side", "dark", skin),
         ("trails", "light", trails),
         ("folder", "light", queue),
+        ("both-detectors", "light", detectors),
+        ("presentation", "dark", presentation),
+        ("without-opengl", "light", nothing),
+        ("teaching", "light", teaching),
+        ("teaching-lit", "dark", lit),
+        ("tuning", "light", tuning),
+        ("tuning-profiles", "dark", profiles),
+        ("quality", "light", quality),
+        ("tracking", "dark", tracking),
     )
     IMAGES.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         clip = Path(shutil.copy(SAMPLE, folder))
         for name, theme, prepare in pictures:
-            window = MainWindow(Settings(theme=theme), None)
+            with without_opengl() if name == "without-opengl" else nullcontext():
+                window = MainWindow(Settings(theme=theme), None)
             window.resize(*_SIZE)
             window.show()
             window.open_path(clip)
@@ -67,14 +139,87 @@ def main() -> int:
             prepare(window)
             if prepare is not trails:
                 window.focus_chain()
-            QTest.qWait(_SETTLE_MS)
-            path = IMAGES / f"{name}.png"
-            window.grab().save(str(path))
-            print(path.relative_to(IMAGES.parent.parent))
+            save(window, name)
             window.document.review.mark_saved()
             window.close()
             QTest.qWait(50)
+        window = MainWindow(Settings(theme="light", turn_ms=0), None)
+        window.why_quaternions()
+        lesson = window.five_trackers
+        assert lesson is not None
+        wait(_SETTLE_MS)
+        keep(lesson.grab().toImage(), "why-quaternions")
+        window.close()
+        window = MainWindow(Settings(theme="light", turn_ms=0), None)
+        window.resize(*_TOUR_SIZE)
+        window.show()
+        lead(window)
+        window.close()
     return 0
+
+
+@contextmanager
+def without_opengl() -> Iterator[None]:
+    """What is built meanwhile finds no OpenGL."""
+    found = driver.renderer_name
+    driver.renderer_name = lambda: ""
+    try:
+        yield
+    finally:
+        driver.renderer_name = found
+
+
+def lead(window: MainWindow) -> None:
+    """Pictures of every step of the tour, done, and of an exercise with its score."""
+    window.tour()
+    while window.guided_tour.at < 0:
+        QTest.qWait(20)
+    while not window.teaching.typesetter.done:
+        window.show_teaching()
+        QTest.qWait(20)
+    window.intervals_dock.raise_()
+    for step in window.guided_tour.steps:
+        window.guided_tour.show_me.click()
+        save(window, f"tour-{step.name}", small=True)
+        window.guided_tour.forward.click()
+    window.exercise()
+    window.hidden_errors.seed.setValue(_SEED)
+    window.hidden_errors.start.click()
+    while not window.hidden_errors.score_button.isEnabled():
+        QTest.qWait(20)
+    window.next_interval()
+    for judged in window.document.intervals[:-2]:
+        lively = window.document.data.signals[judged.interval.chain].strength  # type: ignore[union-attr]
+        real = lively[judged.interval.start] > np.radians(5.0)
+        (window.accept if real else window.reject)()
+    window.hidden_errors.score_button.click()
+    save(window, "exercise", small=True)
+    window.leave_guide()
+
+
+def wait(milliseconds: int) -> None:
+    """Let the event loop run, and threads with it: QTest.qWait keeps them from Python."""
+    loop = QEventLoop()
+    QTimer.singleShot(milliseconds, loop.quit)
+    loop.exec()
+
+
+def save(window: MainWindow, name: str, *, small: bool = False) -> None:
+    """A picture of the window once it has settled; small: without what lies below the 3D view."""
+    QTest.qWait(_SETTLE_MS)
+    picture = window.grab().toImage()
+    if small:
+        below = window.timeline.mapTo(window, QPoint(0, 0)).y()
+        ratio = picture.devicePixelRatio()
+        picture = picture.copy(0, 0, picture.width(), round((below - _DOCK_TITLE) * ratio))
+    keep(picture, name)
+
+
+def keep(picture: QImage, name: str) -> None:
+    """Write a picture of the docs."""
+    path = IMAGES / f"{name}.png"
+    picture.save(str(path), quality=0)  # type: ignore[call-overload]
+    print(path.relative_to(IMAGES.parent.parent))
 
 
 if __name__ == "__main__":

@@ -14,15 +14,15 @@ _OF_FILE = 12  # times the file's size for reading and analysing it
 
 
 def work(pipe: Connection) -> None:
-    """Answer every path with a ClipSurvey or a sentence, until the pipe closes."""
+    """Answer every (path, profile) with a ClipSurvey or a sentence, until the pipe closes."""
     while True:
         try:
-            path = pipe.recv()
+            path, profile = pipe.recv()
         except EOFError:
             return
         try:
             _limit_memory(path)
-            pipe.send(survey(path))
+            pipe.send(survey(path, profile))
         except TwistError as error:
             pipe.send(str(error))
         except MemoryError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QGuiApplication, QPalette
@@ -24,6 +25,7 @@ class Theme:
     on_accent: str
     before: str  # the clip as it is: orange
     after: str  # the clip as corrected: blue
+    tracked: str  # what QuaMo makes of it: magenta
     tau: str  # the τ line
     accepted: str
     rejected: str
@@ -44,6 +46,7 @@ LIGHT = Theme(
     on_accent="#ffffff",
     before="#a65300",
     after="#1668b3",
+    tracked="#a8197f",
     tau="#b3261e",
     accepted="#1b7040",
     rejected="#a3342b",
@@ -63,6 +66,7 @@ DARK = Theme(
     on_accent="#14101f",
     before="#ff9d3d",
     after="#62b1f5",
+    tracked="#ff86d0",
     tau="#ff7b72",
     accepted="#6fce95",
     rejected="#ff938a",
@@ -140,5 +144,21 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
 #bar {{ background: {raised}; border: 1px solid {line}; border-radius: 4px; }}
 #bar[wrong="true"] {{ border: 1px solid {rejected}; }}
 #bar QLabel {{ color: {text}; }}
+#scope:checked {{ background: {accent}; color: {on_accent}; border: 1px solid {accent};
+  border-radius: 3px; }}
 #soft {{ color: {soft}; }}
+#hold:checked {{ background: {accent}; color: {on_accent}; border: 1px solid {line};
+  border-radius: 2px; padding: 3px 6px; }}
 """
+
+
+@cache
+def mixed(colour: str, paper: str, alpha: int) -> QColor:
+    """A colour as it looks on paper at alpha/255; opaque fills are 30 times as fast."""
+    above, below, share = QColor(colour), QColor(paper), alpha / 255.0
+    return QColor(
+        *(
+            round(share * a + (1.0 - share) * b)
+            for a, b in zip(above.getRgb()[:3], below.getRgb()[:3], strict=True)
+        )
+    )

@@ -8,6 +8,13 @@ from inspector.document import Document
 from inspector.settings import Settings
 from inspector.viewport import Style, Viewport
 
+# Actions that mean nothing where there is no OpenGL and the plots stand alone.
+OF_THE_FIGURE = (
+    "cycle_show", "focus_chain", "follow_root", "skin", "side_by_side", "trails",
+    "colour_by_offset", "bone_names", "view_iso", "view_front", "view_side", "view_back",
+    "view_top",
+)  # fmt: skip
+
 
 class ViewActions(QMainWindow):
     """Looks of the 3D view, and the camera that goes along with a review.

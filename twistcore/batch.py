@@ -11,6 +11,7 @@ import numpy as np
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, resolve_tau
+from twistcore.tuning import Profile
 
 
 @dataclass(frozen=True)
@@ -24,12 +25,13 @@ class ClipSurvey:
     severity: float
 
 
-def survey(path: Path, method: str = DEFAULT_METHOD) -> ClipSurvey:
-    """Read and analyse a clip; raises TwistError."""
+def survey(path: Path, profile: Profile | None = None) -> ClipSurvey:
+    """Read and analyse a clip, at a profile's τ where there is one; raises TwistError."""
     motion = read_bvh(path).motion
     chains = find_chains(motion)
+    method = (profile.method if profile else "") or DEFAULT_METHOD
     analysis = DETECTORS[method].analyse(motion, chains)
-    tau = resolve_tau(analysis, chains)
+    tau = resolve_tau(analysis, chains, profile.tau if profile else None)
     found = [i for name, t in tau.items() for i in analysis.intervals(name, t)]
     return ClipSurvey(path, motion.frames, motion.fps, len(found), severity(found, motion.frames))
 

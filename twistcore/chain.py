@@ -6,6 +6,7 @@ may mean the collar in one rig and the upper arm in another without harm.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,7 @@ from twistcore.rotation import Array, normalise
 SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
 
 _ZERO = 1e-6  # of the skeleton's height: shorter offsets have no direction
+_DELTA = 1e-2  # of OFFSET's length: positions so short are deltas from it or rounding, no bone
 _COLLINEAR = np.cos(np.radians(20.0))
 _VARYING = np.cos(np.radians(1.0))
 
@@ -100,6 +102,15 @@ def make_chain(
     return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
 
 
+def connected(chain: Chain, chains: Sequence[Chain]) -> tuple[Chain, ...]:
+    """The chains that share joints with a chain, directly or through others, itself included."""
+    joints, limb = {chain.parent, chain.child}, [chain]
+    while near := [c for c in chains if c not in limb and {c.parent, c.child} & joints]:
+        limb += near
+        joints.update(j for c in near for j in (c.parent, c.child))
+    return tuple(c for c in chains if c in limb)
+
+
 def uncorrectable_joints(motion: Motion, chain: Chain) -> tuple[str, ...]:
     """Names among P and its children that lack three rotation channels; empty: correctable."""
     rotatable = motion.skeleton.rotatable
@@ -114,11 +125,17 @@ def _direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
     skeleton = motion.skeleton
     smallest = _ZERO * skeleton.height
     offset = motion.translation(joint)
-    if offset.ndim == 2 and not offset.any() and skeleton.offsets[joint].any():
+    rest = skeleton.offsets[joint]
+    length = np.linalg.norm(rest)
+    if (
+        offset.ndim == 2
+        and length > smallest
+        and np.linalg.norm(offset, axis=1).max() <= max(smallest, _DELTA * length)
+    ):
         warnings.append(
-            f"{skeleton.names[joint]}: the position channels are all zero; its OFFSET is used."
+            f"{skeleton.names[joint]}: the position channels are next to zero; its OFFSET is used."
         )
-        offset = skeleton.offsets[joint]
+        offset = rest
     if offset.ndim == 2:
         if np.linalg.norm(offset, axis=1).min() <= smallest:
             return None

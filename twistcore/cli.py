@@ -7,7 +7,7 @@ import io
 import math
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -140,12 +140,81 @@ def _parser() -> argparse.ArgumentParser:
     benchmark.add_argument("--csv", type=Path, metavar="FILE")
     benchmark.set_defaults(run=_benchmark)
 
+    _quamo(subparsers.add_parser("quamo", help="causal tracking of jittery motion, after review"))
+
     diff = subparsers.add_parser("diff", help="what differs between two clips")
     diff.add_argument("a", type=Path, metavar="A")
     diff.add_argument("b", type=Path, metavar="B")
     _json(diff)
     diff.set_defaults(run=commands.diff)
     return parser
+
+
+def _quamo(parser: argparse.ArgumentParser) -> None:
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+
+    refine = subparsers.add_parser("refine", help="track a clip and write it")
+    _clip(refine)
+    _output(refine)
+    refine.add_argument("--gains", choices=("hand", "learned"), default="hand")
+    refine.add_argument("--weights", type=Path, metavar="FILE", help="instead of the shipped ones")
+    refine.add_argument(
+        "--joints", nargs="+", metavar="NAME", help="only these; default all that can be written"
+    )
+    refine.add_argument("--root-position", action="store_true", help="also track the root's place")
+    for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
+        refine.add_argument(name, type=_number, metavar="X", help=f"hand gain {what}")
+    refine.add_argument("--fps", type=_positive, default=None, help="instead of the file's rate")
+    refine.add_argument("--unit", type=_positive, metavar="METRES", help="of one unit of the clip")
+    refine.add_argument("--template", type=Path, metavar="BVH", help="rest offsets for an .npz")
+    refine.add_argument("--up", choices=("y", "z"), default="z", help="of an .npz; AMASS: z")
+    refine.set_defaults(run=_quamo_command("refine"))
+
+    noise = subparsers.add_parser("noise", help="put synthetic noise into a clip")
+    _clip(noise)
+    _output(noise)
+    noise.add_argument("--level", choices=("A", "B"), default="A")
+    noise.add_argument("--systematic", action="store_true", help="half of the bias stands still")
+    noise.add_argument("--bursts", type=_not_negative, default=0.0, metavar="X", help="a minute")
+    noise.add_argument("--seed", type=_seed, default=0, metavar="N")
+    noise.add_argument("--unit", type=_positive, metavar="METRES", help="of one unit of the clip")
+    _json(noise)
+    noise.set_defaults(run=_quamo_command("noise"))
+
+    for name, what in (
+        ("evaluate", "learned and hand gains beside baselines on held-out subjects"),
+        ("ablation", "steps of the method, representations, integration"),
+    ):
+        tables = subparsers.add_parser(name, help=what)
+        tables.add_argument("folder", type=Path, metavar="FOLDER")
+        tables.add_argument("--weights", type=Path, metavar="DIR", help="default: as shipped")
+        tables.add_argument("--seeds", type=_count, default=3, metavar="N", help="how many")
+        tables.add_argument("--seed", type=_seed, default=0, metavar="N", help="the first seed")
+        _json(tables)
+        tables.set_defaults(run=_quamo_command(name))
+
+    train = subparsers.add_parser("train", help="train the networks (PyTorch)")
+    train.add_argument("folder", type=Path, metavar="FOLDER")
+    train.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
+    train.add_argument(
+        "--hold-out", nargs="+", metavar="SUBJECT", help="one network each; 'none' for all clips"
+    )
+    train.add_argument("--variant", choices=("pd", "bias", "s3", "full"), default="full")
+    train.add_argument("--epochs", type=_count, metavar="N")
+    train.add_argument("--width", type=_count, metavar="N", help="units of a hidden layer")
+    train.add_argument("--seed", type=_seed, default=0, metavar="N")
+    train.add_argument("--compile", action="store_true", help="fuse the step; needs a C++ compiler")
+    train.set_defaults(run=_quamo_command("train"))
+
+
+def _quamo_command(name: str) -> Callable[[argparse.Namespace], int]:
+    def run(arguments: argparse.Namespace) -> int:
+        from twistcore.quamo import command  # scipy.signal takes a while to load
+
+        chosen: Callable[[argparse.Namespace], int] = getattr(command, name)
+        return chosen(arguments)
+
+    return run
 
 
 def _benchmark(arguments: argparse.Namespace) -> int:
@@ -203,6 +272,17 @@ def _positive(text: str) -> float:
     if not (math.isfinite(value) and value > 0.0):
         raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
     return value
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
+
+
+def _not_negative(text: str) -> float:
+    return 0.0 if text == "0" else _positive(text)
 
 
 def _count(text: str) -> int:

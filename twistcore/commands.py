@@ -81,7 +81,7 @@ def info(arguments: argparse.Namespace) -> int:
         "warnings": [*map(str, clip.warnings), *(w for chain in chains for w in chain.warnings)],
     }
     if arguments.json:
-        _print_json(document)
+        print_json(document)
         return 0
     print(f"{arguments.clip}: {motion.frames} frames at {motion.fps:.6g} fps, ", end="")
     print(f"{len(motion.skeleton)} joints, {clip.values.shape[1]} channels")
@@ -101,7 +101,7 @@ def detect(arguments: argparse.Namespace) -> int:
     chains = _chosen_chains(clip, arguments.chain)
     tau, found = _detected(arguments, clip, chains)
     if arguments.json:
-        _print_json(_detection_to_json(arguments, clip, tau, found))
+        print_json(_detection_to_json(arguments, clip, tau, found))
     else:
         for i in found:
             print(
@@ -129,7 +129,7 @@ def _explain(interval: Interval) -> None:
 
 def signals(arguments: argparse.Namespace) -> int:
     """Signals as CSV: one line a chain and frame, degrees."""
-    _refuse_overwrite([arguments.csv], [arguments.clip])
+    refuse_overwrite([arguments.csv], [arguments.clip])
     clip = read_bvh(arguments.clip)
     chains = _chosen_chains(clip, arguments.chain)
     out = io.StringIO()
@@ -148,7 +148,7 @@ def signals(arguments: argparse.Namespace) -> int:
 def refine_clip(arguments: argparse.Namespace) -> int:
     """Write a corrected BVH, and a report if asked."""
     clip = read_bvh(arguments.clip, fps=arguments.fps)
-    _refuse_overwrite([arguments.output], [arguments.clip])
+    refuse_overwrite([arguments.output], [arguments.clip])
     if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     chains = _chosen_chains(clip, arguments.chain)
@@ -163,7 +163,7 @@ def refine_clip(arguments: argparse.Namespace) -> int:
     )
     review.do(Decide(wanted, Decision.ACCEPTED))
     refined = accepted_motion(clip, chains, review.state)
-    _tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
+    tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
     if arguments.report:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
     print(f"{arguments.output}: {len(wanted)} of {len(found)} intervals corrected")
@@ -175,11 +175,11 @@ def apply(arguments: argparse.Namespace) -> int:
     """Replay a session: the same bytes as the program's export."""
     session = read_session(arguments.session)
     clip = read_bvh(arguments.clip, fps=session.fps)
-    _refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
+    refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
     chains = find_chains(clip.motion)
     check_belongs(session, clip, chains)
     refined = accepted_motion(clip, chains, session.state)
-    _tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
+    tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
     chosen = session.state.chosen()
     print(f"{arguments.output}: {len(chosen)} of {len(session.state.intervals)} intervals applied")
     return int(_tell_uncorrected(clip, chains, chosen))
@@ -189,7 +189,7 @@ def inject_errors(arguments: argparse.Namespace) -> int:
     """Put errors into a clip and write their truth."""
     protocol = parse_protocol(arguments.protocol)
     clip = read_bvh(arguments.clip)
-    _refuse_overwrite([arguments.output, arguments.truth], [arguments.clip])
+    refuse_overwrite([arguments.output, arguments.truth], [arguments.clip])
     every = find_chains(clip.motion)
     chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
     if not chains:
@@ -239,7 +239,7 @@ def evaluate(arguments: argparse.Namespace) -> int:
             raise ClipMismatchError(f"{refined}: {error}") from None
     table = summarise(samples)
     if arguments.json:
-        _print_json(evaluation_to_json(table))
+        print_json(evaluation_to_json(table))
     else:
         print(evaluation_to_text(table))
     return 0
@@ -283,7 +283,7 @@ def diff(arguments: argparse.Namespace) -> int:
     except ClipMismatchError as error:
         raise ClipMismatchError(f"{arguments.a}, {arguments.b}: {error}") from None
     if arguments.json:
-        _print_json(difference_to_json(difference, str(arguments.a), str(arguments.b)))
+        print_json(difference_to_json(difference, str(arguments.a), str(arguments.b)))
         return 0
     for j in difference.joints:
         print(f"{j.joint:<24} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
@@ -328,7 +328,13 @@ def _detected(
     tau = resolve_tau(analysis, chains, arguments.tau)
     if arguments.profile:
         profile = read_profile(arguments.profile)
-        tau.update({name: profile[name] for name in tau if name in profile})
+        tau.update({name: t for name, t in profile.tau.items() if name in tau})
+        if profile.method not in ("", arguments.method):
+            print(
+                f"{arguments.profile}: note: tuned for detector {profile.method}, "
+                f"used with {arguments.method}",
+                file=sys.stderr,
+            )
     return tau, [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
 
 
@@ -396,7 +402,7 @@ def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Inte
     return skipped
 
 
-def _tell_jumps(output: Path, jumps: Sequence[EulerJump]) -> None:
+def tell_jumps(output: Path, jumps: Sequence[EulerJump]) -> None:
     """Say where a channel had to turn by more than 180° in one frame."""
     for jump in jumps[:10]:
         print(f"{output}: note: {jump}", file=sys.stderr)
@@ -404,7 +410,7 @@ def _tell_jumps(output: Path, jumps: Sequence[EulerJump]) -> None:
         print(f"{output}: note: {len(jumps) - 10} more such jumps", file=sys.stderr)
 
 
-def _refuse_overwrite(outputs: Sequence[Path], sources: Sequence[Path]) -> None:
+def refuse_overwrite(outputs: Sequence[Path], sources: Sequence[Path]) -> None:
     """Before anything is written: every output has a folder and replaces no input or output."""
     for k, output in enumerate(outputs):
         for source in sources:
@@ -418,6 +424,7 @@ def _refuse_overwrite(outputs: Sequence[Path], sources: Sequence[Path]) -> None:
             raise TwistError(f"{output}: expected an existing folder to write into")
 
 
-def _print_json(document: dict[str, Any]) -> None:
+def print_json(document: dict[str, Any]) -> None:
+    """Write a JSON document to stdout; ValueError where a number is not finite."""
     json.dump(document, sys.stdout, indent=1, ensure_ascii=False, allow_nan=False)
     sys.stdout.write("\n")

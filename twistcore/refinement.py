@@ -19,8 +19,9 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
     """Sum of the offsets of all intervals, radians in (−π, π], shape (frames,), by chain name."""
     total: dict[str, Array] = {}
     for interval in intervals:
-        offset = total.setdefault(interval.chain, np.zeros(frames))
-        offset[interval.start : interval.stop] += interval.offset
+        if interval.chain not in total:
+            total[interval.chain] = np.zeros(frames)
+        total[interval.chain][interval.start : interval.stop] += interval.offset
     return {chain: wrap(offset) for chain, offset in total.items()}
 
 

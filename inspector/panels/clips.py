@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
 
-from PySide6.QtCore import (
-    QAbstractTableModel,
-    QModelIndex,
-    QPersistentModelIndex,
-    QRectF,
-    QSize,
-    Qt,
-    Signal,
-)
+from PySide6.QtCore import QRectF, QSize, Signal
 from PySide6.QtGui import QColor, QPainter
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -30,60 +22,36 @@ from PySide6.QtWidgets import (
 
 from inspector.document import Document
 from inspector.folder import ClipState, FolderQueue, QueuedClip
+from inspector.panels.rows import SORT_ROLE, Index, Row, RowModel
 from inspector.theme import Theme
 
-_Index = QModelIndex | QPersistentModelIndex
 _HEADS = ("Clip", "Severity", "Review")
-_SEVERITY = Qt.ItemDataRole.UserRole
 
 
-class _ClipModel(QAbstractTableModel):
-    def __init__(self, queue: FolderQueue, theme: Theme) -> None:
+class _ClipModel(RowModel):
+    heads = _HEADS
+
+    def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self._queue = queue
         self.theme = theme
-        self.rows: list[QueuedClip] = []
 
-    def refresh(self) -> None:
-        new = self._queue.ordered
-        if [c.path for c in new] == [c.path for c in self.rows]:
-            self.rows = new
-            if new:
-                self.dataChanged.emit(self.index(0, 0), self.index(len(new) - 1, len(_HEADS) - 1))
-            return
-        self.beginResetModel()
-        self.rows = new
-        self.endResetModel()
+    def key(self, thing: QueuedClip) -> Path:
+        return thing.path
 
-    def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(self.rows)
-
-    def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(_HEADS)
-
-    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
-            return _HEADS[section]
-        return None
-
-    def data(self, index: _Index, role: int = 0) -> Any:
-        if not index.isValid():
-            return None
-        clip = self.rows[index.row()]
-        if role == Qt.ItemDataRole.DisplayRole:
-            return (clip.path.stem, "", _review(clip))[index.column()]
-        if role == _SEVERITY:
-            return clip.severity
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return _tip(clip)
-        if role == Qt.ItemDataRole.ForegroundRole:
-            if clip.state == ClipState.FAILED:
-                return QColor(self.theme.rejected)
-            if clip.done:
-                return QColor(self.theme.accepted)
-            if clip.state != ClipState.READY:
-                return QColor(self.theme.soft)
-        return None
+    def describe(self, thing: QueuedClip) -> Row:
+        colour = None
+        if thing.state == ClipState.FAILED:
+            colour = self.theme.rejected
+        elif thing.done:
+            colour = self.theme.accepted
+        elif thing.state != ClipState.READY:
+            colour = self.theme.soft
+        return Row(
+            texts=(thing.path.stem, "", _review(thing)),
+            sort=(thing.path.stem, thing.severity, _review(thing)),
+            colours=dict.fromkeys(range(len(_HEADS)), colour) if colour else {},
+            tips=(_tip(thing),),
+        )
 
 
 def _review(clip: QueuedClip) -> str:
@@ -111,17 +79,17 @@ class _SeverityBar(QStyledItemDelegate):
         super().__init__(parent)
         self._model = model
 
-    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: _Index) -> None:
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         super().paint(painter, option, index)
-        severity = index.data(_SEVERITY)
-        worst = max((c.severity for c in self._model.rows), default=0.0)
+        severity = index.data(SORT_ROLE)
+        worst = max((c.severity for c in self._model.things), default=0.0)
         if severity is None or severity <= 0.0 or worst <= 0.0:
             return
         room = QRectF(option.rect).adjusted(4, 7, -6, -7)
         room.setWidth(max(2.0, room.width() * (severity / worst) ** 0.5))
         painter.fillRect(room, QColor(self._model.theme.before))
 
-    def sizeHint(self, option: QStyleOptionViewItem, index: _Index) -> QSize:
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
         return QSize(70, super().sizeHint(option, index).height())
 
 
@@ -135,7 +103,7 @@ class ClipsPanel(QWidget):
     ) -> None:
         super().__init__(parent)
         self._queue, self._document = queue, document
-        self._model = _ClipModel(queue, theme)
+        self._model = _ClipModel(theme)
         self.table = QTableView()
         self.table.setModel(self._model)
         self.table.setItemDelegateForColumn(1, _SeverityBar(self._model, self.table))
@@ -177,19 +145,22 @@ class ClipsPanel(QWidget):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self._model.theme = theme
-        self._model.refresh()
+        self._model.redraw()
 
     def _choose(self, row: int) -> None:
-        self.chosen.emit(self._model.rows[row].path)
+        self.chosen.emit(self._model.things[row].path)
 
     def _refresh(self) -> None:
-        self._model.refresh()
+        self._model.show(self._queue.ordered)
+        self.table.viewport().update()  # the bars measure against the worst, which may be new
         done, total = self._queue.progress
+        self.bar.setUpdatesEnabled(False)  # else every value repaints the window at once
         self.bar.setRange(0, max(total, 1))
         self.bar.setValue(done)
+        self.bar.setUpdatesEnabled(True)
         self.bar.setVisible(self._queue.running)
         self.stop.setVisible(self._queue.running)
-        failed = sum(c.state == ClipState.FAILED for c in self._model.rows)
+        failed = sum(c.state == ClipState.FAILED for c in self._model.things)
         if self._queue.running:
             left = self._queue.seconds_left
             self.status.setText(f"{done} of {total} analysed, about {left:.0f} s left")
@@ -200,6 +171,6 @@ class ClipsPanel(QWidget):
 
     def _mark_open(self) -> None:
         data = self._document.data
-        for row, clip in enumerate(self._model.rows):
+        for row, clip in enumerate(self._model.things):
             if data is not None and clip.path == data.clip.path:
                 self.table.selectRow(row)

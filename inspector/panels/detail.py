@@ -198,4 +198,4 @@ def explanation(judged: Judged) -> str:
         parts.append("open: the other side of the clip may be the wrong one")
     if not judged.supported:
         parts.append("no longer found at this τ")
-    return "; ".join(parts)
+    return "; ".join(parts).replace("-", "−")

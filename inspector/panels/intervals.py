@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from PySide6.QtCore import (
-    QAbstractTableModel,
     QItemSelectionModel,
     QModelIndex,
-    QPersistentModelIndex,
     QSortFilterProxyModel,
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QResizeEvent
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -28,11 +24,12 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.document import Document
+from inspector.panels.rows import SORT_ROLE, Index, Row, RowModel
+from inspector.steady import SteadyLabel
 from inspector.theme import Theme
 from twistcore.review import Decision, Judged
 from twistcore.review.model import overlapping
 
-_Index = QModelIndex | QPersistentModelIndex
 _HEADS = ("Chain", "Decision", "Start", "Stop", "Frames", "δ", "Time", "Conf.", "Note")
 _SAMPLES = (
     "Right Shoulder",
@@ -46,7 +43,6 @@ _SAMPLES = (
 )
 _SPARED = ("Conf.", "Frames", "Time")  # left out in this order where room is short
 _NOTE_WIDTH = 60
-SORT_ROLE = Qt.ItemDataRole.UserRole
 MARKS = {
     Decision.UNDECIDED: "· undecided",
     Decision.ACCEPTED: "✓ accepted",
@@ -55,93 +51,54 @@ MARKS = {
 FILTERS = ("All", "Undecided", "Accepted", "Rejected", "This chain")
 
 
-class _IntervalModel(QAbstractTableModel):
+class _IntervalModel(RowModel):
+    """Things are pairs: an interval of the review, and whether it shares frames with another."""
+
+    heads = _HEADS
+    right = range(2, 8)
+
     def __init__(self, document: Document, theme: Theme) -> None:
         super().__init__()
         self._document = document
         self.theme = theme
-        self.rows: tuple[Judged, ...] = ()
-        self.shared: frozenset[int] = frozenset()  # overlap another of their chain: offsets add
 
-    def refresh(self) -> None:
-        """Take the review's intervals over; rows are reset only if they are other ones."""
-        new = self._document.intervals
-        self.shared = overlapping(new)
-        same = [j.id for j in new] == [j.id for j in self.rows]
-        if same:
-            self.rows = new
-            if new:
-                self.dataChanged.emit(self.index(0, 0), self.index(len(new) - 1, len(_HEADS) - 1))
-            return
-        self.beginResetModel()
-        self.rows = new
-        self.endResetModel()
+    def key(self, thing: tuple[Judged, bool]) -> int:
+        return thing[0].id
 
-    def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(self.rows)
-
-    def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(_HEADS)
-
-    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        if orientation == Qt.Orientation.Horizontal:
-            if role == Qt.ItemDataRole.DisplayRole:
-                return _HEADS[section]
-            if role == Qt.ItemDataRole.TextAlignmentRole:
-                return _alignment(section)
-        return None
-
-    def data(self, index: _Index, role: int = 0) -> Any:
-        if not index.isValid() or self._document.data is None:
-            return None
-        judged = self.rows[index.row()]
-        if role == Qt.ItemDataRole.DisplayRole:
-            return self._text(judged)[index.column()]
-        if role == SORT_ROLE:
-            interval = judged.interval
-            return (
+    def describe(self, thing: tuple[Judged, bool]) -> Row:
+        judged, shared = thing
+        interval, document = judged.interval, self._document
+        assert document.data is not None
+        delta, first = float(np.degrees(interval.delta)), document.first_frame
+        seconds = interval.start * document.data.motion.frame_time
+        decision = MARKS[judged.decision]
+        decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
+        confidence = -1.0 if interval.confidence is None else interval.confidence
+        return Row(
+            texts=(
+                document.find_chain(interval.chain).label,
+                decision,
+                str(interval.start + first),
+                str(interval.stop + first),
+                str(interval.frames),
+                f"{delta:+.1f}°".replace("-", "−"),
+                f"{seconds:.2f} s",
+                "–" if interval.confidence is None else f"{confidence:.2f}",
+                judged.note,
+            ),
+            sort=(
                 interval.chain,
                 judged.decision.value,
                 interval.start,
                 interval.stop,
                 interval.frames,
-                abs(interval.delta),
+                abs(delta),
                 interval.start,
-                -1.0 if interval.confidence is None else interval.confidence,
+                confidence,
                 judged.note,
-            )[index.column()]
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _alignment(index.column())
-        if role == Qt.ItemDataRole.ForegroundRole and index.column() == 1:
-            return QColor(
-                {
-                    Decision.UNDECIDED: self.theme.undecided,
-                    Decision.ACCEPTED: self.theme.accepted,
-                    Decision.REJECTED: self.theme.rejected,
-                }[judged.decision]
-            )
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return _tip(judged, judged.id in self.shared)
-        return None
-
-    def _text(self, judged: Judged) -> tuple[str, ...]:
-        interval = judged.interval
-        assert self._document.data is not None
-        decision = MARKS[judged.decision]
-        if judged.id in self.shared:
-            decision += " +"
-        if not judged.supported:
-            decision += " (below τ)"
-        return (
-            self._document.find_chain(interval.chain).label,
-            decision,
-            str(interval.start + self._document.first_frame),
-            str(interval.stop + self._document.first_frame),
-            str(interval.frames),
-            f"{np.degrees(interval.delta):+.1f}°".replace("-", "−"),
-            f"{interval.start * self._document.data.motion.frame_time:.2f} s",
-            "–" if interval.confidence is None else f"{interval.confidence:.2f}",
-            judged.note,
+            ),
+            colours={1: getattr(self.theme, str(judged.decision))},
+            tips=(_tip(judged, shared),),
         )
 
 
@@ -165,12 +122,6 @@ def _tip(judged: Judged, shared: bool) -> str:
     return "\n".join(parts)
 
 
-def _alignment(column: int) -> Qt.AlignmentFlag:
-    right = 2 <= column <= 7
-    side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
-    return side | Qt.AlignmentFlag.AlignVCenter
-
-
 class _Filter(QSortFilterProxyModel):
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -178,9 +129,9 @@ class _Filter(QSortFilterProxyModel):
         self.chosen = FILTERS[0]
         self.setSortRole(SORT_ROLE)
 
-    def filterAcceptsRow(self, row: int, parent: _Index) -> bool:
+    def filterAcceptsRow(self, row: int, parent: Index) -> bool:
         del parent
-        judged = self.sourceModel().rows[row]
+        judged, _ = self.sourceModel().things[row]
         if judged.interval.chain in self._document.hidden:
             return False
         if self.chosen == "This chain":
@@ -206,8 +157,9 @@ class IntervalsPanel(QWidget):
         self.filter.setToolTip("Which intervals are listed")
         self.filter.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.filter.currentTextChanged.connect(self._filter_changed)
-        self.count = QLabel()
+        self.count = SteadyLabel()
         self.count.setObjectName("soft")
+        self.count.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         top = QHBoxLayout()
         top.addWidget(self.filter)
         top.addStretch(1)
@@ -225,8 +177,8 @@ class IntervalsPanel(QWidget):
         layout.addWidget(self._stack, 1)
         document.opened.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
-        document.numbering_changed.connect(self._model.refresh)
-        document.hidden_changed.connect(self._refresh)
+        document.numbering_changed.connect(self._model.redraw)
+        document.hidden_changed.connect(self._filter_anew)
         document.interval_changed.connect(self._select_row)
         document.chain_changed.connect(self._chain_changed)
         self._refresh()
@@ -277,7 +229,7 @@ class IntervalsPanel(QWidget):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self._model.theme = theme
-        self._model.refresh()
+        self._model.redraw()
 
     def selected_ids(self) -> tuple[int, ...]:
         """Ids of the selected rows, top to bottom."""
@@ -290,14 +242,16 @@ class IntervalsPanel(QWidget):
 
     def _judged(self, proxy_row: int) -> Judged:
         source = self._proxy.mapToSource(self._proxy.index(proxy_row, 0))
-        return self._model.rows[source.row()]
+        judged: Judged = self._model.things[source.row()][0]
+        return judged
 
     def _refresh(self) -> None:
-        self._refreshing = True  # rows that vanish must not select others
-        self._model.refresh()
-        self._proxy.invalidate()
-        self._refreshing = False
         intervals = self._document.intervals
+        shared = overlapping(intervals)
+        self._refreshing = True  # rows that vanish must not select others
+        self._model.show([(j, j.id in shared) for j in intervals])
+        self.table.doItemsLayout()  # now: put off, it would repaint the panel twice
+        self._refreshing = False
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
         self._fit_columns()
         self.count.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
@@ -314,31 +268,32 @@ class IntervalsPanel(QWidget):
 
     def _filter_changed(self, text: str) -> None:
         self._proxy.chosen = text
-        self._refresh()
+        self._filter_anew()
         if self._document.interval_id not in self.shown_ids():
             self._document.select_interval(None)  # A and R never judge what is not listed
 
     def _chain_changed(self) -> None:
         if self._proxy.chosen == "This chain":
-            self._refresh()
+            self._filter_anew()
+
+    def _filter_anew(self) -> None:
+        self._refreshing = True
+        self._proxy.invalidate()
+        self._refreshing = False
+        self._refresh()
 
     def _select_row(self) -> None:
-        wanted = self._document.interval_id
-        for row in range(self._proxy.rowCount()):
-            if self._judged(row).id == wanted:
-                index = self._proxy.index(row, 0)
-                if (
-                    self.table.currentIndex().row() != row
-                    or not self.table.selectionModel().hasSelection()
-                ):
-                    self.table.selectionModel().setCurrentIndex(
-                        index,
-                        QItemSelectionModel.SelectionFlag.ClearAndSelect
-                        | QItemSelectionModel.SelectionFlag.Rows,
-                    )
-                self.table.scrollTo(index)
-                return
-        self.table.clearSelection()
+        at = self._model.row_of(self._document.interval_id)
+        index = self._proxy.mapFromSource(self._model.index(-1 if at is None else at, 0))
+        if not index.isValid():
+            self.table.clearSelection()
+            return
+        selection = self.table.selectionModel()
+        if self.table.currentIndex().row() != index.row() or not selection.hasSelection():
+            rows = QItemSelectionModel.SelectionFlag.Rows
+            once = QItemSelectionModel.SelectionFlag.ClearAndSelect
+            selection.setCurrentIndex(index, once | rows)
+        self.table.scrollTo(index)
 
     def _row_selected(self, current: QModelIndex) -> None:
         if current.isValid() and not self._refreshing:

@@ -145,4 +145,4 @@ def _number(angle: Array, frame: int) -> str:
 
 
 def _degrees(value: float) -> str:
-    return f"{value:7.1f}°".replace("-", "−")
+    return f"{round(value, 1) + 0.0:7.1f}°".replace("-", "−")  # + 0.0: no minus before zero

@@ -8,8 +8,7 @@ from PySide6.QtCore import QLineF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from inspector.plots.layers import mixed
-from inspector.theme import Theme
+from inspector.theme import Theme, mixed
 from twistcore.review import Decision, Judged
 
 HEIGHT = 26

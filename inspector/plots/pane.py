@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, QRectF, Qt
 from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from inspector.plots.canvas import Canvas, TauLine
 from inspector.plots.curves import from_root_scale, root_scale, thinned
 from inspector.plots.gestures import TimeView
 from inspector.plots.layers import BackLayer, FrontLayer, Scenery
@@ -23,7 +24,8 @@ _AXIS_HEIGHT = 17
 _SMOOTH = 4_000  # frames in view up to which lines are antialiased
 _ROOT_TICKS = (1, 5, 20, 50, 100, 180)
 _NO_SEAMS = np.zeros(0, dtype=np.int64)
-_TICK_ROOM = 13.0  # pixels between two labels of the root scale
+_LIT_WIDTH = 3.0
+_TICK_ROOM = 13.0  # pixels between two labels of the root scale, in type of the usual size
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,9 @@ class CurveStyle:
 
 
 class _Axis(pg.AxisItem):
-    """An axis that leaves the mouse to the plot."""
+    """An axis that leaves the mouse to the plot; scale: of its type."""
+
+    type_scale = 1.0
 
     def mouseClickEvent(self, event: Any) -> None:
         """A click beside the plot means nothing."""
@@ -48,7 +52,7 @@ class DegreesAxis(_Axis):
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """None so near an end that its label would be cut."""
-        room = _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
+        room = self.type_scale * _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
         return [
             (spacing, [v for v in values if low + room <= v <= high - room])
             for spacing, values in super().tickValues(low, high, size)
@@ -65,7 +69,7 @@ class RootAxis(_Axis):
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Round degrees, as many as find room."""
-        room = _TICK_ROOM * (high - low) / max(size, 1.0)
+        room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
         chosen: list[float] = [0.0]
         for degrees in _ROOT_TICKS:
             at = float(root_scale(float(degrees)))
@@ -93,7 +97,7 @@ class FrameAxis(_Axis):
         return [f"{v + self.first:.0f}".replace("-", "−") for v in values]
 
 
-class Pane(pg.PlotWidget):
+class Pane(Canvas):
     """A plot with its curves. It shows what it is given and asks nobody."""
 
     def __init__(
@@ -120,16 +124,15 @@ class Pane(pg.PlotWidget):
         self.root = root
         self._styles = styles
         self._smooth = False
-        self._scenery = scenery
+        self._lit: str | None = None
+        self.scenery = scenery
         plot = self.getPlotItem()
         plot.hideButtons()
         plot.layout.setContentsMargins(0, 2, 8, 0)
-        plot.getAxis("left").setWidth(_AXIS_WIDTH)
-        plot.getAxis("bottom").setHeight(_AXIS_HEIGHT)
+        self._bottom_shown = True
+        self.set_scale()
         for side in ("left", "bottom"):
-            axis = plot.getAxis(side)
-            axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
-            axis.enableAutoSIPrefix(False)
+            plot.getAxis(side).enableAutoSIPrefix(False)
         self._zero = pg.InfiniteLine(pos=0.0, angle=0)
         self._zero.setZValue(-50)
         self.addItem(self._zero, ignoreBounds=True)
@@ -145,6 +148,16 @@ class Pane(pg.PlotWidget):
         self.setMinimumHeight(40)
         self.setFrameShape(self.Shape.NoFrame)
 
+    def set_scale(self) -> None:
+        """Take the scenery's scale of type and lines."""
+        scale = self.scenery.scale
+        for side in ("left", "bottom"):
+            axis = self.getPlotItem().getAxis(side)
+            axis.type_scale = scale
+            axis.setStyle(tickFont=self.scenery.font(), tickLength=-4, autoExpandTextSpace=False)
+        self.getPlotItem().getAxis("left").setWidth(_AXIS_WIDTH * scale)
+        self.set_bottom(shown=self._bottom_shown)
+
     def set_theme(self, theme: Theme) -> None:
         """Colours of paper, axes and lines."""
         self.setBackground(theme.surface)
@@ -154,19 +167,41 @@ class Pane(pg.PlotWidget):
             axis.setTextPen(QColor(theme.soft))
         self._zero.setPen(_cosmetic(theme.line, 1.0))
         self._set_pens()
-        self.back.update()
-        self.front.update()
+        self.touch()
+
+    def show_title(self, title: list[tuple[str, str]]) -> None:
+        """Words and numbers at the left top, as (text, colour role)."""
+        if title != self.front.title:
+            self.front.title = title
+            self._touch(0.0, self.view.width(), self.scenery.title_height + 1.0)
+
+    def move_playhead(self, before: int, after: int) -> None:
+        """Repaint where it was and where it is, in frames."""
+        for frame in (before, after):
+            self._touch(self.front.place(frame) - 3.0, 6.0, self.view.height())
+
+    def _touch(self, left: float, width: float, height: float) -> None:
+        """Repaint a part of the view, in its pixels, from its top."""
+        part = QRectF(left, 0.0, width, height).translated(self.view.scenePos())
+        self.viewport().update(part.toAlignedRect())
 
     def _set_pens(self) -> None:
-        theme = self._scenery.theme
+        theme = self.scenery.theme
         for style in self._styles:
-            pen = _cosmetic(getattr(theme, style.role), 1.0)
+            bold = self._lit is not None and style.name.startswith(self._lit)
+            width = round(self.scenery.scale) * (_LIT_WIDTH if bold else 1.0)
+            pen = _cosmetic(getattr(theme, style.role), width)
             if style.dashed:
                 pen.setDashPattern([5.0, 3.0])
             curve = self.curves[style.name]
             curve.setPen(pen)
             curve.opts["antialias"] = self._smooth
-            curve.update()
+
+    def light(self, first: str | None) -> None:
+        """Draw the curves whose names begin so boldly; None: none of them."""
+        if first != self._lit:
+            self._lit = first
+            self._set_pens()
 
     def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
         """Give a line its values, degrees, (frames,), NaN where nothing is drawn.
@@ -193,13 +228,14 @@ class Pane(pg.PlotWidget):
         span = high - low
         foot = 0.03 if low == 0.0 else 0.07
         self.view.setYRange(low - foot * span, high + 0.24 * span, padding=0.0)
+        self.touch()
 
     def count_from(self, first: int) -> None:
         """Call the first frame `first`."""
         axis = self.getAxis("bottom")
         axis.first = first
         axis.picture = None
-        axis.update()
+        self.touch()
 
     def show_frames(self, first: float, last: float) -> None:
         """Range in time."""
@@ -210,12 +246,14 @@ class Pane(pg.PlotWidget):
         if [first, last] != self.view.viewRange()[0]:
             self.view.setXRange(first, last, padding=0.0)
             self._thin_all()
+            self.touch()
 
     def set_bottom(self, *, shown: bool) -> None:
         """Frame numbers, for the lowest plot of a column; the others keep only the line."""
         axis = self.getPlotItem().getAxis("bottom")
         axis.setStyle(showValues=shown)
-        axis.setHeight(_AXIS_HEIGHT if shown else 3)
+        axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)
+        self._bottom_shown = shown
 
     def leaveEvent(self, event: QEvent) -> None:
         """No hint outlives the cursor's leaving."""
@@ -224,9 +262,8 @@ class Pane(pg.PlotWidget):
 
     def tau_line(self, theme: Theme) -> pg.InfiniteLine:
         """Add a line that is dragged up and down."""
-        line = pg.InfiniteLine(
+        line = TauLine(
             angle=0,
-            movable=True,
             label="τ",
             labelOpts={"position": 0.985, "movable": False, "anchors": [(1.0, 1.15), (1.0, 1.15)]},
         )
@@ -234,6 +271,7 @@ class Pane(pg.PlotWidget):
         line.label.setFont(figures_font(8.5))
         line.setCursor(Qt.CursorShape.SizeVerCursor)
         self.addItem(line)
+        line.changed.connect(self.touch)
         colour_tau(line, theme)
         return line
 

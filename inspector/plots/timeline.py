@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QPoint, Qt, QTimer
-from PySide6.QtGui import QColor, QPalette, QResizeEvent
+from PySide6.QtCore import QPoint, Qt, Signal
+from PySide6.QtGui import QAction, QColor, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from inspector.document import Document
 from inspector.plots.chain_curves import ChainCurves
+from inspector.plots.comparison import Onlooker, OtherDetector
 from inspector.plots.curves import from_root_scale, root_scale, unreliable_spans
 from inspector.plots.gestures import Gestures, Latest
 from inspector.plots.layers import Scenery
@@ -25,6 +26,7 @@ from inspector.plots.menu import context_menu
 from inspector.plots.overview import OverviewStrip
 from inspector.plots.pane import CurveStyle, Pane, colour_tau
 from inspector.plots.proposal import proposed_interval
+from inspector.steady import SteadyLabel
 from inspector.theme import Theme, figures_font
 from twistcore.review import Insert, Judged
 
@@ -33,6 +35,7 @@ _TITLES = {
     "delta": "Per frame: Δθp and Δθc",
     "strength": "Strength with τ",
     "offset": "Offset taken out",
+    "other": "The other detector",
 }
 _STYLES = {
     "theta": (
@@ -51,7 +54,9 @@ _STYLES = {
     "strength": (CurveStyle("m", "soft", dashed=True), CurveStyle("strength", "before")),
     "offset": (CurveStyle("offset", "text"),),
 }
-_WEIGHTS = {"theta": 4, "delta": 3, "strength": 4, "offset": 3}
+_WEIGHTS = {"theta": 4, "delta": 3, "strength": 4, "offset": 3, "other": 4}
+_ORDER = ("theta", "delta", "strength", "other", "offset")
+_AT_FIRST = ("theta", "delta", "strength", "offset")
 _ROW = 88  # pixels that a plot needs before the plots go into two columns
 _SMALLEST_TAU, _LARGEST_TAU = 0.1, 180.0  # degrees
 _SMALLEST_VIEW = 8.0  # frames
@@ -59,6 +64,8 @@ _SMALLEST_VIEW = 8.0  # frames
 
 class Timeline(QWidget):
     """Plots of the document's selected chain. It draws the document and asks it for changes."""
+
+    _stale = Signal()
 
     def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -70,15 +77,15 @@ class Timeline(QWidget):
         self._tau_drag = 0
         self._latest_tau = Latest(self)
         self._dirty = ""
-        self._timer = QTimer(self, singleShot=True, interval=0)
-        self._timer.timeout.connect(self.refresh)
+        # Queued it comes before Qt's next repaint, so that tables and plots are painted at once.
+        self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
         self._columns = 0
         self._build(theme)
         self.set_theme(theme)
         document.opened.connect(self._opened)
         document.chain_changed.connect(lambda: self._mark("chain"))
         document.intervals_changed.connect(lambda: self._mark("review"))
-        document.method_changed.connect(lambda: self._mark("chain"))
+        document.method_changed.connect(self._method_changed)
         document.numbering_changed.connect(self._renumber)
         document.hidden_changed.connect(lambda: self._mark("review"))
         document.interval_changed.connect(self._interval_changed)
@@ -90,7 +97,7 @@ class Timeline(QWidget):
     def _build(self, theme: Theme) -> None:
         self.overview = OverviewStrip(theme, self)
         self.overview.moved.connect(self.document.go_to)
-        self.readout = QLabel(self)
+        self.readout = SteadyLabel(self)
         self.readout.setFont(figures_font(9.0))
         self.readout.setToolTip("Playhead")
         self.plots_button = QToolButton(self)
@@ -118,16 +125,23 @@ class Timeline(QWidget):
             )
             for key, styles in _STYLES.items()
         }
-        menu = QMenu(self.plots_button)
+        self.other = OtherDetector(self.document, theme, self)
+        self.panes = {**self.panes, "other": self.other}
+        self.panes = {key: self.panes[key] for key in _ORDER}
+        self._menu = QMenu(self.plots_button)
+        self.toggles: dict[str, QAction] = {}
         for key, pane in self.panes.items():
             pane.view.gestures = self.gestures
             pane.view.sigResized.connect(self._restore_range)
-            action = menu.addAction(_TITLES[key])
+            action = QAction(_TITLES[key], self._menu)
             action.setCheckable(True)
-            action.setChecked(True)
+            action.setChecked(key in _AT_FIRST)
             action.toggled.connect(lambda on, k=key: self.show_plot(k, shown=on))
-        self.plots_button.setMenu(menu)
-        self._shown = list(self.panes)
+            self._menu.addAction(action)
+            self.toggles[key] = action
+        self.other.view.gestures = Onlooker(self)
+        self.plots_button.setMenu(self._menu)
+        self._shown = list(_AT_FIRST)
         self.tau_line = self.panes["strength"].tau_line(theme)
         self.tau_line.setBounds([float(root_scale(d)) for d in (_SMALLEST_TAU, _LARGEST_TAU)])
         self.tau_line.sigDragged.connect(self._tau_dragged)
@@ -162,13 +176,15 @@ class Timeline(QWidget):
         for pane in self.panes.values():
             self._grid.removeWidget(pane)
             pane.setVisible(pane.key in shown)
-        rows = -(-len(shown) // columns)
+        left = len(shown) // columns  # an odd one goes to the right: the detectors stay together
+        rows = len(shown) - left if columns == 2 else left
         for row in range(len(self.panes)):
             self._grid.setRowStretch(row, 0)
         for place, key in enumerate(shown):
             pane = self.panes[key]
-            row, col = place % rows, place // rows
-            last = row == rows - 1 or place == len(shown) - 1
+            col = int(place >= left)
+            row = place - left if col else place
+            last = place in (left - 1, len(shown) - 1)
             span = rows - row if last else 1
             self._grid.addWidget(pane, row, col, span, 1)
             self._grid.setRowStretch(row, max(self._grid.rowStretch(row), _WEIGHTS[key]))
@@ -186,6 +202,11 @@ class Timeline(QWidget):
         wanted = set(self._shown) | {key} if shown else set(self._shown) - {key}
         self._shown = [k for k in self.panes if k in wanted]
         self._arrange()
+        self._show_other()
+
+    def _show_other(self) -> None:
+        if "other" in self._shown:
+            self.other.refresh()
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -203,22 +224,43 @@ class Timeline(QWidget):
         self.setPalette(palette)
         self.setAutoFillBackground(True)
 
+    def light(self, curves: tuple[tuple[str, str], ...]) -> None:
+        """Draw curves boldly, by plot and the first letters of their names; the others as ever."""
+        wanted = dict(curves)
+        for key, pane in self.panes.items():
+            pane.light(wanted.get(key))
+
+    def set_scale(self, scale: float) -> None:
+        """Larger type and lines, 1 as usual."""
+        self.readout.setFont(figures_font(9.0 * scale))
+        self.tau_line.label.setFont(figures_font(8.5 * scale))
+        for scenery in (self.scenery, self.other.scenery):
+            scenery.scale = scale
+        for pane in self.panes.values():
+            pane.set_scale()
+            pane.set_theme(self.scenery.theme)
+
     # -- following the document ---------------------------------------------------------------
 
     def _opened(self) -> None:
         self._curves = None  # those of the clip before must not answer for a frame of this one
+        self.other.forget()
         self._mark("chain")
         self.show_all()
 
+    def _method_changed(self) -> None:
+        self.other.forget()
+        self._mark("chain")
+
     def _mark(self, what: str) -> None:
-        """Draw again once the pending events are through; 'chain' includes 'review'."""
+        """Draw again once the change is through; 'chain' includes 'review'."""
+        if not self._dirty:
+            self._stale.emit()
         if self._dirty != "chain":
             self._dirty = what
-        self._timer.start()
 
     def refresh(self) -> None:
         """Draw what has changed now."""
-        self._timer.stop()
         dirty, self._dirty = self._dirty, ""
         if not dirty:
             return
@@ -234,16 +276,12 @@ class Timeline(QWidget):
             degrees = float(np.degrees(state.tau.get(document.chain, 0.0)))
             self._show_tau(degrees)
             self._show_titles()
-            for pane in self.panes.values():
-                pane.back.update()
+            for key in self._shown:
+                self.panes[key].touch()
+            if dirty == "chain":
+                self._show_other()
         self._show_overview()
         self._show_readout()
-
-    def repaint_now(self) -> None:
-        """Paint what has been drawn anew without waiting for the event loop."""
-        for key in self._shown:
-            self.panes[key].viewport().repaint()
-        self.overview.repaint()
 
     def _load_chain(self) -> None:
         document = self.document
@@ -291,7 +329,7 @@ class Timeline(QWidget):
         before, self.scenery.frame = self.scenery.frame, frame
         self.overview.show_frame(frame)
         for key in self._shown:
-            self.panes[key].front.move_playhead(before, frame)
+            self.panes[key].move_playhead(before, frame)
         self._show_readout()
         self._show_titles()
         first, last = self._range
@@ -319,7 +357,7 @@ class Timeline(QWidget):
         if self._curves is None:
             return
         for key, title in self._curves.titles(self.document.frame).items():
-            self.panes[key].front.set_title(title)
+            self.panes[key].show_title(title)
 
     # -- time ---------------------------------------------------------------------------------
 

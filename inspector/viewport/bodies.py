@@ -278,3 +278,8 @@ def _sphere() -> tuple[Array, Index]:
 
 
 _SPHERE = _sphere()
+
+
+def unit_sphere() -> tuple[Array, Index]:
+    """Corners (42, 3) and triangles (80, 3) of a small sphere of radius 1."""
+    return _SPHERE

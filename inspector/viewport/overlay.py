@@ -66,6 +66,11 @@ def trails_text(apart: float) -> str:
     return f"<br>hands and feet: {same} of the height apart"
 
 
+def companion_text(theme: Theme) -> str:
+    """Rich text: the key of the third figure."""
+    return f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, 'tracked')}"
+
+
 class OffsetScale(QWidget):
     """The colours of |offset|, 0…180°."""
 
@@ -107,11 +112,11 @@ class OffsetScale(QWidget):
             painter.drawText(QPointF(left, self.height() - 4 - self.fontMetrics().descent()), text)
 
 
-def legend_style(theme: Theme) -> str:
-    """Style sheet of the legend."""
+def legend_style(theme: Theme, points: float) -> str:
+    """Style sheet of the legend, in type of a size."""
     return (
         f"background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line};"
-        "border-radius: 4px; padding: 4px 8px;"
+        f"border-radius: 4px; padding: 4px 8px; font-size: {points:.1f}pt;"
     )
 
 

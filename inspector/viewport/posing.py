@@ -32,6 +32,26 @@ def pose_of(
     return Pose(after, after_positions, roles, ghost, offsets)
 
 
+def altered_pose(
+    document: Document, scene: Scene, chain: Chain | None, altered: tuple[Array, Array] | None
+) -> Pose:
+    """The captured figure, or an altered one (global rotations, positions) with it as a ghost.
+
+    Where an alteration moves a bone, the ghost stays behind only if it keeps the bone's place.
+    """
+    assert document.data is not None
+    frame = document.frame
+    before, positions = document.pose(frame, after=False)
+    roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
+    if altered is None:
+        return Pose(before, positions, roles)
+    rotations, moved = altered
+    differs = scene.shapes.differing(before, rotations)
+    roles[differs] = Role.AFTER
+    still = np.array([np.allclose(moved[b.parent], positions[b.parent]) for b in scene.bones])
+    return Pose(rotations, moved, roles, (before, differs & still))
+
+
 def _chosen(bones: tuple[Bone, ...], chain: Chain | None) -> NDArray[np.bool_]:
     """Which bones belong to the selected chain: P→C and, where there is one, C→G; (bones,)."""
     if chain is None:

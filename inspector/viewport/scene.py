@@ -11,9 +11,10 @@ from inspector.document import Document
 from inspector.theme import Theme
 from inspector.viewport.bodies import Bone, Soup, find_bones
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera, figure_size, guess_up
+from inspector.viewport.companion import DashedOutline
 from inspector.viewport.figure import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.ground import Ground, ground_mesh, lowest
-from inspector.viewport.paint import mix
+from inspector.viewport.paint import mix, mixed_hex
 from inspector.viewport.pieces import Piece
 from inspector.viewport.trails import REACH, Trails
 from twistcore.chain import Chain
@@ -108,7 +109,7 @@ class Scene:
             self.trails = None
         if on:
             length = max(1, round(REACH * self._document.data.motion.fps))  # type: ignore[union-attr]
-            self.trails = Trails(self._document, length, self._renderers())
+            self.trails = Trails(self._document, length, self.renderers())
             self.trails.set_theme(self._theme, background(self._theme))
 
     def set_theme(self, theme: Theme) -> None:
@@ -124,6 +125,19 @@ class Scene:
         self._ghost.draw(pose)
         if self._other is not None and after is not None:
             self._other.draw(after)
+
+    def draw_companion(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:
+        """The third figure (global rotations, positions) around the solid one, or none."""
+        if figure is not None and self._third is None:
+            self._third = DashedOutline(self.bones, self.height, self.renderers()[-1])
+            self._third.set_theme(self._theme)
+        if self._third is not None:
+            self._third.draw(figure, solid)
+
+    @property
+    def accompanied(self) -> bool:
+        """Whether the third figure is seen."""
+        return self._third is not None and self._third.shown
 
     def draw_triads(self, pose: Pose, chain: Chain | None) -> None:
         """The axes of the chain's P and C as the figure has them; none without a chain."""
@@ -178,21 +192,22 @@ class Scene:
         self._other: Solid | None = None
         if self._right is not None:
             self._other = Solid(self.shapes, self.ground, self._right)
-        self._triads.add_to(self._renderers()[-1])
+        self._triads.add_to(self.renderers()[-1])
+        self._third: DashedOutline | None = None  # few clips are tracked
 
     def _undress(self) -> None:
-        for figure in (self._solid, self._ghost, self._other):
+        for figure in (self._solid, self._ghost, self._other, self._third):
             if figure is not None:
                 figure.remove()
-        self._other = None
+        self._other = self._third = None
         self._triads.remove()
 
     def _restore(self) -> None:
         """Give the theme's colours to everything."""
         back = background(self._theme)
-        for renderer in self._renderers():
+        for renderer in self.renderers():
             renderer.SetBackground(*(back / 255.0))
-        for figure in (self._solid, self._ghost, self._other):
+        for figure in (self._solid, self._ghost, self._other, self._third):
             if figure is not None:
                 figure.set_theme(self._theme)
         ink = mix(self._theme.line, self._theme.soft, 0.30)
@@ -202,7 +217,8 @@ class Scene:
         if self.trails is not None:
             self.trails.set_theme(self._theme, back)
 
-    def _renderers(self) -> list[vtkRenderer]:
+    def renderers(self) -> list[vtkRenderer]:
+        """That of the one picture, or of the left and the right one."""
         return [self._left] if self._right is None else [self._left, self._right]
 
     def _drop_right(self) -> None:
@@ -223,6 +239,11 @@ class Scene:
 def background(theme: Theme) -> Array:
     """The colour behind everything, (3,) in 0…255. A gradient would cost 3 ms a frame."""
     return mix(theme.surface, theme.window, 0.6)
+
+
+def background_hex(theme: Theme) -> str:
+    """The same as '#rrggbb'."""
+    return mixed_hex(theme.surface, theme.window, 0.6)
 
 
 def set_background(plotter: QtInteractor, colour: Array) -> None:

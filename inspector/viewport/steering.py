@@ -27,9 +27,9 @@ class Steering(QWidget):
     """The camera's part of the view; who inherits draws when `_schedule` is called."""
 
     document: Document
-    camera: OrbitCamera | None = None
-    scene: Scene | None = None
     follow = True
+    _scene: Scene | None = None
+    _camera: OrbitCamera | None = None
     _framed = "iso"  # the preset that is kept as the view changes size; '' once moved
     _anchor: Chain | None = None  # followed instead of the root
     _anchored: Array | None = None
@@ -38,6 +38,26 @@ class Steering(QWidget):
 
     def _schedule(self) -> None:
         raise NotImplementedError
+
+    def _complete(self) -> None:
+        """Build what is still to be built of the clip that is open."""
+        raise NotImplementedError
+
+    @property
+    def scene(self) -> Scene | None:
+        """What is drawn, None without a clip or without OpenGL."""
+        self._complete()
+        return self._scene
+
+    @property
+    def camera(self) -> OrbitCamera | None:
+        """Where it is seen from; its last place while no clip is open."""
+        self._complete()
+        return self._camera
+
+    @camera.setter
+    def camera(self, camera: OrbitCamera) -> None:
+        self._camera = camera
 
     def set_view(self, name: str) -> None:
         """One of camera.VIEWS, relative to where the figure faces now; frames the figure."""
@@ -79,6 +99,12 @@ class Steering(QWidget):
         else:
             self.camera = goal
         self._schedule()
+
+    def take_view(self, other: Steering) -> None:
+        """Look from where another view of the same clip and frame looks, and go along alike."""
+        self._stop_turning()
+        self.camera, self._framed, self.follow = other.camera, "", other.follow
+        self._hold(other._anchor)
 
     def set_follow(self, on: bool) -> None:
         """Let the camera go along with the figure, at the same distance."""
@@ -156,9 +182,9 @@ class Steering(QWidget):
 
     def _aspect(self) -> float:
         """Width to height of a picture."""
-        return self._picture_size()[0] / max(self.height(), 1)
+        return self.picture_size()[0] / max(self.height(), 1)
 
-    def _picture_size(self) -> tuple[int, int]:
+    def picture_size(self) -> tuple[int, int]:
         """Width and height of a picture: side by side there are two."""
         halves = 2 if self.scene is not None and self.scene.split else 1
         return self.width() // halves, self.height()
@@ -168,7 +194,7 @@ class Steering(QWidget):
     def _hold(self, chain: Chain | None) -> None:
         """Follow a limb, or the root, from where it is now."""
         self._anchor = chain
-        self._anchored = self._followed() if self.document.data else None
+        self._anchored = self._followed() if self.scene is not None else None
 
     def _followed(self) -> Array:
         """The point that the camera goes along with, (3,): a limb, or the root on the level."""

@@ -9,14 +9,11 @@ from pathlib import Path
 
 from PySide6.QtCore import QRect
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QComboBox, QLabel, QMenuBar, QWidget
+from PySide6.QtWidgets import QAbstractButton, QComboBox, QLabel, QMenuBar, QScrollArea, QWidget
 
 from inspector.app import make_application
-
-app = make_application()
-
-from inspector.main_window import MainWindow  # noqa: E402
-from inspector.settings import Settings  # noqa: E402
+from inspector.settings import Settings
+from twistcore.decomposition import WhatIf
 
 
 def name(widget: QWidget) -> str:
@@ -39,16 +36,72 @@ def defects(window: QWidget):
         if parent.layout() is None:
             continue
         laid = [parent.layout().itemAt(k).widget() for k in range(parent.layout().count())]
-        for a, b in combinations([w for w in laid if w is not None and w.isVisible()], 2):
+        # Docks behind a tab are visible in Qt's sense, and laid where nobody sees them.
+        seen = [w for w in laid if w and w.isVisible() and parent.rect().intersects(w.geometry())]
+        for a, b in combinations(seen, 2):
             common = QRect(a.geometry()).intersected(b.geometry())
             if common.width() > 1 and common.height() > 1:
                 yield f"{name(a)} and {name(b)} overlap by {common.width()}×{common.height()}"
+    for area in window.findChildren(QScrollArea):
+        inner = area.widget()
+        shown = not area.visibleRegion().isEmpty()
+        if shown and inner and inner.width() > area.viewport().width():
+            needed = f"{inner.width()} wide and {area.viewport().width()} of it are seen"
+            yield f"what scrolls in {name(area.parentWidget())} is {needed}"
     bar = window.findChild(QMenuBar)
     if bar is not None and bar.sizeHint().width() > window.width():
         yield "the menu bar does not fit"
 
 
+def look(window: QWidget, where: str) -> None:
+    QTest.qWait(400)
+    for defect in defects(window):
+        print(f"{where}: {defect}")
+
+
+def teach(window) -> None:
+    window.show_teaching()
+    while not window.teaching.typesetter.done:
+        QTest.qWait(10)
+    window.document.select_chain("LeftForeArm")
+    window.lesson.set_what_if(WhatIf(twist=1.2, counter=True))
+    look(window, "teaching")
+    window.tour()
+    while window.guided_tour.at < 0:
+        QTest.qWait(10)
+    for step in window.guided_tour.steps:
+        window.guided_tour.show_me.click()
+        look(window, f"tour {step.name}")
+        window.guided_tour.forward.click()
+    window.exercise()
+    look(window, "exercise")
+    window.leave_guide()
+
+
+def assess(window) -> None:
+    window.show_quality()
+    while window.quality.evidence.known is None:
+        QTest.qWait(10)
+    look(window, "quality")
+    window.quality.choose("LeftForeArm", "LeftHand", "LeftArm")
+    QTest.qWait(50)
+    window.quality.page.learned.setChecked(True)
+    window.track_joints()
+    look(window, "quality, tracking")
+    until = 600
+    while window.quality.tracked.result is None and until:
+        QTest.qWait(20)
+        until -= 1
+    look(window, "quality, tracked")
+    window.why_quaternions()
+    look(window.five_trackers, "why quaternions")
+    window.five_trackers.close()
+
+
 def main() -> None:
+    make_application()
+    from inspector.main_window import MainWindow  # after the application: VTK asks for it
+
     width, height, theme, clip, png = sys.argv[1:6]
     window = MainWindow(Settings(theme=theme), None)
     window.resize(int(width), int(height))
@@ -58,14 +111,27 @@ def main() -> None:
         QTest.qWait(10)
     window.next_interval()
     window.accept()
-    QTest.qWait(400)
+    look(window, "review")
     if (window.width(), window.height()) != (int(width), int(height)):
         print(f"the window needs {window.width()}×{window.height()}")
-    for defect in defects(window):
-        print(defect)
     window.grab().save(png)
+    window.show_tuning()
+    while len(window.tuning.costs.curves) < len(window.tuning.costs.names):
+        QTest.qWait(10)
+    look(window, "tuning, curves")
+    profile = Path(clip).with_name("a_profile_with_a_long_name.toml")
+    window.save_profile_to(profile)
+    window.compare_with([profile, profile])
+    look(window, "tuning, profiles")
+    assess(window)
+    teach(window)
+    if (window.width(), window.height()) != (int(width), int(height)):
+        print(
+            f"with tuning, quality and teaching the window needs {window.width()}×{window.height()}"
+        )
     window.document.review.mark_saved()
     window.close()
 
 
-main()
+if __name__ == "__main__":  # worker processes import this module again
+    main()

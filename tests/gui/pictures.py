@@ -13,7 +13,7 @@ FRAME = 100
 
 def settle(qtbot, view):
     """Let the view draw what it was told."""
-    qtbot.waitUntil(lambda: not view._timer.isActive())
+    qtbot.waitUntil(lambda: not view.pending)
     qtbot.wait(30)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.theme import DARK, LIGHT
 from tests.conftest import ASSETS
 
@@ -54,7 +55,19 @@ def contrast(a, b):
 def test_text_has_a_contrast_of_four_and_a_half(theme):
     grounds = [theme.surface, theme.window, theme.raised]
     inks = [
-        *("text", "soft", "before", "after", "tau", "accepted", "rejected", "undecided", "warning"),
+        *(
+            "text",
+            "soft",
+            "accent",
+            "before",
+            "after",
+            "tracked",
+            "tau",
+            "accepted",
+            "rejected",
+            "undecided",
+            "warning",
+        ),
     ]
     low = {
         (ink, ground): round(contrast(getattr(theme, ink), ground), 2)
@@ -64,3 +77,6 @@ def test_text_has_a_contrast_of_four_and_a_half(theme):
     }
     assert low == {}
     assert contrast(theme.on_accent, theme.accent) >= 4.5
+    families = {colour(symbol.family, theme) for symbol in SYMBOLS.values()}
+    assert len(families) == 5
+    assert min(contrast(ink, ground) for ink in families for ground in grounds) >= 4.5

@@ -5,15 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPointF, Qt
-from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
 from inspector.analysed import analyse
 from inspector.document import Document
 from inspector.plots import Timeline, proposed_interval
 from inspector.plots.curves import Corrected, degrees_about, root_scale, thinned, unreliable_spans
+from inspector.plots.regions import Regions
 from inspector.theme import DARK, LIGHT
-from twistcore.review import Decision, Insert
+from twistcore.detection import DETECTORS
+from twistcore.detection.interval import Interval
+from twistcore.review import Decision, Insert, Judged
 from twistcore.review.model import constant
 from twistcore.rotation import wrap
 
@@ -449,3 +452,53 @@ def test_a_proposed_interval_in_a_quiet_place_is_short(sample):
     guess = proposed_interval(chain, sample.signals[chain], 0, sample.motion.fps)
     assert guess.start == 0
     assert 1 <= guess.frames <= 0.2 * sample.motion.fps
+
+
+def test_regions_cover_what_their_intervals_cover() -> None:
+    """Each interval's columns are filled, overlapping ones once, gaps left open."""
+    spans = [(10, 20), (40, 50), (45, 60), (80, 81)]
+    intervals = [
+        Judged(k, Interval("A", start, stop, np.zeros(stop - start)))
+        for k, (start, stop) in enumerate(spans)
+    ]
+    image = QImage(100, 30, QImage.Format.Format_RGB32)
+    image.fill(QColor(LIGHT.surface))
+    painter = QPainter(image)
+    Regions(intervals, None, -0.5, 99.5, 100).paint(painter, LIGHT, 30, None, 0)
+    painter.end()
+    paper = QColor(LIGHT.surface).rgb()
+    filled = [x for x in range(100) if image.pixel(x, 15) != paper]
+    inside = {x for start, stop in spans for x in range(start, stop)}
+    borders = {x for span in spans for x in span}
+    assert inside <= set(filled) <= inside | borders | {82}
+
+
+def test_the_other_detector_stands_beside(qtbot, timeline, document):
+    """Its own τ, its own intervals, of the chain that is selected; it follows clip and method."""
+    timeline.toggles["other"].setChecked(True)
+    qtbot.waitUntil(lambda: bool(timeline.other.intervals))
+    paper = DETECTORS["paper"].analyse(document.data.motion, document.data.chains)
+
+    def wanted(chain):
+        found = paper.intervals(chain, paper.automatic_tau(chain))
+        return [(i.start, i.stop) for i in found]
+
+    def shown():
+        return [(j.interval.start, j.interval.stop) for j in timeline.other.intervals]
+
+    assert shown() == wanted(document.chain)
+    before = document.review.state
+    edge = timeline.other.intervals[0].interval.start - 0.5
+    drag(qtbot, timeline, "other", spot(timeline, "other", edge), spot(timeline, "other", 60))
+    assert document.review.state == before  # nothing of it is under review
+    document.select_chain("RightUpLeg")
+    timeline.refresh()
+    assert shown() == wanted("RightUpLeg")
+    document.use_method("paper")
+    timeline.refresh()
+    assert timeline.other.method == "consistency"
+    qtbot.waitUntil(lambda: bool(timeline.other.intervals))
+    ours = DETECTORS["consistency"].analyse(document.data.motion, document.data.chains)
+    found = ours.intervals("RightUpLeg", ours.automatic_tau("RightUpLeg"))
+    assert shown() == [(i.start, i.stop) for i in found]
+    document.review.mark_saved()

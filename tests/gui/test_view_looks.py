@@ -18,6 +18,7 @@ from inspector.document import Show
 from inspector.main_window import MainWindow
 from inspector.settings import Settings
 from inspector.theme import DARK, LIGHT
+from inspector.view_actions import OF_THE_FIGURE
 from inspector.viewport import Style, driver
 from inspector.viewport.bodies import find_bones
 from inspector.viewport.camera import OrbitCamera, between
@@ -416,3 +417,26 @@ def test_without_a_screen_the_program_says_so(monkeypatch, capsys):
     monkeypatch.setattr(sys, "platform", "linux")
     assert main([]) == 2
     assert "no screen" in capsys.readouterr().err
+
+
+def test_a_review_without_opengl(qtbot, tmp_path, monkeypatch):
+    """Plots, tables and verdicts work; what means the figure is greyed out, and why is told."""
+    monkeypatch.setattr(driver, "renderer_name", lambda: "")
+    path = Path(shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
+    window = MainWindow(Settings(), None)
+    window.show()
+    with qtbot.waitSignal(window.document.opened, timeout=10_000):
+        window.open_path(path)
+    assert window.viewport._notice.isVisible()
+    for name in OF_THE_FIGURE:
+        assert not window.actions_by_id[name].isEnabled(), name
+    window.next_interval()
+    window.accept()
+    window.actions_by_id["both_detectors"].trigger()
+    window.actions_by_id["presentation"].trigger()
+    window.actions_by_id["presentation"].trigger()
+    assert sum(j.decision == Decision.ACCEPTED for j in window.document.intervals) == 1
+    window.document.review.mark_saved()
+    window.close()
+    window.deleteLater()
+    qtbot.wait(20)

@@ -142,7 +142,7 @@ def test_the_legend_tells_the_offset(qtbot, document, show_view):
     assert "0.0° off" in view.legend.text()
     insert_twist(document, degrees=-87.3)
     settle(qtbot, view)
-    assert "LeftForeArm" in view.legend.text()
+    assert "Left ForeArm" in view.legend.text()
     assert "−87.3° off" in view.legend.text()
 
 

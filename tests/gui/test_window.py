@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDockWidget
 
 from inspector.actions import shortcuts_markdown
 from inspector.document import Show
@@ -608,3 +608,21 @@ def test_a_chain_without_its_tick_is_left_out_of_table_and_strip(qtbot, opened):
         opened.next_interval()
     model.setData(model.index(row, 0), Qt.CheckState.Checked.value, role)
     assert opened.intervals.table.model().rowCount() == 8
+
+
+def test_a_presentation_leaves_figure_and_curves_and_gives_the_window_back(qtbot, opened):
+    docks = {d.objectName(): d for d in opened.findChildren(QDockWidget)}
+    before = {name: dock.isVisible() for name, dock in docks.items()}
+    type_before = opened.timeline.readout.font().pointSizeF()
+    opened.actions_by_id["presentation"].trigger()
+    qtbot.wait(50)
+    assert [name for name, dock in docks.items() if dock.isVisible()] == ["curves"]
+    assert opened.timeline.readout.font().pointSizeF() > 1.5 * type_before
+    opened.next_interval()  # keys work on
+    assert opened.document.interval is not None
+    qtbot.keyClick(opened, Qt.Key.Key_Escape)
+    qtbot.wait(50)
+    assert not opened.actions_by_id["presentation"].isChecked()
+    assert {name: dock.isVisible() for name, dock in docks.items()} == before
+    assert opened.timeline.readout.font().pointSizeF() == type_before
+    assert opened.statusBar().isVisible()

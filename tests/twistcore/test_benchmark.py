@@ -15,11 +15,12 @@ from twistcore.benchmark.clips import result_from_json
 from twistcore.benchmark.filtering import fidelity
 from twistcore.benchmark.markdown import benchmark_to_markdown, table
 from twistcore.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
-from twistcore.benchmark.scene import leading_frames, make_scene
+from twistcore.benchmark.scene import make_scene
 from twistcore.benchmark.tables import benchmark_to_json, make_rows
 from twistcore.benchmark.tally import MICRO, total_of
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
+from twistcore.detection.cuts import leading_frames
 from twistcore.errors import FormatError
 from twistcore.evaluation import match_intervals, measure, summarise
 from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle

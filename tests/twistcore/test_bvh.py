@@ -6,7 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.strategies import orders, quaternions
-from twistcore.bvh import changed_rotations, parse_bvh, patch_rotations, read_bvh, write_bvh
+from twistcore.bvh import (
+    changed_rotations,
+    parse_bvh,
+    patch_rotations,
+    read_bvh,
+    thinned,
+    write_bvh,
+)
 from twistcore.bvh.branch import continuous_angles
 from twistcore.errors import BvhError
 from twistcore.motion import forward_kinematics
@@ -135,6 +142,9 @@ def test_a_slow_turn_is_written_without_jumps():
         (lambda t: t.replace(b"4.000000", b"4,0"), 19, "number"),
         (lambda t: t.replace(b"4.000000", b"1e999"), 19, "finite"),
         (lambda t: t.replace(b"4.000000", b"4.0.0"), 19, "number"),
+        (lambda t: t.replace(b"4.000000", b"1e200"), 19, "below 1e+100"),
+        (lambda t: t.replace(b"4.000000", b"-" + b"9" * 200 + b".5"), 19, "below 1e+100"),
+        (lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 -1e160 0", 1), 8, "below 1e+100"),
         (lambda t: t.replace(b"13.000000 ", b""), 20, "9 numbers in this row, found 8"),
         (lambda t: t[: t.index(b"CHANNELS 3")], None, "'}'"),
         (lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 one 0", 1), 8, "number"),
@@ -189,6 +199,26 @@ def test_an_unusable_frame_time_is_replaced_and_told():
     assert clip.motion.fps == 30.0
     assert "Frame Time" in clip.warnings[0].text
     assert parse_bvh(clip.data, fps=60.0).motion.fps == 60.0
+
+
+@pytest.mark.parametrize("gap", ["\n", "\r\n", "\n\n  ", "\t\n\t"])
+@pytest.mark.parametrize("field", ["Frames:", "Frame Time:"])
+def test_a_number_of_the_timing_may_stand_alone_on_the_next_line(field, gap):
+    rows = np.arange(18).reshape(2, 9)
+    data = small(rows).decode().replace(f"{field} ", f"{field}{gap}").encode()
+    clip = parse_bvh(data)
+    np.testing.assert_array_equal(clip.values, rows)
+    assert clip.motion.fps == 100.0
+    assert clip.warnings == ()
+    assert thinned(clip, 2).motion.fps == pytest.approx(50.0)
+
+
+def test_a_row_is_not_taken_for_a_missing_frame_time():
+    rows = np.arange(18).reshape(2, 9)
+    clip = parse_bvh(small(rows).replace(b"Frame Time: 0.01", b"Frame Time:"))
+    np.testing.assert_array_equal(clip.values, rows)
+    assert clip.motion.fps == 30.0
+    assert "Frame Time" in clip.warnings[0].text
 
 
 def test_a_position_channel_replaces_the_offset():

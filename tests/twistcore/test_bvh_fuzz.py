@@ -19,9 +19,9 @@ SOURCES = [(ASSETS / f"{name}.bvh").read_bytes()[:60_000] for name in ("walk", "
 def test_damaged_files(seed):
     for k in range(seed, seed + 10):
         rng = random.Random(k)
-        begun = time.perf_counter()
+        begun = time.process_time()
         assert outcome(damaged(rng.choice(SOURCES), rng)) in ("motion", "BvhError")
-        assert time.perf_counter() - begun < SLOW
+        assert time.process_time() - begun < SLOW
 
 
 def test_deep_nesting_needs_no_recursion():
@@ -32,11 +32,11 @@ def test_deep_nesting_needs_no_recursion():
         for k in range(depth)
     )
     text = f"HIERARCHY\n{joints}{'}' * depth}\nMOTION\nFrames: 1\nFrame Time: .01\n1 2 3\n"
-    begun = time.perf_counter()
+    begun = time.process_time()
     clip = parse_bvh(text.encode())
     find_chains(clip.motion)
     assert len(clip.skeleton) == depth
-    assert time.perf_counter() - begun < SLOW
+    assert time.process_time() - begun < SLOW
 
 
 @pytest.mark.parametrize(
@@ -54,10 +54,10 @@ def test_deep_nesting_needs_no_recursion():
 def test_absurd_declarations_cost_neither_time_nor_memory(old, new):
     source = (ASSETS / "walk.bvh").read_bytes()
     assert old in source
-    begun = time.perf_counter()
+    begun = time.process_time()
     with contextlib.suppress(BvhError):
         parse_bvh(source.replace(old, new, 1))
-    assert time.perf_counter() - begun < SLOW
+    assert time.process_time() - begun < SLOW
 
 
 def test_gigantic_frame_counts_are_only_told():

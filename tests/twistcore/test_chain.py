@@ -200,3 +200,21 @@ def test_fingers_are_no_limbs():
     chains = find_chains(rig(body).motion)
     assert len(chains) == 10
     assert not any("Hand" in c.name for c in chains)
+
+
+@pytest.mark.parametrize("stray", ["0 0 0", "-0.000001 0 0.000001", "0.000183 0.000151 -0.000187"])
+def test_positions_next_to_zero_are_no_bone(stray):
+    """Blender's rigs write the shift from OFFSET into position channels, to six decimals."""
+    turn, shift = "Xrotation Yrotation Zrotation", "Xposition Yposition Zposition"
+    joints = {"LeftArm": "0 4 0", "LeftForeArm": "1.2 0 -1.3", "LeftHand": "0.6 -0.8 -0.6"}
+    header = "".join(
+        f"{'JOINT' if k else 'ROOT'} {name} {{ OFFSET {offset} CHANNELS 6 {shift} {turn}\n"
+        for k, (name, offset) in enumerate(joints.items())
+    )
+    row = " ".join(f"{where} 0 0 0" for where in ("0 4 0", stray, stray))
+    text = f"HIERARCHY\n{header}}} }} }}\nMOTION\nFrames: 2\nFrame Time: .01\n{row}\n{row}\n"
+    chains = {c.name: c for c in find_chains(parse_bvh(text.encode()).motion)}
+    assert set(chains) == {"LeftArm", "LeftForeArm"}
+    for name, offset in (("LeftArm", (1.2, 0, -1.3)), ("LeftForeArm", (0.6, -0.8, -0.6))):
+        np.testing.assert_allclose(chains[name].axis, offset / np.linalg.norm(offset))
+        assert "OFFSET is used" in " ".join(chains[name].warnings)

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.strategies import axes, quaternions
+from twistcore.benchmark.passes import run_item
+from twistcore.benchmark.scene import make_scene
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval, detect
@@ -26,7 +28,7 @@ from twistcore.rotation import (
     quaternion_from_axis_angle,
     wrap,
 )
-from twistcore.synthesis import InjectedError, inject
+from twistcore.synthesis import InjectedError, inject, parse_protocol
 
 WALK, DANCE, BASKETBALL = (
     read_bvh(ASSETS / f"{name}.bvh").motion for name in ("walk", "dance", "basketball")
@@ -164,6 +166,15 @@ def test_a_soft_onset_is_followed(ramp):
     level[-ramp:] = level[:ramp][::-1]
     error = shift(1, 150, 60.0 * level)
     assert_found(found_in(WALK, error), error)
+
+
+@pytest.mark.parametrize("name", ["walk", "dance", "basketball"])
+def test_ramps_at_60_hz_do_not_hide_themselves(name):
+    """Every 2nd frame: where the first pass takes a ramp for motion, σ hides it for good."""
+    scene = make_scene(name, read_bvh(ASSETS / f"{name}.bvh").motion, parse_protocol("H2+H3-4"))
+    tallies = [t for seed in (1, 2, 3) for t in run_item(scene, DETECTOR.name, seed).values()]
+    assert sum(t.frames for t in tallies) > 1000
+    assert sum(t.repaired for t in tallies) == sum(t.frames for t in tallies)
 
 
 def test_jitter_inside_is_followed():

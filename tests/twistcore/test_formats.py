@@ -50,8 +50,9 @@ def real(tmp_path_factory):
         printed("evaluate", "--truth", truth, "--clean", walk, "--refined", out, "--json"),
         printed("diff", walk, dirty, "--json"),
         json.loads((folder / "walk_injected.report.json").read_text()),
-        session_document(dirty),
+        *session_documents(dirty),
         *benchmark_documents(folder),
+        *quamo_documents(folder, printed),
     ]
     return {d["schema"]: d for d in documents}
 
@@ -72,16 +73,36 @@ def benchmark_documents(folder):
         return json.loads(out.read_text(encoding="utf-8")), json.loads(next(partial))
 
 
-def session_document(path):
+def quamo_documents(folder, printed):
+    import contextlib
+    import io
+    import shutil
+
+    clips = folder / "subjects"
+    clips.mkdir()
+    shutil.copy(ASSETS / "dance.bvh", clips / "05_03.bvh")
+    dance, words = str(ASSETS / "dance.bvh"), ("--seeds", "1", "--json", "--weights", str(clips))
+    with contextlib.redirect_stderr(io.StringIO()):
+        return (
+            printed("quamo", "noise", dance, "-o", str(folder / "noisy.bvh"), "--json"),
+            printed("quamo", "evaluate", str(clips), *words),
+            printed("quamo", "ablation", str(clips), *words),
+        )
+
+
+def session_documents(path):
     from twistcore.bvh import read_bvh
     from twistcore.chain import find_chains
     from twistcore.detection import detect
-    from twistcore.review import session_bytes, start_review
+    from twistcore.review import Review, Track, Tracking, session_bytes, start_review
 
     clip = read_bvh(path)
     chains = find_chains(clip.motion)
     found = [i for i in detect(clip.motion, chains, "paper") if len(set(i.offset)) == 1]
-    return json.loads(session_bytes(clip, start_review("paper", {"LeftArm": 0.1}, found, [])))
+    review = Review(start_review("paper", {"LeftArm": 0.1}, found, []))
+    plain = session_bytes(clip, review.state)
+    review.do(Track(Tracking(("LeftForeArm",))))
+    return json.loads(plain), json.loads(session_bytes(clip, review.state))
 
 
 @pytest.mark.parametrize("schema", EXAMPLES)

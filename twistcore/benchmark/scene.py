@@ -14,13 +14,12 @@ from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.detection import DETECTORS
 from twistcore.detection.audit import flips
 from twistcore.detection.consistency import ConsistencyAnalysis
-from twistcore.detection.cuts import find_cuts
+from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
 from twistcore.synthesis import Protocol, prepare
 
 SHORTEST = 16  # frames: room for two intervals and something around them
-LEADING = 12  # transitions in which a T-pose at the start may blend into the capture
 AUDITOR = "consistency"
 
 
@@ -97,17 +96,6 @@ class Scene:
 def joints_of(chains: Sequence[Chain]) -> NDArray[np.int64]:
     """Parents and children, ascending, each once."""
     return np.array(sorted({j for c in chains for j in (c.parent, c.child)}), dtype=np.int64)
-
-
-def leading_frames(motion: Motion) -> int:
-    """How many frames at the start are a T-pose or a blend out of it, and no capture.
-
-    All before the last cut among the first 12 transitions; a cut is a transition in which at least
-    half of all moving joints turn by more than 5 times their own median pace around it
-    (detection.cuts). CMU clips: frame 0. The Daz conversion: the first 3 to 7.
-    """
-    cuts = np.flatnonzero(find_cuts(motion.rotations, motion.fps)[: LEADING + 1])
-    return int(cuts[-1]) if len(cuts) else 0
 
 
 def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR) -> Scene:

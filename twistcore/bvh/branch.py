@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.bvh.turns import least_with_turns
+from twistcore.compiled import loops
+from twistcore.kernels import path_back, path_costs
 from twistcore.rotation import Array, euler_from_quaternion, euler_with_third_held, wrap
 
 _GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is known to half of the float's digits
@@ -56,24 +58,26 @@ def _cheapest_path(
     finish = np.zeros(2) if after is None else np.abs(wrap(after - solutions[-1])).sum(axis=-1)
     # Only the difference of the two costs matters: ahead[t] = cost of solution 1 − of solution 0.
     ahead = np.empty(n)
-    ahead[0] = d = float(start[1] - start[0])
-    if n > 1:
-        stay0, leave0, leave1, stay1 = step.reshape(n - 1, 4).T.tolist()
-        costs = zip(stay0, leave0, leave1, stay1, strict=True)
-        for t, (c00, c01, c10, c11) in enumerate(costs, 1):
-            to0, to1 = d + c10, d + c11
-            d = (to1 if to1 < c01 else c01) - (to0 if to0 < c00 else c00)
-            ahead[t] = d
-    from_other = np.empty((n, 2), dtype=np.bool_)
-    from_other[1:, 0] = ahead[:-1] + step[:, 1, 0] < step[:, 0, 0]
-    from_other[1:, 1] = ahead[:-1] + step[:, 1, 1] >= step[:, 0, 1]
-    came = from_other.tolist()
+    ahead[0] = start[1] - start[0]
+    costs = np.ascontiguousarray(step.reshape(n - 1, 4).T)
+    came = np.empty((2, n), dtype=np.bool_)
     path = np.empty(n, dtype=np.int64)
-    here = int(ahead[-1] + finish[1] < finish[0])
-    path[-1] = here
-    for t in range(n - 1, 0, -1):
-        here = int(came[t][here]) if here == 0 else 1 - int(came[t][here])
-        path[t - 1] = here
+    compiled = loops()
+    if compiled:
+        compiled.path_costs(costs, ahead)
+    else:  # lists: Python goes through them several times faster than through arrays
+        listed = ahead.tolist()
+        path_costs(costs.tolist(), listed)
+        ahead[:] = listed
+    came[0, 1:] = ahead[:-1] + costs[2] < costs[0]
+    came[1, 1:] = ahead[:-1] + costs[3] < costs[1]
+    last = int(ahead[-1] + finish[1] < finish[0])
+    if compiled:
+        compiled.path_back(came, path, last)
+    else:
+        states = path.tolist()
+        path_back(came.tolist(), states, last)
+        path[:] = states
     return path
 
 

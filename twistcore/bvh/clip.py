@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.compiled import Loops, loops
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array
 
@@ -107,23 +108,11 @@ def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.
 def _motion(
     skeleton: Skeleton, channels: tuple[JointChannels, ...], values: Array, frame_time: float
 ) -> Motion:
-    by_order: dict[str, list[int]] = {}
-    for joint, layout in enumerate(channels):
-        if layout.order:
-            by_order.setdefault(layout.order, []).append(joint)
-    columns = {o: np.array([channels[j].rotation for j in js]).T for o, js in by_order.items()}
-    rotations = np.empty((len(values), len(skeleton), 4))
-    # Blocks of frames with the joints in front: every pass over the numbers stays in the cache.
-    step = max(64, _ELEMENTS // max(len(skeleton), 1))
-    for a in range(0, len(values), step):
-        written = np.ascontiguousarray(values[a : a + step].T)
-        q = np.zeros((4, len(skeleton), written.shape[1]))
-        q[0] = 1.0
-        for order, joints in by_order.items():
-            half = np.radians(written[columns[order]])
-            half *= 0.5
-            _compose(q, joints, order, np.cos(half), np.sin(half))
-        rotations[a : a + step] = q.transpose(2, 1, 0)
+    compiled = loops()
+    if compiled:
+        rotations = _rotations_compiled(compiled, channels, values)
+    else:
+        rotations = _rotations(channels, values)
     positioned = tuple(j for j, layout in enumerate(channels) if layout.position)
     positions = np.empty((len(values), len(positioned), 3))
     positions[:] = skeleton.offsets[list(positioned)]
@@ -131,6 +120,46 @@ def _motion(
         for axis, column in channels[joint].position:
             positions[:, k, axis] = values[:, column]
     return Motion(skeleton, rotations, positioned, positions, frame_time)
+
+
+def _rotations_compiled(
+    compiled: Loops, channels: tuple[JointChannels, ...], values: Array
+) -> Array:
+    """The same as :func:`_rotations`, to the bit."""
+    most = max(len(layout.rotation) for layout in channels)
+    columns, axes = np.full((2, len(channels), most), -1)
+    for joint, layout in enumerate(channels):
+        columns[joint, : len(layout.rotation)] = layout.rotation
+        axes[joint, : len(layout.rotation)] = ["XYZ".index(letter) for letter in layout.order]
+    rotations = np.empty((len(values), len(channels), 4))
+    step = max(64, _ELEMENTS // values.shape[1])
+    for a in range(0, len(values), step):
+        half = np.radians(values[a : a + step])
+        half *= 0.5
+        compiled.compose(np.cos(half), np.sin(half), columns, axes, rotations[a : a + step])
+    return rotations
+
+
+def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
+    """Local rotations, (frames, joints, 4)."""
+    by_order: dict[str, list[int]] = {}
+    for joint, layout in enumerate(channels):
+        if layout.order:
+            by_order.setdefault(layout.order, []).append(joint)
+    columns = {o: np.array([channels[j].rotation for j in js]).T for o, js in by_order.items()}
+    rotations = np.empty((len(values), len(channels), 4))
+    # Blocks of frames with the joints in front: every pass over the numbers stays in the cache.
+    step = max(64, _ELEMENTS // max(len(channels), 1))
+    for a in range(0, len(values), step):
+        written = np.ascontiguousarray(values[a : a + step].T)
+        q = np.zeros((4, len(channels), written.shape[1]))
+        q[0] = 1.0
+        for order, joints in by_order.items():
+            half = np.radians(written[columns[order]])
+            half *= 0.5
+            _compose(q, joints, order, np.cos(half), np.sin(half))
+        rotations[a : a + step] = q.transpose(2, 1, 0)
+    return rotations
 
 
 def _compose(q: Array, joints: list[int], order: str, cos: Array, sin: Array) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from twistcore.bvh.clip import BvhWarning, JointChannels
+from twistcore.bvh.numbers import LARGEST
 from twistcore.errors import BvhError
 from twistcore.motion import Skeleton
 
@@ -67,8 +68,9 @@ class _Words:
     def number(self, what: str) -> float:
         word = self.next()
         value = float(word) if word is not None and _NUMBER.fullmatch(word) else math.nan
-        if not math.isfinite(value):
-            raise self.fail(f"expected a number for {what}, found {shown(word)}")
+        if not abs(value) < LARGEST:
+            bound = "" if math.isnan(value) else f" below {LARGEST:g}"
+            raise self.fail(f"expected a number{bound} for {what}, found {shown(word)}")
         return value
 
 
@@ -205,6 +207,7 @@ def _unique(names: list[str], warnings: list[BvhWarning]) -> tuple[str, ...]:
         out.append(shown_name)
     repeated = [name for name, count in seen.items() if count > 1]
     if repeated:
-        text = f"{len(repeated)} names stand more than once, such as {shown(repeated[0])}; "
+        count = "1 name stands" if len(repeated) == 1 else f"{len(repeated)} names stand"
+        text = f"{count} more than once, such as {shown(repeated[0])}; "
         warnings.append(BvhWarning(text + "the later ones are shown with a number."))
     return tuple(out)

@@ -7,21 +7,25 @@ so that their quotient is correctly rounded: the same bits as float(). Everythin
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.bvh.uniform import UniformReader
+from twistcore.compiled import Loops, loops_for
 from twistcore.rotation import Array
 
 _BLOCK = 1 << 18  # bytes at a time: what stays in a core's own cache
+_SAMPLE = 1 << 14  # bytes that tell how dense the numbers stand
 _EXACT = 2**53
+LARGEST = 1e100  # a length beyond has no square; sums and products of lower ones stay finite
 _POWERS = 10.0 ** np.arange(23)
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _TOKEN = re.compile(rb"[^ \t\n\v\f\r]+")
 _Bytes = NDArray[np.uint8]
+_Reader = Callable[[_Bytes, Array], "Numbers | None"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +37,7 @@ class Numbers:
 
 
 class BadNumberError(ValueError):
-    """A token that is no finite number: its offset in the text and the token."""
+    """A token that is no number below LARGEST: its offset in the text and the token."""
 
     def __init__(self, offset: int, token: bytes) -> None:
         super().__init__(token)
@@ -45,38 +49,40 @@ def read_numbers(data: bytes, start: int) -> Numbers:
 
     Read in blocks, so that little memory is needed beside the values.
     """
+    compiled = loops_for(len(data) - start)
+    return _read_blocks(data, start, _Scanner(compiled) if compiled else _numpy_reader(data, start))
+
+
+def _read_blocks(data: bytes, start: int, reader: _Reader) -> Numbers:
+    """One block after the other, the values in room that is guessed from the first."""
     buffer = np.frombuffer(data, dtype=np.uint8)
-    decimals = _usual_decimals(data, start)
-
-    uniform = UniformReader(decimals, _BLOCK + 64) if decimals else None
-
-    def read(span: tuple[int, int]) -> Numbers:
-        block = buffer[slice(*span)]
-        if uniform is not None and (found := uniform(block)) is not None:
-            return Numbers(found[0], _line_counts(block, found[1]))
-        return _mixed(block) or _exact(data, *span)
-
-    spans = list(_spans(data, start))
+    spans = list(_spans(data, start, len(data)))
     values, lines, filled = np.empty(_guess(data, spans)), [], 0
-    for block in map(read, spans):
-        stop = filled + len(block.values)
+    for a, b in spans:
+        found = reader(buffer[a:b], values[filled:]) or _exact(data, a, b)
+        stop = filled + len(found.values)
         if stop > len(values):
             values = np.concatenate([values[:filled], np.empty(stop + stop // 8 - filled)])
-        values[filled:stop] = block.values
-        lines.append(block.lines + filled)
+        if not np.may_share_memory(values, found.values):
+            values[filled:stop] = found.values
+        lines.append(found.lines + filled)
         filled = stop
     # The room guessed too much was never touched and so costs no memory.
     return Numbers(values[:filled], np.concatenate(lines) if lines else np.zeros(0, np.int64))
 
 
-def _spans(data: bytes, start: int) -> Iterator[tuple[int, int]]:
-    """Blocks of the text that end in white space, the last one wherever the text ends."""
-    while start < len(data):
-        stop = min(start + _BLOCK, len(data))
-        while stop < len(data) and data[stop - 1] > 32:
-            stop += 1
-        yield start, stop
-        start = stop
+def _numpy_reader(data: bytes, start: int) -> _Reader:
+    """For texts that are read before the compiled loops pay, or without them."""
+    decimals = _usual_decimals(data, start)
+    uniform = UniformReader(decimals, _BLOCK + 64) if decimals else None
+
+    def read(block: _Bytes, room: Array) -> Numbers | None:
+        del room
+        if uniform is not None and (found := uniform(block)) is not None:
+            return Numbers(found[0], _line_counts(block, found[1]))
+        return _mixed(block)
+
+    return read
 
 
 def _usual_decimals(data: bytes, start: int) -> int:
@@ -87,11 +93,49 @@ def _usual_decimals(data: bytes, start: int) -> int:
     return one if 3 <= one <= 10 and all(b"." in token for token in tokens) else 0
 
 
+class _Scanner:
+    """Reads blocks by compiled code, in memory of its own: fresh pages would cost the most."""
+
+    def __init__(self, compiled: Loops) -> None:
+        self._scan = compiled.scan
+        self._size = size = _BLOCK + 1024
+        self._values = np.empty(size // 2 + 1)
+        self._lines = np.empty(size, dtype=np.int64)
+        self._odd = np.empty((size // 2 + 1, 3), dtype=np.int64)
+
+    def __call__(self, block: _Bytes, room: Array) -> Numbers | None:
+        """The numbers of a block, valid until the next; None where something is no number.
+
+        They are put into `room` where it is enough for as many as there might be.
+        """
+        if len(block) > self._size:
+            return None
+        values = room if len(room) >= len(self._values) else self._values
+        count, breaks, others = self._scan(block, _POWERS, values, self._lines, self._odd)
+        for k, start, end in self._odd[:others].tolist():
+            token = block[start:end].tobytes()
+            if not _NUMBER.fullmatch(token) or not abs(value := float(token)) < LARGEST:
+                return None
+            values[k] = value
+        return Numbers(values[:count], self._lines[:breaks])
+
+
+def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
+    """Blocks of data[start:end] that end in white space, the last one wherever the text ends."""
+    while start < end:
+        stop = min(start + _BLOCK, end)
+        while stop < end and data[stop - 1] > 32:
+            stop += 1
+        yield start, stop
+        start = stop
+
+
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
     """Somewhat more numbers than there will be, from the first block's density."""
     if not spans:
         return 0
     a, b = spans[0]
+    b = min(b, a + _SAMPLE)
     density = (len(data[a:b].split()) + 16) / (b - a)
     return int(1.05 * density * (len(data) - a)) + 16
 
@@ -144,12 +188,15 @@ def _mixed(block: _Bytes) -> Numbers | None:
     if len(integers) != len(ends):  # numpy reads white space alone as a 0
         return None if len(ends) else Numbers(np.zeros(0), _line_counts(block, ends))
     values = integers / _POWERS.take(np.minimum(decimals, len(_POWERS) - 1))
+    if not integers.all():  # the sign of a zero is lost in an integer
+        signed = np.searchsorted(ends, np.flatnonzero(x == 45))
+        values[signed[integers[signed] == 0]] = -0.0
     for k in np.flatnonzero((np.abs(integers) >= _EXACT) | (decimals >= len(_POWERS))).tolist():
         odd[k] = float(_token(x, ends, k))
     if odd:
-        values[list(odd)] = list(odd.values())
-        if not np.isfinite(values).all():
+        if not all(abs(value) < LARGEST for value in odd.values()):
             return None
+        values[list(odd)] = list(odd.values())
     return Numbers(values, _line_counts(block, ends - 2))
 
 
@@ -181,7 +228,7 @@ def _exact(data: bytes, start: int, stop: int) -> Numbers:
     for found in _TOKEN.finditer(data, start, stop):
         token = found.group()
         value = float(token) if _NUMBER.fullmatch(token) else np.inf
-        if not np.isfinite(value):
+        if not abs(value) < LARGEST:
             raise BadNumberError(found.start(), token)
         values.append(value)
         marks.append(found.start() - start)

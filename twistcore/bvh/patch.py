@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twistcore.atomic import write_atomically
 from twistcore.bvh.branch import angle_jumps, continuous_angles
 from twistcore.bvh.clip import Clip
+from twistcore.compiled import loops
 from twistcore.motion import Motion
 from twistcore.rotation import Array
 
@@ -53,11 +54,12 @@ def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
 
 
 def write_bvh(clip: Clip, motion: Motion, path: str | Path) -> tuple[EulerJump, ...]:
-    """Write `clip` with the rotations of `motion`, atomically; only what differs is rewritten.
+    """Write `clip` with the rotations and positions of `motion`; only what differs is rewritten.
 
-    Returns the jumps of Euler angles that could not be avoided.
+    Atomically. Returns the jumps of Euler angles that could not be avoided.
     """
-    patch = patched(clip, motion, changed_rotations(clip, motion))
+    moved = motion.positions is not clip.motion.positions
+    patch = patched(clip, motion, changed_rotations(clip, motion), positions=moved)
     write_atomically(Path(path), patch.data)
     return patch.jumps
 
@@ -67,14 +69,17 @@ def patch_rotations(clip: Clip, motion: Motion, changed: NDArray[np.bool_]) -> b
     return patched(clip, motion, changed).data
 
 
-def patched(clip: Clip, motion: Motion, changed: NDArray[np.bool_]) -> Patch:
+def patched(
+    clip: Clip, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
+) -> Patch:
     """The clip's bytes with the rotation numbers at `changed` (frames, joints) taken from `motion`.
 
-    Every other byte stays. A number keeps its count of decimals, at least 6, and never gets an
-    exponent. Joints without three rotation channels cannot be rewritten: ValueError.
+    positions: also its position numbers where they differ. Every other byte stays. A number keeps
+    its count of decimals, at least 6, and never gets an exponent. Joints without three rotation
+    channels cannot be rewritten: ValueError.
     """
     columns = clip.values.shape[1]
-    tokens, angles, jumps = [], [], []
+    tokens, numbers, jumps = [], [], []
     for joint in np.flatnonzero(changed.any(axis=0)):
         layout, name = clip.channels[joint], clip.skeleton.names[joint]
         if not layout.rotatable:
@@ -91,25 +96,32 @@ def patched(clip: Clip, motion: Motion, changed: NDArray[np.bool_]) -> Patch:
                 letter = layout.order[channel]
                 jumps.append(EulerJump(name, start + row, f"{letter}rotation"))
             tokens.append((np.arange(start, stop)[:, None] * columns + rotation).ravel())
-            angles.append(np.degrees(found).ravel())
-    if not tokens:
+            numbers.append(np.degrees(found).ravel())
+    if positions:
+        for place, positioned in enumerate(motion.positioned):
+            for axis, column in clip.channels[positioned].position:
+                here, there = (m.positions[:, place, axis] for m in (motion, clip.motion))
+                at = np.flatnonzero(here != there)
+                tokens.append(at * columns + column)
+                numbers.append(here[at])
+    if not sum(map(len, tokens)):
         return Patch(clip.data, ())
-    return Patch(_replaced(clip, np.concatenate(tokens), np.concatenate(angles)), tuple(jumps))
+    return Patch(_replaced(clip, np.concatenate(tokens), np.concatenate(numbers)), tuple(jumps))
 
 
-def _replaced(clip: Clip, tokens: NDArray[np.int64], degrees: Array) -> bytes:
+def _replaced(clip: Clip, tokens: NDArray[np.int64], numbers: Array) -> bytes:
     """The clip's bytes with the tokens of these numbers (from 0, in reading order) written anew."""
     order = np.argsort(tokens, kind="stable")
-    tokens, degrees = tokens[order], degrees[order]
-    starts, ends = (span[tokens] for span in clip.token_spans)
+    tokens, numbers = tokens[order], numbers[order]
+    starts, ends, decimals = _places(clip, tokens)
     # Neighbours with one space between are written together: far fewer pieces to join.
     together = np.zeros(len(tokens), dtype=np.bool_)
     buffer = np.frombuffer(clip.data, dtype=np.uint8)
     together[:-1] = (starts[1:] - ends[:-1] == 1) & (buffer[ends[:-1]] == 32)
-    form = 2 * _decimals(clip.data, starts, ends) + together
+    form = 2 * np.clip(decimals, _MIN_DECIMALS, _MAX_DECIMALS) + together
     # One format for all: a call for each number would take longer than the rest together.
     forms = [f"%.{k // 2}f{' ' if k % 2 else chr(10)}" for k in range(2 * _MAX_DECIMALS + 2)]
-    text = "".join([forms[k] for k in form.tolist()]) % tuple(degrees.tolist())
+    text = "".join([forms[k] for k in form.tolist()]) % tuple(numbers.tolist())
     first = np.roll(~together, 1)
     stops = [0, *ends[~together].tolist()]
     nexts = [*starts[first].tolist(), len(clip.data)]
@@ -119,10 +131,21 @@ def _replaced(clip: Clip, tokens: NDArray[np.int64], degrees: Array) -> bytes:
     return b"".join(pieces)
 
 
+def _places(clip: Clip, tokens: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
+    """Start, end and decimals of these tokens, ascending."""
+    if compiled := loops():
+        found = np.empty((len(tokens), 3), dtype=np.int64)
+        text = np.frombuffer(clip.data, dtype=np.uint8)[clip.data_start :]
+        compiled.find_tokens(text, tokens, found)
+        return found[:, 0] + clip.data_start, found[:, 1] + clip.data_start, found[:, 2]
+    starts, ends = (span[tokens] for span in clip.token_spans)
+    return starts, ends, _decimals(clip.data, starts, ends)
+
+
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Decimals to write for the tokens at these offsets: their own, within 6 and 15."""
+    """Digits behind the point of the tokens at these offsets, an exponent left out."""
     buffer = np.frombuffer(data, dtype=np.uint8)
-    decimals = np.full(len(starts), _MIN_DECIMALS)
+    decimals = np.zeros(len(starts), dtype=np.int64)
     longest = int((ends - starts).max())
     for back in range(min(longest, 40)):
         at = np.maximum(ends - 1 - back, starts)
@@ -135,8 +158,7 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
             ends = ends.copy()
             ends[k] = starts[k]
             decimals[k] = len(mantissa.partition(b".")[2])
-    kept: NDArray[np.int64] = np.clip(decimals, _MIN_DECIMALS, _MAX_DECIMALS)
-    return kept
+    return decimals
 
 
 def _runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:

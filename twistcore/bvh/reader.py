@@ -8,13 +8,18 @@ from pathlib import Path
 
 from twistcore.bvh.clip import BvhWarning, Clip
 from twistcore.bvh.header import parse_header, shown
-from twistcore.bvh.numbers import BadNumberError, read_numbers
+from twistcore.bvh.numbers import LARGEST, BadNumberError, read_numbers
 from twistcore.bvh.rows import check_rows
 from twistcore.errors import BvhError
 
 _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
-_FRAMES = re.compile(rb"\s*Frames[ \t]*:?[ \t]*([^\s:]*)", re.I)
-_FRAME_TIME = re.compile(rb"[^\r\n]*[\r\n]\s*Frame[ \t]*Time[ \t]*:?[ \t]*([^\s:]*)[^\r\n]*", re.I)
+_FRAMES = re.compile(rb"\s*Frames[ \t]*:?\s*([^\s:]*)", re.I)
+_FRAME_TIME = re.compile(
+    rb"[^\r\n]*[\r\n]\s*Frame[ \t]*Time[ \t]*:?"
+    # The number on this line, or alone on the next; else there is none, and a row follows.
+    rb"(?:[ \t]*(?=[^\s:])|\s*(?=[^\s:]+[ \t]*(?:[\r\n]|\Z))|[ \t]*)([^\s:]*)[^\r\n]*",
+    re.I,
+)
 _SECONDS = re.compile(rb"[0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?")
 _LINE = re.compile(rb"\r\n|\r|\n")
 _ASSUMED_FPS = 30.0
@@ -63,7 +68,7 @@ def parse_bvh(data: bytes, path: str | Path = "clip.bvh", *, fps: float | None =
     except BadNumberError as error:
         line, column = _place(data, error.offset)
         word = shown(error.token.decode("utf-8", "replace"))
-        expected = f"expected a finite number, found {word}"
+        expected = f"expected a finite number (below {LARGEST:g}), found {word}"
         raise BvhError(name, expected, line=line, column=column) from None
     check_rows(name, data, start, numbers, columns)
     rows = len(numbers.values) // columns

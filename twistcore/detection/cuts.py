@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from twistcore.detection.prediction import Mask
+from twistcore.motion import Motion
 from twistcore.rotation import Array
 
 JUMP = 5.0  # times a joint's own pace
@@ -12,6 +13,7 @@ SMALLEST = float(np.radians(0.5))  # joints that turn less in the jump do not vo
 SHARE = 0.5  # of the joints that turn at all
 FEWEST = 1.0 / 3.0  # of all joints count as turning: where all is still, an error is not a cut
 SHARE_BESIDE, HOLE = 0.3, 3  # for frames within HOLE of a cut
+LEADING = 12  # transitions in which a T-pose at the start may blend into the capture
 BLOCK_SECONDS = 0.13  # of the pace: the median over a block outlives a few frames of a cut
 
 
@@ -57,3 +59,14 @@ def find_cuts(rotations: Array, fps: float) -> Mask:
             if (share[group] > SHARE).any():
                 cut[group[0] : group[-1] + 1] = True
     return cut
+
+
+def leading_frames(motion: Motion) -> int:
+    """How many frames at the start are a T-pose or a blend out of it, and no capture.
+
+    All before the last cut among the first 12 transitions; a cut is a transition in which at least
+    half of all moving joints turn by more than 5 times their own median pace around it
+    (:func:`find_cuts`). CMU clips: frame 0. The Daz conversion: the first 3 to 7.
+    """
+    cuts = np.flatnonzero(find_cuts(motion.rotations, motion.fps)[: LEADING + 1])
+    return int(cuts[-1]) if len(cuts) else 0

@@ -9,9 +9,10 @@ from twistcore.review.commands import (
     Insert,
     Redetect,
     Remove,
+    Track,
 )
 from twistcore.review.journal import Journal, Recovered, recover
-from twistcore.review.model import Decision, Judged, ReviewState, start_review
+from twistcore.review.model import Decision, Judged, ReviewState, Tracking, start_review
 from twistcore.review.review import Review
 from twistcore.review.session import (
     Session,
@@ -37,6 +38,8 @@ __all__ = [
     "Review",
     "ReviewState",
     "Session",
+    "Track",
+    "Tracking",
     "accepted_motion",
     "read_session",
     "recover",

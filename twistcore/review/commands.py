@@ -13,6 +13,7 @@ from twistcore.review.model import (
     Decision,
     Judged,
     ReviewState,
+    Tracking,
     as_written,
     carried_over,
 )
@@ -184,7 +185,7 @@ class Redetect:
         """What the undo menu says."""
         if self.method:
             return f"Detect with {self.method}"
-        name = next(iter(self.tau)) if len(self.tau) == 1 else "all chains"
+        name = next(iter(self.tau)) if len(self.tau) == 1 else f"{len(self.tau)} chains"
         return f"Set τ of {name}"
 
     def apply(self, state: ReviewState) -> ReviewState:
@@ -231,18 +232,45 @@ class CarryOver:
         return False
 
 
+@dataclass(frozen=True)
+class Track:
+    """Track joints with QuaMo after the twist refinement, or no longer (None)."""
+
+    tracking: Tracking | None
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        if self.tracking is None:
+            return "Stop tracking"
+        joints = self.tracking.joints
+        return f"Track {joints[0] if len(joints) == 1 else f'{len(joints)} joints'}"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        if self.tracking is not None and not self.tracking.joints:
+            raise ValueError("expected a joint to track")
+        return replace(state, tracking=self.tracking)
+
+    def continues(self, earlier: Command) -> bool:
+        """A step of its own."""
+        del earlier
+        return False
+
+
 def _match(
     earlier: tuple[Judged, ...], found: list[Interval], next_id: int
 ) -> tuple[list[Judged], int]:
     partner: dict[int, int] = {}
     taken: set[int] = set()
     supported: set[int] = set()
-    for common, minus_k, minus_n in sorted(_overlaps(earlier, found), reverse=True):
+    pairs = sorted(_overlaps(earlier, found), reverse=True)
+    for common, minus_k, minus_n in pairs:
         k, n = -minus_k, -minus_n
         if earlier[k].kept and _stands_for(earlier[k].interval, found[n], common):
             supported.add(k)
             taken.add(n)
-    for _, minus_k, minus_n in sorted(_overlaps(earlier, found), reverse=True):
+    for _, minus_k, minus_n in pairs:
         k, n = -minus_k, -minus_n
         if not earlier[k].kept and k not in partner and n not in taken:
             partner[k] = n

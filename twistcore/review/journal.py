@@ -29,6 +29,7 @@ from twistcore.review.commands import (
     Insert,
     Redetect,
     Remove,
+    Track,
 )
 from twistcore.review.model import Decision, ReviewState
 from twistcore.review.review import Review
@@ -40,6 +41,8 @@ from twistcore.review.session import (
     judged_to_json,
     session_document,
     session_from_document,
+    tracking_from_json,
+    tracking_to_json,
 )
 
 SCHEMA = "twistcore.journal/1"
@@ -180,6 +183,9 @@ def command_to_json(command: Command) -> dict[str, Any]:
             }
         case CarryOver():
             return {"do": kind, "earlier": [judged_to_json(j) for j in command.earlier]}
+        case Track():
+            made = command.tracking and tracking_to_json(command.tracking)
+            return {"do": kind, "tracking": made}
     raise TypeError(f"{kind} has no form in a journal")
 
 
@@ -198,6 +204,7 @@ _READERS: Mapping[str, Callable[[Mapping[str, Any]], Command]] = {
         e["drag"],
     ),
     "CarryOver": lambda e: CarryOver(tuple(judged_from_json(j) for j in e["earlier"])),
+    "Track": lambda e: Track(e["tracking"] and tracking_from_json(e["tracking"])),
 }
 
 

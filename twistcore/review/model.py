@@ -22,6 +22,23 @@ class Decision(StrEnum):
     REJECTED = "rejected"
 
 
+@dataclass(frozen=True)
+class Tracking:
+    """Which joints are tracked with QuaMo after the twist refinement, and how.
+
+    joints: names, by the skeleton's order; learned: gains of the shipped networks instead of κP
+    (1/s²), κD (1/s) and κA; weights: the first 16 digits of the SHA-256 of the networks' file, ''
+    with gains of hands.
+    """
+
+    joints: tuple[str, ...]
+    kp: float = 600.0
+    kd: float = 15.0
+    ka: float = 0.0
+    learned: bool = False
+    weights: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Judged:
     """An interval under review.
@@ -55,13 +72,17 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class ReviewState:
-    """method: detector; tau: radians by chain name; intervals by chain order and start."""
+    """method: detector; tau: radians by chain name; intervals by chain order and start.
+
+    tracking: what is tracked once the twist errors are out; None: nothing, as ever unless asked.
+    """
 
     method: str
     tau: Mapping[str, float]
     intervals: tuple[Judged, ...] = ()
     next_id: int = 1
     chain_order: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    tracking: Tracking | None = None
 
     def find(self, interval_id: int) -> Judged:
         """The interval of an id; KeyError where there is none."""

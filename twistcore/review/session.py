@@ -19,9 +19,12 @@ from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.motion import Motion
 from twistcore.refinement import refine
-from twistcore.review.model import Decision, Judged, ReviewState
+from twistcore.review.model import Decision, Judged, ReviewState, Tracking
+from twistcore.review.tracking import check_tracking, tracked_motion
 
 SCHEMA = "twistcore.session/1"
+# A session that tracks: a program that knows nothing of it must not replay the rest.
+TRACKING_SCHEMA = "twistcore.session/2"
 _ENDLESS = 100_000_000  # no clip has as many frames: a damaged number, not a wish for memory
 
 
@@ -37,7 +40,7 @@ class Session:
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
     """The session as a JSON document; angles in degrees with nine decimals, times in frames."""
-    return {
+    document = {
         "schema": SCHEMA,
         "clip": str(clip.path.absolute()),
         "sha256": clip.sha256,
@@ -47,6 +50,9 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
         "next_id": state.next_id,
         "intervals": [judged_to_json(j) for j in state.intervals],
     }
+    if state.tracking is not None:
+        document |= {"schema": TRACKING_SCHEMA, "tracking": tracking_to_json(state.tracking)}
+    return document
 
 
 def session_bytes(clip: Clip, state: ReviewState) -> bytes:
@@ -78,9 +84,11 @@ def read_session(path: Path) -> Session:
 
 def session_from_document(document: Any) -> Session:
     """A session from its JSON document; FormatError says what is missing or wrong."""
-    if not isinstance(document, Mapping) or document.get("schema") != SCHEMA:
-        raise FormatError(f"expected a document with schema {SCHEMA!r}")
+    known = (SCHEMA, TRACKING_SCHEMA)
+    if not isinstance(document, Mapping) or document.get("schema") not in known:
+        raise FormatError(f"expected a document with schema {SCHEMA!r} or {TRACKING_SCHEMA!r}")
     try:
+        tracks = document["schema"] == TRACKING_SCHEMA
         fps = float(document["fps"])
         if not (math.isfinite(fps) and fps > 0.0):
             raise ValueError(f"fps {fps}")
@@ -97,6 +105,7 @@ def session_from_document(document: Any) -> Session:
             intervals=intervals,
             next_id=int(document["next_id"]),
             chain_order=MappingProxyType({name: k for k, name in enumerate(tau)}),
+            tracking=tracking_from_json(document["tracking"]) if tracks else None,
         )
         return Session(str(document["clip"]), str(document["sha256"]), fps, state)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -106,8 +115,9 @@ def session_from_document(document: Any) -> Session:
 def accepted_motion(
     clip: Clip, chains: Sequence[Chain], state: ReviewState, *, undecided: bool = False
 ) -> Motion:
-    """The clip's motion corrected by the accepted intervals: what an export writes."""
-    return refine(clip.motion, chains, state.chosen(undecided=undecided))
+    """The motion corrected by the accepted intervals, then tracked: what an export writes."""
+    refined = refine(clip.motion, chains, state.chosen(undecided=undecided))
+    return refined if state.tracking is None else tracked_motion(refined, state.tracking)
 
 
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
@@ -123,6 +133,36 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
             raise ClipMismatchError(f"{clip.path}: the session names a chain {interval.chain!r}")
         if interval.stop > clip.motion.frames:
             raise ClipMismatchError(f"{clip.path}: an interval ends behind the clip's last frame")
+    if session.state.tracking is not None:
+        try:
+            check_tracking(clip.motion, session.state.tracking)
+        except TwistError as error:
+            raise ClipMismatchError(f"{clip.path}: the session tracks, but {error}") from None
+
+
+def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
+    """What is tracked, and how."""
+    return {
+        "joints": list(tracking.joints),
+        "gains": "learned" if tracking.learned else "hand",
+        "kp": tracking.kp,
+        "kd": tracking.kd,
+        "ka": tracking.ka,
+        "weights": tracking.weights,
+    }
+
+
+def tracking_from_json(entry: Mapping[str, Any]) -> Tracking:
+    """The reverse; KeyError, TypeError or ValueError where it is damaged."""
+    joints, gains = entry["joints"], entry["gains"]
+    if not (isinstance(joints, list) and joints and all(isinstance(j, str) for j in joints)):
+        raise ValueError("a list of joints to track")
+    if gains not in ("hand", "learned"):
+        raise ValueError(f"gains {gains!r}")
+    kp, kd, ka = (float(entry[key]) for key in ("kp", "kd", "ka"))
+    if not all(map(math.isfinite, (kp, kd, ka))):
+        raise ValueError("a gain that is not finite")
+    return Tracking(tuple(joints), kp, kd, ka, gains == "learned", str(entry["weights"]))
 
 
 def interval_to_json(interval: Interval) -> dict[str, Any]:

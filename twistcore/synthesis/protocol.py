@@ -123,7 +123,7 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
     clipped to ±0.2 rad a frame, accumulated. Chains without another side stay as they are.
     """
     rotations = motion.rotations.copy()
-    increments = {c.name: _increments(motion, c) for c in chains}
+    increments = {c.name: twist_increments(motion, c) for c in chains}
     for chain in chains:
         others = [c for c in chains if c.segment == chain.segment and c.side != chain.side]
         if not chain.segment or not others:
@@ -141,8 +141,11 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
     return motion.with_rotations(normalise(rotations))
 
 
-def _increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Twist increments of parent and child about the bone, radians, (frames,) each."""
+def twist_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
+    """Twist increments of a chain's parent and child about the bone, radians, (frames,) each.
+
+    Of relative rotations: the parent's in its own frame, the child's in its parent's; 0 in frame 0.
+    """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]
     x, y = np.zeros(motion.frames), np.zeros(motion.frames)

@@ -1,0 +1,135 @@
+"""What does it cost that both joints move? python -m benchmarks.live_joints FOLDER [--protocol …]…
+
+Before errors are injected, the twist of one joint of every chain about its bone is scaled to a
+share of what was captured: at 0 that joint is silent, as one is in every chain of the CMU rig. The
+other signal, the pace and the frame rate stay, and the errors are the same. FSR % by clip, protocol
+and share, and the median σ of d, which is what a jump is seen against.
+
+--told does the same with a first pass of the detector that is told the frames of all edges, and may
+not take them for motion: what is then found and was not before, hid itself.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+
+from twistcore.benchmark.passes import apply_method, draw
+from twistcore.benchmark.scene import Scene, make_scene
+from twistcore.bvh import read_bvh
+from twistcore.chain import Chain
+from twistcore.detection import counter
+from twistcore.detection.consistency import ConsistencyDetector
+from twistcore.detection.increments import twist_increments
+from twistcore.detection.prediction import Mask
+from twistcore.evaluation import SUCCESS
+from twistcore.motion import Motion
+from twistcore.rotation import (
+    Array,
+    geodesic_angle,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+)
+from twistcore.synthesis import InjectedError, inject, parse_protocol
+
+METHOD = "consistency"
+SETTINGS = (("parent", 1.0), ("parent", 0.5), ("parent", 0.25), ("parent", 0.0), ("child", 0.0))
+
+
+def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float) -> Motion:
+    """The motion with a share of the twist of all parents, or of all children.
+
+    x of a chain follows from its parent alone and y from its child alone, and a turn about the bone
+    adds to them: what is taken from one joint changes no other chain's x, or y.
+    """
+    rotations = motion.rotations.copy()
+    for chain in chains:
+        q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
+        x, y = twist_increments(q_p, q_c, chain.axis)
+        of_joint = x if joint == "parent" else y
+        turn = quaternion_from_axis_angle(chain.axis, (share - 1.0) * np.cumsum(of_joint))
+        if joint == "parent":
+            rotations[:, chain.parent] = multiply(rotations[:, chain.parent], turn)
+        else:
+            rotations[:, chain.child] = multiply(turn, rotations[:, chain.child])
+    return motion.with_rotations(normalise(rotations))
+
+
+@contextmanager
+def told_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iterator[None]:
+    """A first pass that takes no frame of an edge of one limb's errors for motion."""
+    usual = counter._coarsely_good
+    rows = {chain.name: row for row, chain in enumerate(chains)}
+
+    def told(signals: Array, live: Mask, half: int) -> Mask:
+        good = usual(signals, live, half)
+        for e in errors:
+            steps = np.diff(np.concatenate([[0.0], e.offset, [0.0]])) != 0.0
+            at = e.start + np.flatnonzero(steps)
+            good[rows[e.chain], at[at < good.shape[1]]] = False
+        return good
+
+    with patch.object(counter, "_coarsely_good", told):
+        yield
+
+
+def success(scene: Scene, seeds: Sequence[int], told: bool) -> float:
+    """FSR % over all chains of a scene, each in turn."""
+    frames = repaired = 0
+    for seed in seeds:
+        for index, targets in scene.passes():
+            errors = draw(scene, index, targets, seed)
+            limb = next(limb for limb in scene.limbs if targets[0] in limb)
+            dirty = inject(scene.motion, limb, errors)
+            with told_edges(limb, errors) if told else nullcontext():
+                refined = apply_method(METHOD, dirty, limb).rotations
+            parents = {chain.name: chain.parent for chain in limb}
+            for e in errors:
+                rows, p = e.start + np.flatnonzero(e.offset), parents[e.chain]
+                truth = scene.motion.rotations[rows, p]
+                before = geodesic_angle(truth, dirty.rotations[rows, p])
+                after = geodesic_angle(truth, refined[rows, p])
+                frames += len(rows)
+                repaired += int((after <= SUCCESS * before).sum())
+    return 100.0 * repaired / max(frames, 1)
+
+
+def sigma(scene: Scene) -> float:
+    """Median σ of d over frames and chains, degrees."""
+    analysis = ConsistencyDetector().analyse(scene.motion, scene.chains)
+    of_chains = [c.limb.sigma[c.row] for c in analysis.chains.values()]
+    return float(np.degrees(np.median(of_chains)))
+
+
+def main() -> None:
+    """Print the table, clip by clip."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--protocol", nargs="+", default=["H3-4", "H6"])
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--told", action="store_true", help="the first pass knows the edges")
+    arguments = parser.parse_args()
+    seeds = range(arguments.seed, arguments.seed + arguments.seeds)
+    print(f"| clip | Hz | row | {' | '.join(f'{j} × {s:g}' for j, s in SETTINGS)} |")
+    print("|---" * (3 + len(SETTINGS)) + "|")
+    for path in sorted(arguments.folder.rglob("*.bvh")):
+        plain = make_scene(path.name, read_bvh(path).motion, parse_protocol("P0"))
+        for row in arguments.protocol:
+            cells = []
+            for joint, share in SETTINGS:
+                motion = quietened(plain.motion, plain.chains, joint, share)
+                scene = make_scene(path.name, motion, parse_protocol(row))
+                fsr = success(scene, seeds, arguments.told)
+                cells.append(f"{fsr:.2f} (σ {sigma(scene):.3f}°)")
+            print(f"| {path.stem} | {scene.motion.fps:.0f} | {row} | {' | '.join(cells)} |")
+
+
+if __name__ == "__main__":
+    main()

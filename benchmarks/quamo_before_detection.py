@@ -1,0 +1,142 @@
+"""What tracking before detection hides: python -m benchmarks.quamo_before_detection CLIPS.
+
+Twist errors of a protocol are put into every clip of a folder. They are looked for in the raw clip
+and in the same clip tracked with QuaMo's hand gains. An error counts as found where an interval of
+its chain covers at least half of their union. FSR [Choi26 §4.2.1] is measured after the refinement:
+raw against the clean clip, tracked against the clean clip tracked, so that the tracker's own
+lag counts for neither.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from twistcore.bvh import read_bvh
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.detection import Interval, detect
+from twistcore.detection.cuts import leading_frames
+from twistcore.evaluation import SUCCESS
+from twistcore.motion import Motion
+from twistcore.quamo.refine import track_by_hand
+from twistcore.refinement import refine
+from twistcore.rotation import geodesic_angle
+from twistcore.synthesis import (
+    InjectedError,
+    draw_errors,
+    draw_targets,
+    generator,
+    inject,
+    parse_protocol,
+    prepare,
+)
+
+SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
+
+
+@dataclass
+class Count:
+    """Sums over clips: found by class of size, and of how many; repaired frames; alarms."""
+
+    found: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
+    errors: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
+    repaired: int = 0
+    frames: int = 0
+    alarms: int = 0
+
+    def add(
+        self,
+        clean: Motion,
+        dirty: Motion,
+        refined: Motion,
+        found: Sequence[Interval],
+        errors: Sequence[InjectedError],
+        chains: dict[str, Chain],
+        size_of: Motion,
+    ) -> None:
+        """One clip; size_of: the clean motion that the errors were put into."""
+        used: set[int] = set()
+        for error in errors:
+            at = slice(error.start, error.stop)
+            size = float(np.degrees(np.abs(error.offset).max()))
+            bin_ = int(np.searchsorted(SIZES, size, side="right")) - 1
+            self.errors[bin_] += 1
+            hits = [k for k, i in enumerate(found) if i.chain == error.chain and covers(i, error)]
+            self.found[bin_] += bool(hits)
+            used.update(hits)
+            parent = chains[error.chain].parent
+            before = geodesic_angle(size_of.rotations[at, parent], dirty.rotations[at, parent])
+            after = geodesic_angle(clean.rotations[at, parent], refined.rotations[at, parent])
+            self.repaired += int((after <= SUCCESS * before).sum())
+            self.frames += error.stop - error.start
+        self.alarms += len(found) - len(used)
+
+
+def covers(interval: Interval, error: InjectedError) -> bool:
+    """Whether they share at least half of their union."""
+    both = min(interval.stop, error.stop) - max(interval.start, error.start)
+    union = max(interval.stop, error.stop) - min(interval.start, error.start)
+    return both >= 0.5 * union
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("clips", type=Path, nargs="?", default=Path("assets"))
+    parser.add_argument("--protocol", default="P0")
+    parser.add_argument("--seeds", type=int, default=3)
+    arguments = parser.parse_args()
+    protocol = parse_protocol(arguments.protocol)
+    raw, tracked, after = Count(), Count(), Count()
+    paths = [p for p in sorted(arguments.clips.glob("*.bvh")) if "injected" not in p.stem]
+    for path in paths:
+        motion = read_bvh(path).motion
+        motion = motion.sliced(leading_frames(motion), motion.frames)
+        chains = [c for c in find_chains(motion) if not uncorrectable_joints(motion, c)]
+        by_name = {c.name: c for c in chains}
+        clean = prepare(motion, chains, protocol)
+        joints = np.arange(len(clean.skeleton))
+        clean_tracked = track_by_hand(clean, joints).motion
+        for seed in range(arguments.seeds):
+            rng = generator(seed, path.name)
+            targets = draw_targets(chains, rng, protocol)
+            errors = draw_errors(targets, clean.frames, rng, protocol, fps=clean.fps)
+            dirty = inject(clean, chains, errors)
+            found = detect(dirty, chains)
+            refined = refine(dirty, chains, found)
+            raw.add(clean, dirty, refined, found, errors, by_name, clean)
+            late = track_by_hand(dirty, joints).motion
+            late_found = detect(late, chains)
+            repaired = refine(late, chains, late_found)
+            tracked.add(clean_tracked, dirty, repaired, late_found, errors, by_name, clean)
+            in_order = track_by_hand(refined, joints).motion
+            after.add(clean_tracked, dirty, in_order, found, errors, by_name, clean)
+    print(
+        f"{len(paths)} clips of {arguments.clips.resolve().name}, protocol {protocol.name}, "
+        f"seeds 0–{arguments.seeds - 1}, {int(raw.errors.sum())} errors in {raw.frames} frames\n"
+    )
+    classes = [f"{a:g}–{b:g}°" for a, b in zip(SIZES[:-1], (*SIZES[1:-1], 180.0), strict=True)]
+    print("| order | found of all | " + " | ".join(classes) + " | other intervals | FSR |")
+    print("|---|---|" + "---|" * len(classes) + "---|---|")
+    for name, count in (
+        ("detect and refine the raw clip", raw),
+        ("track, then detect and refine", tracked),
+        ("detect, refine, then track", after),
+    ):
+        shares = [
+            f"{100 * f / n:.1f} %" if n else "–"
+            for f, n in zip(count.found, count.errors, strict=True)
+        ]
+        print(
+            f"| {name} | {100 * count.found.sum() / max(count.errors.sum(), 1):.1f} % | "
+            + " | ".join(shares)
+            + f" | {count.alarms} | {100 * count.repaired / max(count.frames, 1):.1f} % |"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,100 @@
+"""Time a frame of QuaMo on one core: python -m benchmarks.quamo_speed [--frames N].
+
+24 joints with forward kinematics, hand gains and networks in numpy; where PyTorch is installed also
+the same networks' step in PyTorch on one thread, beside numpy's in the same run. CPU time of this
+process, median of blocks of frames. Set OMP_NUM_THREADS=1. Aim: < 2 ms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from twistcore.errors import TwistError
+from twistcore.motion import forward_kinematics
+from twistcore.quamo import HandGains, Tracker
+from twistcore.quamo.command import FINAL, WEIGHTS, weights_name
+from twistcore.quamo.data import read_sequence
+from twistcore.quamo.network import Network, read_network, untrained
+from twistcore.quamo.noise import LEVELS, Noise, noisy
+from twistcore.quamo.topology import motion_24
+from twistcore.quamo.torch_model import import_torch, make_step, unroll
+
+SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "dance.bvh"
+BLOCK = 50
+
+
+def main() -> None:
+    """Print a line a path."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=1000)
+    parser.add_argument("--weights", type=Path, default=WEIGHTS / weights_name("full", FINAL))
+    arguments = parser.parse_args()
+    sequence = read_sequence(SAMPLE)
+    q, r = noisy(sequence.q, sequence.r, Noise(LEVELS["A"]), np.random.default_rng(0))
+    at = np.arange(arguments.frames) % len(q)
+    q, r = q[at], r[at]
+    widths = {512: untrained(512, 64, np.random.default_rng(0), "full")}
+    if arguments.weights.exists():
+        shipped = read_network(arguments.weights)
+        widths = {shipped.width: shipped} | widths
+
+    def with_kinematics(tracker: Tracker) -> Callable[[int], None]:
+        def frame(k: int) -> None:
+            state = tracker.step(q[k], r[k], 0.04).state
+            forward_kinematics(motion_24(sequence.offsets, state.q[None], state.r[None], 0.04))
+
+        return frame
+
+    print(f"hand gains with FK: {timed(with_kinematics(Tracker(HandGains())), len(q)):.3f} ms")
+    for width, network in widths.items():
+        controller = network.started(q, r)
+        full = timed(with_kinematics(Tracker(controller)), len(q))
+        print(f"networks of width {width} with FK: {full:.3f} ms")
+        beside_torch(network, q, r)
+
+
+def timed(frame: Callable[[int], None], frames: int) -> float:
+    """Median milliseconds of CPU time a frame over blocks of frames."""
+    blocks = []
+    for start in range(0, frames - BLOCK + 1, BLOCK):
+        begin = time.process_time()
+        for k in range(start, start + BLOCK):
+            frame(k)
+        blocks.append((time.process_time() - begin) / BLOCK * 1e3)
+    return median(blocks)
+
+
+def beside_torch(network: Network, q: np.ndarray, r: np.ndarray) -> None:
+    """Blocks of 100 frames without FK, numpy and PyTorch by turns."""
+    try:
+        torch = import_torch()
+    except TwistError:
+        print("  PyTorch is not installed: no ratio")
+        return
+    torch.set_num_threads(1)
+    weights = {k: torch.tensor(v) for k, v in network.weights.items()}
+    step = make_step(torch, network.variant)
+    ours, theirs = [], []
+    for start in range(0, len(q) - 99, 100):
+        part = slice(start, start + 100)
+        begin = time.process_time()
+        tracker = Tracker(network.started(q[part], r[part]))
+        for k in range(start, start + 100):
+            tracker.step(q[k], r[k], 0.04)
+        middle = time.process_time()
+        with torch.no_grad():
+            unroll(torch, weights, q[None, part], r[None, part], step)
+        ours.append((middle - begin) * 10.0)
+        theirs.append((time.process_time() - middle) * 10.0)
+    a, b = median(ours), median(theirs)
+    print(f"  without FK: numpy {a:.3f} ms, PyTorch {b:.3f} ms, ratio {a / b:.2f}")
+
+
+if __name__ == "__main__":
+    main()

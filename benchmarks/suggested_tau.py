@@ -1,0 +1,116 @@
+"""Is the suggested τ a good one? python -m benchmarks.suggested_tau FOLDER [--seed N] [--seeds N].
+
+τ is suggested for every chain from each clip by itself, and from all clips of the folder together
+(a profile), with the seeds of `twistcore tune`. Errors of other seeds are then injected. The table
+has the FSR at the suggested τ beside that of the best fixed τ, the one that afterwards turns out
+to be best for all clips and chains; and the false alarms in all clips as they are, without errors.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial, reduce
+from operator import add
+from pathlib import Path
+
+import numpy as np
+
+from twistcore.bvh import read_bvh
+from twistcore.detection import DEFAULT_METHOD, DETECTORS
+from twistcore.rotation import Array
+from twistcore.tuning import GRID, TauCurve, clip_tuning, tau_curve
+from twistcore.tuning.curve import PROTOCOLS
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A chain of a clip: its curve for tuning, and by protocol one with the seeds of the trial.
+
+    alarms: intervals applied in the clip as it is, by τ of the grid.
+    """
+
+    chain: str
+    curve: TauCurve
+    trials: dict[str, TauCurve]
+    alarms: Array
+
+
+def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
+    """All chains of a clip."""
+    motion = read_bvh(path).motion
+    tuning = clip_tuning(motion, path.name, method=method)
+    as_is = DETECTORS[method].analyse(motion, tuning.chains)
+    out = []
+    for chain in (c for c in tuning.chains if c.name in tuning.names):
+        trials = {
+            p: tau_curve(
+                tuning.motion,
+                tuning.chains,
+                chain,
+                name=path.name,
+                clean=tuning.analysis,
+                method=method,
+                seeds=seeds,
+                protocols=(p,),
+            )
+            for p in PROTOCOLS
+        }
+        alarms = [sum(not i.open for i in as_is.intervals(chain.name, t)) for t in GRID]
+        out.append(Tried(chain.name, tuning.curve(chain.name), trials, np.array(alarms)))
+    return out
+
+
+def report(title: str, tried: Sequence[Tried], tau: Sequence[float]) -> None:
+    """Print a block: what the τ of each chain of each clip brings."""
+    place = [int(np.argmin(np.abs(t.curve.tau - x))) for t, x in zip(tried, tau, strict=True)]
+    alarms = sum(int(t.alarms[k]) for t, k in zip(tried, place, strict=True))
+    low, middle, high = np.degrees(np.percentile(tau, [0, 50, 100]))
+    print(f"\n{title}: τ {low:.2f}-{high:.2f}°, median {middle:.2f}°; {alarms} false alarms in all")
+    for name, chosen in (*((p, (p,)) for p in PROTOCOLS), ("both", PROTOCOLS)):
+        errors = sum(t.trials[p].errors for t in tried for p in chosen)
+        own = sum(
+            t.trials[p].repaired[k] for t, k in zip(tried, place, strict=True) for p in chosen
+        )
+        fixed = reduce(add, (t.trials[p].repaired for t in tried for p in chosen))
+        best = int(np.argmax(fixed))
+        print(
+            f"  {name:<5} {errors:7d} error frames   FSR {100 * own / errors:7.3f} %   "
+            f"best fixed τ {np.degrees(GRID[best]):5.2f}°: {100 * fixed[best] / errors:7.3f} %   "
+            f"lost {100 * (fixed[best] - own) / errors:6.3f} points"
+        )
+
+
+def main() -> None:
+    """Print both blocks."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=601, help="the first seed of the trial")
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    arguments = parser.parse_args()
+    paths = sorted(arguments.folder.glob("*.bvh"))
+    if not paths:
+        parser.error(f"{arguments.folder}: no BVH")
+    seeds = range(arguments.seed, arguments.seed + arguments.seeds)
+    with ProcessPoolExecutor(arguments.workers) as pool:
+        work = partial(try_clip, method=arguments.method, seeds=seeds)
+        tried = [t for clip in pool.map(work, paths) for t in clip]
+    print(
+        f"{len(paths)} clips, {sum(t.curve.minutes for t in tried):.1f} "
+        f"minutes times chains, detector {arguments.method}, seeds {seeds[0]}-{seeds[-1]}"
+    )
+    report("From each clip by itself", tried, [t.curve.suggested() for t in tried])
+    profile = {
+        name: reduce(add, (t.curve for t in tried if t.chain == name))
+        for name in {t.chain for t in tried}
+    }
+    report("From all clips together", tried, [profile[t.chain].suggested() for t in tried])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""What a frame costs with the teaching tab open: setting it, the 3D view with the gizmo, the tab.
+
+    python benchmarks/teaching.py [--clip CLIP] [--frames N] [--json]
+
+Process time, so that what else runs on the machine weighs little (a software renderer's threads
+count, too). The 3D view is 1280×411 as in scrub.py, the tab 545×640; the same frames in turns with
+the lesson on and off.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QWidget
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from inspector.analysed import analyse
+from inspector.app import make_application
+from inspector.document import Document
+from inspector.plots import Timeline
+from inspector.teaching import Lesson, TeachingPanel
+from inspector.theme import DARK
+from inspector.viewport import Viewport, driver
+
+CLIP = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
+TARGET_MS = 25.0
+
+
+def repaint(widget: QWidget) -> None:
+    """Paint now, without waiting for the screen's next refresh."""
+    QApplication.sendEvent(widget.window(), QEvent(QEvent.Type.UpdateRequest))
+
+
+def measure(clip: Path, frames: int) -> dict[str, float | int | str]:
+    """Medians in milliseconds, of a copy of the clip."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _measure(Path(shutil.copy(clip, folder)), frames)
+
+
+def _measure(clip: Path, frames: int) -> dict[str, float | int | str]:
+    document = Document()
+    document.show_clip(analyse(clip))
+    viewport, timeline = Viewport(document, DARK), Timeline(document, DARK)
+    lesson = Lesson(document)
+    panel = TeachingPanel(lesson, viewport, timeline, [])
+    panel.set_theme(DARK)
+    for widget, size in ((viewport, (1280, 411)), (panel, (545, 640))):
+        widget.resize(*size)
+        widget.show()
+        QTest.qWaitForWindowExposed(widget)
+    panel.set_shown(True)
+    while not panel.typesetter.done:
+        QTest.qWait(20)
+    document.select_chain("LeftForeArm")
+
+    def scrub(frame: int) -> tuple[float, float]:
+        start = time.process_time()
+        document.go_to(frame)
+        viewport.refresh()
+        handled = time.process_time()
+        repaint(viewport)
+        repaint(panel)
+        return 1e3 * (handled - start), 1e3 * (time.process_time() - start)
+
+    chosen = np.linspace(1, document.frames - 1, frames).astype(int)
+    order = np.random.default_rng(1).permutation(chosen)
+    spent: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    for part in np.array_split(order, 4):
+        for on, values in spent.items():
+            panel.set_shown(on)
+            QTest.qWait(300)
+            scrub(0)
+            values += [scrub(int(f)) for f in part]
+    document.close_clip()
+    viewport.close()
+    panel.close()
+    handled, whole = np.array(spent[True]).T
+    return {
+        "clip": clip.name,
+        "driver": driver.renderer_name(),
+        "frames": frames,
+        "handled_ms": round(float(np.median(handled)), 2),
+        "open_median_ms": round(float(np.median(whole)), 2),
+        "open_p95_ms": round(float(np.percentile(whole, 95)), 2),
+        "closed_median_ms": round(float(np.median(np.array(spent[False])[:, 1])), 2),
+    }
+
+
+def main() -> int:
+    """Print the table; exit 1 if the target is missed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--clip", type=Path, default=CLIP)
+    parser.add_argument("--frames", type=int, default=120)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    _app = make_application()
+    result = measure(options.clip, options.frames)
+    if options.json:
+        print(json.dumps(result))
+    else:
+        for name, value in result.items():
+            print(f"{name:>16}  {value}")
+    good = float(result["open_median_ms"]) <= TARGET_MS
+    print("" if options.json else f"{'target':>16}  {'met' if good else 'MISSED'}")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,194 @@
+"""Tables as the panels need them: one description a row, and only what changes is drawn again."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtGui import QColor
+
+Index = QModelIndex | QPersistentModelIndex
+SORT_ROLE = Qt.ItemDataRole.UserRole
+_FEW = 64  # rows that come and go one by one; more of them make a new table
+
+
+@dataclass(frozen=True)
+class Row:
+    """What a table shows of one thing.
+
+    texts: a text a column; sort: a sortable value a column, the texts if empty; colours: '#rrggbb'
+    by column; tip: shown over every column, or by column; tick: of the first column, if it has one.
+    """
+
+    texts: tuple[str, ...]
+    sort: tuple[Any, ...] = ()
+    colours: Mapping[int, str] = field(default_factory=dict)
+    tips: tuple[str, ...] = ()
+    tick: bool | None = None
+
+
+class RowModel(QAbstractTableModel):
+    """Rows for things that have a key. A subclass says what `things` there are and `describe`s one.
+
+    A thing equal to the one shown before under its key is not drawn again, so things must be
+    values: frozen, and compared by what they show.
+    """
+
+    heads: tuple[str, ...] = ()
+    head_tips: tuple[str, ...] = ()
+    right: range = range(0)  # columns of figures
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.things: Sequence[Any] = ()
+        self._keys: list[Hashable] = []
+        self._rows: dict[Hashable, Row] = {}
+
+    def key(self, thing: Any) -> Hashable:
+        """What tells a thing from the others."""
+        raise NotImplementedError
+
+    def describe(self, thing: Any) -> Row:
+        """What is shown of it; asked only for rows that are seen."""
+        raise NotImplementedError
+
+    # -- change -------------------------------------------------------------------------------
+
+    def show(self, things: Sequence[Any]) -> None:
+        """Other things, or others of the same."""
+        keys = [self.key(t) for t in things]
+        if keys != self._keys:
+            self._change_rows(things, keys)
+        else:
+            before, self.things = self.things, things
+            changed = [k for k, (a, b) in enumerate(zip(before, things, strict=True)) if a != b]
+            for row in changed:
+                self._rows.pop(keys[row], None)
+            if len(changed) > _FEW:
+                changed = [changed[0], changed[-1]]
+                self.dataChanged.emit(self.index(changed[0], 0), self._last(changed[-1]))
+            else:
+                for row in changed:
+                    self.dataChanged.emit(self.index(row, 0), self._last(row))
+
+    def clear(self) -> None:
+        """No things, and other heads where they change."""
+        self.beginResetModel()
+        self.things, self._keys = (), []
+        self._rows.clear()
+        self.take_heads()
+        self.endResetModel()
+
+    def take_heads(self) -> None:
+        """Give other `heads` where a subclass has changing ones."""
+
+    def redraw(self) -> None:
+        """Describe everything anew: another theme, other numbering."""
+        self._rows.clear()
+        if self.things:
+            self.dataChanged.emit(self.index(0, 0), self._last(len(self.things) - 1))
+
+    def _change_rows(self, things: Sequence[Any], keys: list[Hashable]) -> None:
+        new, old = set(keys), set(self._keys)
+        if new == old:
+            self._reorder(things, keys)
+            return
+        gone = [row for row, key in enumerate(self._keys) if key not in new]
+        come = [row for row, key in enumerate(keys) if key not in old]
+        stay = [key for key in self._keys if key in new]
+        if len(gone) + len(come) > _FEW or stay != [key for key in keys if key in old]:
+            self.beginResetModel()
+            self.things, self._keys = things, keys
+            self._rows.clear()
+            self.endResetModel()
+            return
+        left = list(self.things)
+        for row in reversed(gone):
+            self.beginRemoveRows(QModelIndex(), row, row)
+            del left[row]
+            self._rows.pop(self._keys.pop(row), None)
+            self.things = left
+            self.endRemoveRows()
+        for row in come:
+            self.beginInsertRows(QModelIndex(), row, row)
+            left.insert(row, things[row])
+            self._keys.insert(row, keys[row])
+            self.things = left
+            self.endInsertRows()
+        self.show(things)
+
+    def _reorder(self, things: Sequence[Any], keys: list[Hashable]) -> None:
+        """The same things in another order: what is selected stays selected."""
+        self.layoutAboutToBeChanged.emit()
+        old, before = self.persistentIndexList(), self._keys
+        self.things, self._keys = things, keys
+        self._rows.clear()
+        place = {key: row for row, key in enumerate(keys)}
+        new = [self.index(place[before[i.row()]], i.column()) for i in old]
+        self.changePersistentIndexList(old, new)
+        self.layoutChanged.emit()
+
+    def _last(self, row: int) -> QModelIndex:
+        return self.index(row, len(self.heads) - 1)
+
+    # -- Qt -----------------------------------------------------------------------------------
+
+    def row(self, row: int) -> Row:
+        """The description of a row."""
+        key = self._keys[row]
+        if key not in self._rows:
+            self._rows[key] = self.describe(self.things[row])
+        return self._rows[key]
+
+    def row_of(self, key: Hashable) -> int | None:
+        """Where the thing of a key stands."""
+        return self._keys.index(key) if key in self._keys else None
+
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        """A row a thing."""
+        return 0 if parent.isValid() else len(self.things)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        """A column a head."""
+        return 0 if parent.isValid() else len(self.heads)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
+        """Heads, their hints, and the side of what stands below them."""
+        if orientation == Qt.Orientation.Horizontal:
+            if role == Qt.ItemDataRole.DisplayRole:
+                return self.heads[section]
+            if role == Qt.ItemDataRole.ToolTipRole and self.head_tips:
+                return self.head_tips[section]
+            if role == Qt.ItemDataRole.TextAlignmentRole:
+                return self._alignment(section)
+        return None
+
+    def data(self, index: Index, role: int = 0) -> Any:
+        """From the row's description."""
+        if not index.isValid():
+            return None
+        column = index.column()
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return self._alignment(column)
+        if role == Qt.ItemDataRole.DisplayRole:
+            return self.row(index.row()).texts[column]
+        if role == Qt.ItemDataRole.ForegroundRole:
+            colour = self.row(index.row()).colours.get(column)
+            return None if colour is None else QColor(colour)
+        if role == Qt.ItemDataRole.CheckStateRole and column == 0:
+            tick = self.row(index.row()).tick
+            state = Qt.CheckState.Checked if tick else Qt.CheckState.Unchecked
+            return None if tick is None else state
+        if role == Qt.ItemDataRole.ToolTipRole:
+            tips = self.row(index.row()).tips
+            return tips[column % len(tips)] if tips else None
+        if role == SORT_ROLE:
+            row = self.row(index.row())
+            return (row.sort or row.texts)[column]
+        return None
+
+    def _alignment(self, column: int) -> Qt.AlignmentFlag:
+        side = Qt.AlignmentFlag.AlignRight if column in self.right else Qt.AlignmentFlag.AlignLeft
+        return side | Qt.AlignmentFlag.AlignVCenter

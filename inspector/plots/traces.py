@@ -1,0 +1,171 @@
+"""A small plot of curves over the clip's frames, with the playhead; a click goes to a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QColor, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from inspector.plots.canvas import Canvas
+from inspector.plots.pane import FrameAxis, RootAxis
+from inspector.theme import Theme, figures_font
+from twistcore.rotation import Array
+
+_AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
+_LABEL_ROOM = 5.0  # pixels that half a label needs
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """x, y: frames and values, NaN where nothing is drawn; role: the theme's colour.
+
+    dots: isolated values, which no line would show.
+    """
+
+    x: Array
+    y: Array
+    role: str
+    dots: bool = False
+
+
+class _UnitAxis(pg.AxisItem):
+    """Numbers with their unit; it leaves the mouse to the plot."""
+
+    unit = ""
+
+    def mouseClickEvent(self, event: Any) -> None:
+        """A click beside the plot means nothing."""
+        event.ignore()
+
+    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
+        """None so near an end that its label would be cut."""
+        room = _LABEL_ROOM * (high - low) / max(size, 1.0)
+        return [
+            (spacing, [v for v in values if low + room <= v <= high - room])
+            for spacing, values in super().tickValues(low, high, size)
+        ]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """As many decimals as the spacing needs."""
+        decimals = max(0, int(np.ceil(-np.log10(spacing) - 1e-9))) if spacing < 1 else 0
+        return [f"{v:.{decimals}f}{self.unit}".replace("-", "−") for v in values]
+
+
+class TracePlot(Canvas):
+    """It shows what it is given; `asked` says which frame the person wants to see."""
+
+    asked = Signal(int)
+
+    def __init__(
+        self, theme: Theme, unit: str = "", *, root: bool = False, parent: QWidget | None = None
+    ) -> None:
+        """`unit`: stands behind the numbers of the left axis; root: degrees on a root scale."""
+        left = RootAxis("left") if root else _UnitAxis("left")
+        if isinstance(left, _UnitAxis):
+            left.unit = unit
+        super().__init__(
+            parent=parent, axisItems={"left": left, "bottom": FrameAxis("bottom")}, enableMenu=False
+        )
+        self._lines: Sequence[Line] = ()
+        self.curves: list[pg.PlotCurveItem] = []
+        self._dots = pg.ScatterPlotItem(symbol="o", size=3, pen=None)
+        plot = self.getPlotItem()
+        plot.hideButtons()
+        plot.setMouseEnabled(x=False, y=False)
+        plot.vb.disableAutoRange()
+        plot.layout.setContentsMargins(0, 2, 8, 0)
+        plot.getAxis("left").setWidth(_AXIS_WIDTH)
+        plot.getAxis("bottom").setHeight(_AXIS_HEIGHT)
+        for side in ("left", "bottom"):
+            axis = plot.getAxis(side)
+            axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
+            axis.enableAutoSIPrefix(False)
+        self.playhead = pg.InfiniteLine(angle=90)
+        self.playhead.setZValue(20)
+        self._level = pg.InfiniteLine(angle=0)
+        self._level.hide()
+        for item in (self.playhead, self._level, self._dots):
+            self.addItem(item, ignoreBounds=True)
+        self.scene().sigMouseClicked.connect(self._clicked)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumHeight(56)
+        self.setFrameShape(self.Shape.NoFrame)
+        self.set_theme(theme)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self.theme = theme
+        self.setBackground(theme.surface)
+        for side in ("left", "bottom"):
+            axis = self.getPlotItem().getAxis(side)
+            axis.setPen(QPen(QColor(theme.line), 1.0))
+            axis.setTextPen(QColor(theme.soft))
+        self.playhead.setPen(pg.mkPen(theme.accent, width=1.5))
+        self._level.setPen(pg.mkPen(theme.soft, width=1.0, style=Qt.PenStyle.DashLine))
+        self.show_lines(self._lines)
+
+    def show_lines(self, lines: Sequence[Line]) -> None:
+        """Draw these curves and no others."""
+        self._lines = tuple(lines)
+        # Items are kept: one taken out of a scene that is yet to be painted may be painted still.
+        while len(self.curves) < len(lines):
+            self.curves.append(pg.PlotCurveItem())
+            self.addItem(self.curves[-1], ignoreBounds=True)
+        dots: list[Line] = [line for line in lines if line.dots]
+        for curve, line in zip_longest(self.curves, lines):
+            if line is None:
+                curve.setData([], [])
+                continue
+            pen = pg.mkPen(getattr(self.theme, line.role), width=1.3)
+            curve.setData(line.x, line.y, pen=pen, connect="finite", antialias=True)
+        known = [np.isfinite(line.y) for line in dots]
+        self._dots.setData(
+            np.concatenate([k.x[at] for k, at in zip(dots, known, strict=True)] or [np.zeros(0)]),
+            np.concatenate([k.y[at] for k, at in zip(dots, known, strict=True)] or [np.zeros(0)]),
+            brush=pg.mkBrush(getattr(self.theme, dots[0].role)) if dots else None,
+        )
+        self.touch()
+
+    def show_range(self, frames: int, low: float, high: float) -> None:
+        """All frames, and these values."""
+        view = self.getPlotItem().vb
+        view.setXRange(-0.5, max(frames - 0.5, 0.5), padding=0.0)
+        high = high if high > low else low + 1.0
+        view.setYRange(low, high, padding=0.06)
+        self.touch()
+
+    def fit(self, frames: int, low: float = 0.0) -> None:
+        """All frames, and values from `low` to the largest."""
+        tops = [float(np.nanmax(k.y)) for k in self._lines if np.isfinite(k.y).any()]
+        self.show_range(frames, low, max([*tops, low + 1e-3]))
+
+    def show_level(self, value: float | None) -> None:
+        """A line across, or none."""
+        self._level.setVisible(value is not None)
+        if value is not None:
+            self._level.setValue(value)
+        self.touch()
+
+    def show_frame(self, frame: int) -> None:
+        """Move the playhead."""
+        self.playhead.setValue(frame)
+        self.touch()
+
+    def count_from(self, first: int) -> None:
+        """Call the first frame `first`."""
+        axis = self.getPlotItem().getAxis("bottom")
+        axis.first = first
+        axis.picture = None
+        self.touch()
+
+    def _clicked(self, event: Any) -> None:
+        if event.button() == Qt.MouseButton.LeftButton:
+            at = self.getPlotItem().vb.mapSceneToView(event.scenePos()).x()
+            self.asked.emit(round(at))

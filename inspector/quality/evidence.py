@@ -1,0 +1,156 @@
+"""What is known of the quality of the open clip, computed off the GUI thread when it is seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from inspector.analysed import Analysed
+from inspector.background import Task
+from inspector.document import Document
+from inspector.viewport.camera import guess_up
+from twistcore.detection.cuts import leading_frames
+from twistcore.quality import SLIDE_SPEED, JointQuality, joint_quality
+from twistcore.quamo.metrics import Quality
+from twistcore.quamo.refine import quality_before_and_after
+from twistcore.rotation import Array
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A column of the table and what its curve shows.
+
+    decimals: of the table; level: drawn across the curve, or None.
+    """
+
+    name: str
+    unit: str
+    tip: str
+    curve: str
+    curve_unit: str
+    decimals: int
+    level: float | None = None
+
+
+MEASURES = (
+    Measure(
+        "Jitter",
+        "°/frame³",
+        "Median size of the third difference of the joint's own rotation",
+        "jitter",
+        "°/frame³",
+        2,
+    ),
+    Measure(
+        "Jumps",
+        "",
+        "Frames at which the written angles jump by 90° more than the joint turns, or its "
+        "quaternion flips to the other hemisphere: the numbers jump, the pose does not",
+        "written angles beyond the turn",
+        "°",
+        0,
+        90.0,
+    ),
+    Measure(
+        "Peak",
+        "°/s",
+        "Largest angular speed of the joint against its parent",
+        "angular speed",
+        "°/s",
+        0,
+    ),
+    Measure(
+        "Slide",
+        "%",
+        "Share of frames in which a foot on the ground slides by 0.5 m/s or more",
+        "level speed while on the ground",
+        "m/s",
+        1,
+        SLIDE_SPEED,
+    ),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """The joints' evidence, and the whole figure's where the 24 joints are there."""
+
+    clip: object
+    joints: JointQuality
+    figure: Quality | None
+
+    def column(self, measure: int) -> Array:
+        """A number a joint; NaN where there is none, (joints,)."""
+        q = self.joints
+        return (q.usual_jitter, q.jumps.astype(np.float64), q.top_speed, q.slides)[measure]
+
+    def curve(self, measure: int, joint: int) -> Array:
+        """(frames,), NaN where there is none."""
+        q = self.joints
+        values: Array = (q.jitter, q.excess, q.speed, q.slide)[measure][:, joint]
+        return values
+
+
+class Evidence(QObject):
+    """Evidence of the document's clip. Nothing is computed while nobody looks."""
+
+    changed = Signal()
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._task: Task | None = None
+        self._watching = False
+        self.known: Known | None = None
+        document.opened.connect(self._another)
+
+    @property
+    def running(self) -> bool:
+        """Whether it is still to come."""
+        return self._task is not None
+
+    def watch(self, on: bool) -> None:
+        """Compute from now on, as somebody looks; what runs when nobody does any more is kept."""
+        self._watching = on
+        self._start()
+
+    def stop(self) -> None:
+        """Forget what is under way."""
+        if self._task is not None:
+            self._task.cancel()
+            self._task = None
+
+    def _another(self) -> None:
+        self.stop()
+        self.known = None
+        self.changed.emit()
+        self._start()
+
+    def _start(self) -> None:
+        data = self._document.data
+        if not self._watching or data is None or self._task is not None or self.known is not None:
+            return
+        self._task = Task(lambda: _work(data), self)
+        self._task.finished.connect(self._take)
+        self._task.failed.connect(self._fail)
+        self._task.start()
+
+    def _take(self, known: Known) -> None:
+        self._task = None
+        self.known = known
+        self.changed.emit()
+
+    def _fail(self, error: Exception) -> None:
+        self._task = None
+        self._document.message.emit(f"Quality cannot be told: {error}", True)
+
+
+def _work(data: Analysed) -> Known:
+    up = int(np.argmax(guess_up(data.positions, data.chains, data.motion.skeleton)))
+    joints = joint_quality(data.clip, data.positions, up)
+    # A T-pose in the first frames is no capture: the leap out of it is no jitter.
+    capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)
+    both = quality_before_and_after(capture, capture)
+    return Known(data.clip, joints, both[0] if both else None)

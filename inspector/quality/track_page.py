@@ -1,0 +1,236 @@
+"""Tracking with QuaMo: the warning, gains, and what the tracker does at one joint over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QDoubleSpinBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QRadioButton,
+    QSizePolicy,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.document import Document
+from inspector.panels.keys import LetterKeys
+from inspector.plots.traces import Line, TracePlot
+from inspector.quality.tracking import Tracked
+from inspector.theme import Theme
+from inspector.tuning.caption import Caption
+from twistcore.review import Tracking
+from twistcore.review.tracking import DEMONSTRATION, WARNING, knows_learned, weights_mark
+
+_GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka", 1000.0, ""))
+_GAIN_ROLES = ("before", "after", "accepted")
+_PARTS = ("P", "D", "bias", "acc.")
+_PART_ROLES = ("before", "after", "undecided", "accepted")
+_HIGHEST = 5000.0
+
+
+class TrackPage(QWidget):
+    """Shows what it is told of; the buttons are the window's actions."""
+
+    def __init__(
+        self,
+        document: Document,
+        tracked: Tracked,
+        theme: Theme,
+        actions: Mapping[str, QAction],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._document, self._tracked, self._theme = document, tracked, theme
+        self._joint = ""
+        self._shown: tuple[object, ...] = ()
+        self._build(actions, theme)
+        tracked.progress.connect(lambda share: self.bar.setValue(round(100.0 * share)))
+
+    def _build(self, actions: Mapping[str, QAction], theme: Theme) -> None:
+        self.warning = Caption()
+        self.boxes: dict[str, QDoubleSpinBox] = {}
+        self._letters = LetterKeys(self)
+        start = Tracking(("",))
+        row = QHBoxLayout()
+        row.setSpacing(4)
+        self.hand, self.learned = QRadioButton("Hand"), QRadioButton("Learned")
+        self.learned.setToolTip("Gains of the networks, at 25 Hz: CMU's or SMPL's 24 joints only")
+        group = QButtonGroup(self)
+        for button in (self.hand, self.learned):
+            group.addButton(button)
+            row.addWidget(button)
+        for symbol, name, _, unit in _GAINS:
+            box = QDoubleSpinBox()
+            box.setRange(0.0, _HIGHEST)
+            box.setDecimals(0)
+            box.setSingleStep(5.0 if name == "kd" else 50.0)
+            box.setPrefix(f"{symbol} ")
+            box.setValue(getattr(start, name))
+            box.setToolTip(
+                f"Gain of hands{f', {unit[1:]}' if unit else ''}".replace(", s", ", 1/s")
+            )
+            self._letters.watch(box)
+            self.boxes[name] = box
+            row.addWidget(box)
+        self.hand.setChecked(True)
+        self.hand.toggled.connect(self._enable)
+        row.addStretch(1)
+        self.bar = QProgressBar()
+        self.bar.setTextVisible(False)
+        self.bar.setRange(0, 100)
+        self.bar.setFixedWidth(60)
+        self.buttons = QStackedWidget()
+        for names in (("track_joints", "stop_tracking"), ("cancel_tracking",)):
+            side = QWidget()
+            inner = QHBoxLayout(side)
+            inner.setContentsMargins(0, 0, 0, 0)
+            inner.setSpacing(4)
+            if names == ("cancel_tracking",):
+                inner.addWidget(self.bar)
+            for name in names:
+                button = QToolButton()
+                short = {"track_joints": "Track", "stop_tracking": "Stop"}.get(name, "Cancel")
+                actions[name].setIconText(short)
+                button.setDefaultAction(actions[name])
+                inner.addWidget(button)
+            self.buttons.addWidget(side)
+        self.joints = QLabel()
+        self.joints.setObjectName("soft")
+        self.joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.buttons.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        acting = QHBoxLayout()
+        acting.setSpacing(6)
+        acting.addWidget(self.joints, 1)
+        acting.addWidget(self.buttons)
+        self.gain_words, self.part_words = Caption(), Caption()
+        self.gains, self.parts = TracePlot(theme, " %"), TracePlot(theme)
+        for plot, name in (
+            (self.gains, "Gains over time, per cent of 1000, 30 and 1000"),
+            (self.parts, "Parts of the acceleration over time, rad/s²"),
+        ):
+            plot.setAccessibleName(name)
+            plot.setToolTip(f"{name}. Click to go to the frame")
+            plot.asked.connect(self._document.go_to)
+        plots = QGridLayout()
+        plots.setSpacing(2)
+        for column, (words, plot) in enumerate(
+            ((self.gain_words, self.gains), (self.part_words, self.parts))
+        ):
+            plots.addWidget(words, 0, column, Qt.AlignmentFlag.AlignBottom)
+            plots.addWidget(plot, 1, column)
+            plots.setColumnStretch(column, 1)
+        plots.setRowStretch(1, 1)
+        column_ = QVBoxLayout(self)
+        column_.setContentsMargins(0, 4, 0, 0)
+        column_.setSpacing(3)
+        column_.addWidget(self.warning)
+        column_.addLayout(row)
+        column_.addLayout(acting)
+        column_.addLayout(plots, 1)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._theme = theme
+        self.gains.set_theme(theme)
+        self.parts.set_theme(theme)
+        self.warning.set_text(
+            f'<span style="color:{theme.warning}">⚠ {WARNING}</span> {DEMONSTRATION}'
+        )
+
+    def tracking(self, joints: Sequence[str]) -> Tracking:
+        """These joints with the gains chosen here."""
+        if self.learned.isChecked():
+            return Tracking(tuple(joints), learned=True, weights=weights_mark())
+        return Tracking(tuple(joints), **{name: box.value() for name, box in self.boxes.items()})
+
+    def take_clip(self) -> None:
+        """Another clip: are there networks for its skeleton? Gains as its review has them."""
+        data = self._document.data
+        able = data is not None and knows_learned(data.motion)
+        self.learned.setEnabled(able)
+        tracking = data.review.state.tracking if data else None
+        (self.learned if tracking and tracking.learned and able else self.hand).setChecked(True)
+        if tracking and not tracking.learned:
+            for name, box in self.boxes.items():
+                box.setValue(getattr(tracking, name))
+        self._enable()
+
+    def _enable(self) -> None:
+        for box in self.boxes.values():
+            box.setEnabled(self.hand.isChecked())
+
+    def refresh(self, chosen: Sequence[str], joint: str) -> None:
+        """chosen: to be tracked next; joint: whose traces are drawn, if it is tracked."""
+        self.buttons.setCurrentIndex(1 if self._tracked.asked is not None else 0)
+        if self._tracked.asked is None:
+            self.bar.setValue(0)
+        result = self._tracked.result
+        names = result.traces.names if result else ()
+        self._joint = joint if joint in names else (names[0] if names else "")
+        said = f"Selected: {_listed(chosen)}" if chosen else "Select joints in the table"
+        self.joints.setText(f"{said}{f' · tracked: {_listed(names)}' if names else ''}")
+        self.joints.setToolTip(self.joints.text())
+        state = (result, self._joint, self._theme, self._document.first_frame)
+        if state != self._shown:
+            self._shown = state
+            self._draw()
+        self.move(self._document.frame)
+
+    def _draw(self) -> None:
+        result = self._tracked.result
+        if result is None or not self._joint:
+            for plot in (self.gains, self.parts):
+                plot.show_lines(())
+            return
+        traces = result.traces
+        k = traces.names.index(self._joint)
+        scales = [top for _, _, top, _ in _GAINS]
+        gains = [
+            Line(traces.frames, 100.0 * traces.gains[:, k, n] / scales[n], role)
+            for n, role in enumerate(_GAIN_ROLES)
+        ]
+        parts = [Line(traces.frames, traces.parts[:, k, n], r) for n, r in enumerate(_PART_ROLES)]
+        for plot, lines in ((self.gains, gains), (self.parts, parts)):
+            plot.show_lines(lines)
+            plot.count_from(self._document.first_frame)
+            plot.fit(self._document.frames)
+
+    def move(self, frame: int) -> None:
+        """The playhead, and the numbers there."""
+        result = self._tracked.result
+        for plot in (self.gains, self.parts):
+            plot.show_frame(frame)
+        if result is None or not self._joint:
+            self.gain_words.set_text("Gains of the tracker")
+            self.part_words.set_text("Parts of its acceleration")
+            return
+        traces = result.traces
+        # A step of 25 Hz stands for all frames up to it.
+        row = min(int(np.searchsorted(traces.frames, frame)), len(traces.frames) - 1)
+        k = traces.names.index(self._joint)
+        gains = zip(_GAINS, _GAIN_ROLES, traces.gains[row, k], strict=True)
+        self.gain_words.set_text(
+            f"<b>{self._joint}</b> "
+            + " ".join(self._key(role, f"{g[0]} {v:.0f}") for g, role, v in gains)
+        )
+        parts = zip(_PARTS, _PART_ROLES, traces.parts[row, k], strict=True)
+        self.part_words.set_text(
+            " ".join(self._key(role, f"{name} {v:.0f}") for name, role, v in parts) + " rad/s²"
+        )
+
+    def _key(self, role: str, text: str) -> str:
+        return f'<span style="color:{getattr(self._theme, role)}">━ {text}</span>'
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) if len(names) <= 2 else f"{len(names)} joints"

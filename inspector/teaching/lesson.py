@@ -1,0 +1,126 @@
+"""What is being taught now: the frame's quantities, the what-if, the symbol that is lit.
+
+Nothing here reaches the review: a what-if is a pose that is looked at, no command.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from inspector.document import Document
+from twistcore.chain import Chain
+from twistcore.decomposition import Decomposition, WhatIf, altered, decompose
+from twistcore.motion import forward_kinematics
+from twistcore.rotation import Array
+
+
+class Lesson(QObject):
+    """State of the teaching tab; it lasts while the tab is shown."""
+
+    changed = Signal()  # the quantities: another frame, chain, clip or what-if; or shown, hidden
+    lit_changed = Signal()
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.active = False
+        self.what_if = WhatIf()
+        self.lit = ""
+        self._known: tuple[object, ...] = ()
+        self._quantities: Decomposition | None = None
+        document.opened.connect(self._afresh)
+        document.chain_changed.connect(self._afresh)
+        document.frame_changed.connect(self._tell)
+
+    # -- what views read ----------------------------------------------------------------------
+
+    @property
+    def chain(self) -> Chain | None:
+        """The chain that is taught, the selected one."""
+        try:
+            return self.document.find_chain(self.document.chain)
+        except KeyError:
+            return None
+
+    @property
+    def quantities(self) -> Decomposition | None:
+        """Eq. 1-13 at the frame, as captured or as altered; None without a chain."""
+        data, chain, frame = self.document.data, self.chain, self.document.frame
+        if data is None or chain is None:
+            return None
+        key = (data.motion, chain, frame, self.what_if)
+        if key != self._known:
+            self._known = key
+            what_if = self.what_if if self.what_if.changes else None
+            self._quantities = decompose(data.motion, chain, frame, what_if)
+        return self._quantities
+
+    @property
+    def tau(self) -> float:
+        """The review's τ of the chain, radians; 0 without one."""
+        document = self.document
+        return document.review.state.tau.get(document.chain, 0.0) if document.data else 0.0
+
+    def pose(self) -> tuple[Array, Array] | None:
+        """Global rotations (joints, 4) and positions (joints, 3) of the what-if, if there is one.
+
+        Without position channels of its own the root's place is the captured one.
+        """
+        data, chain = self.document.data, self.chain
+        if data is None or chain is None or not self.what_if.changes:
+            return None
+        one = altered(data.motion, chain, self.document.frame, self.what_if)
+        rotations, positions = forward_kinematics(one)
+        return rotations[0], positions[0]
+
+    # -- what a person does -------------------------------------------------------------------
+
+    def set_active(self, on: bool) -> None:
+        """The tab is shown or hidden; hidden, the clip is seen as it is."""
+        if on != self.active:
+            self.active = on
+            self.changed.emit()
+
+    def set_what_if(self, what_if: WhatIf) -> None:
+        """Alter the frame."""
+        if what_if != self.what_if:
+            self.what_if = what_if
+            self._tell()
+
+    def reset(self) -> None:
+        """As captured."""
+        self.set_what_if(WhatIf())
+
+    def light(self, symbol: str) -> None:
+        """Light a symbol up everywhere; the lit one again: none."""
+        self.lit = "" if symbol == self.lit else symbol
+        self.lit_changed.emit()
+
+    def unlight(self) -> None:
+        """No symbol is lit."""
+        if self.lit:
+            self.light(self.lit)
+
+    def _afresh(self) -> None:
+        self.what_if = WhatIf()
+        self._tell()
+
+    def _tell(self, *_: object) -> None:
+        if self.active:
+            self.changed.emit()
+
+
+def degrees(angle: float) -> str:
+    """An angle in radians as every label of the tab shows it."""
+    return f"{_plain(np.degrees(angle), 2):+.2f}°".replace("-", "−")
+
+
+def numbers(values: Array) -> str:
+    """A vector or quaternion as every label of the tab shows it."""
+    return "(" + ", ".join(f"{_plain(v, 3):+.3f}" for v in values).replace("-", "−") + ")"
+
+
+def _plain(value: float, digits: int) -> float:
+    """Rounded, and no −0."""
+    return round(float(value), digits) + 0.0

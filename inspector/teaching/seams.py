@@ -1,0 +1,58 @@
+"""One joint that turns through ±180°, and five trackers that follow it: the lesson's numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.quamo import Gains, HandGains, track
+from twistcore.quamo.representations import (
+    REPRESENTATIONS,
+    Representation,
+    coordinates,
+    track_coordinates,
+)
+from twistcore.quamo.state_space import EXACT, FIRST_ORDER
+from twistcore.rotation import Array, geodesic_angle, quaternion_from_axis_angle
+
+AXIS = np.array([0.36, 0.48, 0.8])
+DT = 0.04  # seconds: 25 Hz
+FRAMES = 101
+_TRACKED = ("axis-angle, raw", "Euler XYZ, raw", "Euler XYZ, wrapped")
+
+
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """name; distance: from the input, degrees, (frames,)."""
+
+    name: str
+    distance: Array
+
+
+def turning(speed: float) -> Array:
+    """A joint about a fixed axis at `speed` turns a second, slow to start, (FRAMES, 4)."""
+    time = np.arange(FRAMES) * DT
+    eased = np.where(time < 1.0, 0.5 * time**2, time - 0.5)
+    return quaternion_from_axis_angle(AXIS, 2.0 * np.pi * speed * eased)
+
+
+def followers(q_hat: Array, gains: Gains | None = None) -> tuple[Follower, ...]:
+    """Quaternion, axis-angle, Euler XYZ raw and wrapped, first-order: all with the same gains."""
+    gains = gains or Gains()
+    by_name = {r.name: r for r in REPRESENTATIONS}
+    found = [("Quaternion", _quaternion(q_hat, gains, EXACT))]
+    found += [(name, track_coordinates(q_hat, DT, by_name[name], gains)) for name in _TRACKED]
+    found.append(("Quaternion, first-order", _quaternion(q_hat, gains, FIRST_ORDER)))
+    return tuple(Follower(n, np.degrees(geodesic_angle(q, q_hat))) for n, q in found)
+
+
+def euler_angles(q_hat: Array) -> Array:
+    """X, Y and Z of the input as raw Euler angles, degrees, (frames, 3)."""
+    return np.degrees(coordinates(q_hat, Representation("", "XYZ")))
+
+
+def _quaternion(q_hat: Array, gains: Gains, integration: str) -> Array:
+    rest = np.zeros((len(q_hat), 3))
+    one = track(q_hat[:, None], rest, DT, HandGains(gains), integration=integration)
+    return one.q[:, 0]

@@ -1,0 +1,221 @@
+"""The guided tour: pages that drive the real program, each with something to do and a check."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QPushButton
+
+from inspector.analysed import analyse
+from inspector.background import Task
+from inspector.teaching.guide import leave_button
+from inspector.teaching.pages import read_page
+from twistcore.review import Decision
+
+if TYPE_CHECKING:
+    from inspector.teaching.actions import TeachActions
+
+_CHAIN, _FRAME = "LeftForeArm", 90
+_FAR = 50  # frames
+_NUDGED = np.radians(0.5)
+
+
+@dataclass(frozen=True)
+class Step:
+    """name: of its page; prepare: before it; done: whether it was done; show: does it."""
+
+    name: str
+    prepare: Callable[[], None]
+    done: Callable[[], bool]
+    show: Callable[[], None]
+
+
+class Tour(QObject):
+    """Leads through the steps on a copy of a sample clip."""
+
+    ended = Signal()
+
+    def __init__(self, window: TeachActions, sample: Path) -> None:
+        super().__init__(window)
+        self._window, self._sample = window, sample
+        self.at = -1
+        self._from = 0
+        self._preparing = False  # what prepares a step does not count as done by the person
+        self._met: set[str] = set()
+        self._task: Task | None = None
+        self.back, self.show_me = QPushButton("Back"), QPushButton("Show me")
+        self.forward, self.leave = QPushButton("Next"), leave_button("the tour")
+        for button, slot in (
+            (self.back, lambda: self._go(self.at - 1)),
+            (self.show_me, self._show),
+            (self.forward, lambda: self._go(self.at + 1)),
+            (self.leave, self.end),
+        ):
+            button.clicked.connect(slot)
+        document, lesson = window.document, window.lesson
+        for signal in (
+            document.frame_changed,
+            document.intervals_changed,
+            lesson.changed,
+            lesson.lit_changed,
+        ):
+            signal.connect(self._check)
+        self.steps = self._make_steps()
+
+    @property
+    def running(self) -> bool:
+        """Whether the tour is on."""
+        return self.at >= 0 or self._task is not None
+
+    def begin(self) -> None:
+        """Read the copy in the background, then the first page."""
+        copy = Path(shutil.copy(self._sample, self._window.aside.folder()))
+        self._task = Task(lambda: analyse(copy), self)
+        self._task.finished.connect(self._ready)
+        self._task.start()
+
+    def end(self) -> None:
+        """Back to the person's clip."""
+        if self._task is not None:
+            self._task.cancel()
+            self._task = None
+        if self.at >= 0:
+            self.at = -1
+            self._window.lesson.reset()
+            self._window.lesson.unlight()
+        self.ended.emit()
+
+    def _ready(self, data: object) -> None:
+        self._task = None
+        self._window.aside.show(data)  # type: ignore[arg-type]
+        guide = self._window.guide
+        guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
+        self._go(0)
+
+    def _go(self, at: int) -> None:
+        if at >= len(self.steps):
+            self.end()
+            return
+        self.at = at
+        self._met.clear()
+        step = self.steps[at]
+        self._window.guide.show_page(read_page(step.name), f"{at + 1} / {len(self.steps)}  ")
+        self.back.setEnabled(at > 0)
+        self.forward.setText("Next" if at + 1 < len(self.steps) else "Finish")
+        self._preparing = True
+        step.prepare()
+        self._preparing = False
+        self._from = self._window.document.frame
+        self._check()
+
+    def _show(self) -> None:
+        self.steps[self.at].show()
+        if self._window.lesson.what_if.changes:
+            self._window.viewport.focus_chain(self._window.settings.turn_ms)
+
+    def _check(self, *_: object) -> None:
+        guide = self._window.guide
+        if self.at < 0 or self._preparing or guide.done:
+            return
+        if self.steps[self.at].done():
+            guide.set_done(True)
+
+    # -- the steps ----------------------------------------------------------------------------
+
+    def _make_steps(self) -> tuple[Step, ...]:
+        lesson, document = self._window.lesson, self._window.document
+        return (
+            Step(
+                "1-roll",
+                self._to_start,
+                lambda: abs(document.frame - self._from) >= _FAR,
+                lambda: document.go_to(self._from + _FAR),
+            ),
+            Step("2-axis", self._to_lesson, lambda: lesson.lit == "w", self._light),
+            Step(
+                "3-swing",
+                self._to_lesson,
+                lambda: (lesson.what_if.swing or 0.0) >= np.radians(119.95),
+                lambda: self._alter(swing=np.radians(135.0)),
+            ),
+            Step(
+                "4-twist",
+                self._to_lesson,
+                lambda: (
+                    abs(lesson.what_if.twist) >= np.radians(59.95) and not lesson.what_if.counter
+                ),
+                lambda: self._alter(twist=np.radians(75.0), counter=False),
+            ),
+            Step(
+                "5-error",
+                self._to_error,
+                lambda: lesson.what_if.counter and self._opposed(),
+                lambda: self._alter(counter=True),
+            ),
+            Step("6-singular", self._to_lesson, self._both_met, self._meet_both),
+            Step("7-review", self._to_review, self._one_accepted, self._accept_one),
+        )
+
+    def _to_start(self) -> None:
+        window, document = self._window, self._window.document
+        window.intervals_dock.raise_()
+        document.select_chain(_CHAIN)
+        document.go_to(_FRAME)
+        window.viewport.focus_chain()
+
+    def _to_lesson(self) -> None:
+        window, document = self._window, self._window.document
+        window.show_teaching()
+        document.select_chain(_CHAIN)
+        document.go_to(_FRAME)
+        window.lesson.reset()
+        window.lesson.unlight()
+        window.viewport.focus_chain()
+
+    def _to_error(self) -> None:
+        self._to_lesson()
+        self._alter(twist=np.radians(75.0))
+
+    def _to_review(self) -> None:
+        window = self._window
+        window.lesson.reset()
+        window.intervals_dock.raise_()
+
+    def _light(self) -> None:
+        if self._window.lesson.lit != "w":
+            self._window.lesson.light("w")
+
+    def _alter(self, **change: float | bool) -> None:
+        lesson = self._window.lesson
+        lesson.set_what_if(replace(lesson.what_if, **change))  # type: ignore[arg-type]
+
+    def _opposed(self) -> bool:
+        quantities = self._window.lesson.quantities
+        return quantities is not None and quantities.strength >= np.radians(30.0)
+
+    def _both_met(self) -> bool:
+        """Each singularity was nudged, one after the other."""
+        what_if = self._window.lesson.what_if
+        if abs(what_if.nudge) >= _NUDGED:
+            if what_if.swing is not None and what_if.swing >= np.radians(178.0):
+                self._met.add("swing")
+            if what_if.bend is not None and what_if.bend <= np.radians(2.0):
+                self._met.add("bend")
+        return self._met == {"swing", "bend"}
+
+    def _meet_both(self) -> None:
+        self._alter(swing=np.radians(179.0), nudge=np.radians(1.0))
+        self._alter(swing=None, bend=np.radians(1.0))
+
+    def _one_accepted(self) -> bool:
+        return any(j.decision == Decision.ACCEPTED for j in self._window.document.intervals)
+
+    def _accept_one(self) -> None:
+        self._window.actions_by_id["next_interval"].trigger()
+        self._window.actions_by_id["accept"].trigger()

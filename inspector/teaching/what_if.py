@@ -1,0 +1,183 @@
+"""Sliders that alter the shown frame, and words on what happens at the two singularities."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSlider,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.steady import SteadyLabel
+from inspector.teaching.lesson import Lesson
+from inspector.theme import Theme, figures_font
+from twistcore.decomposition import Decomposition, WhatIf
+
+_STEPS = 10  # of a slider, a degree
+_NEAR_SWING = 0.10  # reliability of θp below which the words warn: a swing beyond 168°
+_NEAR_STRAIGHT = 0.17  # of the azimuth: a limb straighter than 10°
+_SLIDERS = {  # name: what stands before it, range in degrees, what it is for
+    "twist": ("Twist parent", -180, 180, "Turns the parent about its bone"),
+    "swing": ("Swing α", 0, 180, "The angle between a and w; at 180° the twist is undefined"),
+    "bend": ("Bend", 0, 180, "The angle between v and a; at 0° the limb is straight"),
+    "nudge": ("Nudge", -3, 3, "Tips both bones sideways by up to 3°: little, but at a singularity"),
+}
+_HINT = "The frame as captured. Move a slider: what if …? Nothing of it reaches the review."
+
+
+class WhatIfBox(QWidget):
+    """Four sliders, what the child does, reset, and a sentence."""
+
+    def __init__(self, lesson: Lesson) -> None:
+        super().__init__()
+        self._lesson = lesson
+        self._theme: Theme | None = None
+        self._role = ""
+        self.sliders: dict[str, QSlider] = {}
+        self.numbers: dict[str, QLabel] = {}
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(6)
+        grid.setVerticalSpacing(2)
+        for k, (name, (text, low, high, tip)) in enumerate(_SLIDERS.items()):
+            slider = QSlider(Qt.Orientation.Horizontal)
+            slider.setRange(low * _STEPS, high * _STEPS)
+            slider.setPageStep(5 * _STEPS if high > 10 else _STEPS)
+            slider.setToolTip(tip)
+            slider.setAccessibleName(text)
+            slider.setMinimumWidth(60)
+            slider.valueChanged.connect(lambda v, n=name: self._moved(n, v))
+            number = SteadyLabel()
+            number.setFont(figures_font())
+            number.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            number.setText("−180.0°")
+            row, column = k // 2, 4 * (k % 2)
+            grid.addWidget(QLabel(text), row, column)
+            grid.addWidget(slider, row, column + 1)
+            grid.addWidget(number, row, column + 2)
+            grid.setColumnStretch(column + 1, 1)
+            self.sliders[name], self.numbers[name] = slider, number
+        grid.setColumnMinimumWidth(3, 8)
+        self.follow = QPushButton("Child goes along")
+        self.counter = QPushButton("Child counter-twists")
+        self.follow.setToolTip("The parent's twist carries the child: a real movement")
+        self.counter.setToolTip("The child turns back by as much: an axial twist error")
+        group = QButtonGroup(self)
+        row_of_buttons = QHBoxLayout()
+        row_of_buttons.setSpacing(4)
+        for button in (self.follow, self.counter):
+            button.setCheckable(True)
+            group.addButton(button)
+            row_of_buttons.addWidget(button)
+        self.follow.setChecked(True)
+        self.counter.toggled.connect(self._counter)
+        self.reset = QPushButton("Reset")
+        self.reset.setToolTip("The frame as captured")
+        self.reset.clicked.connect(lesson.reset)
+        row_of_buttons.addStretch(1)
+        row_of_buttons.addWidget(self.reset)
+        self.words = QLabel(_HINT)
+        self.words.setWordWrap(True)
+        self.words.setMinimumHeight(2 * self.words.fontMetrics().lineSpacing() + 2)
+        self.words.setAlignment(Qt.AlignmentFlag.AlignTop)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(10, 6, 10, 8)
+        layout.setSpacing(5)
+        layout.addLayout(grid)
+        layout.addLayout(row_of_buttons)
+        layout.addWidget(self.words)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._theme, self._role = theme, ""
+        chosen = (
+            f"background: {theme.accent}; color: {theme.on_accent}; border-color: {theme.accent}"
+        )
+        for button in (self.follow, self.counter):
+            button.setStyleSheet(
+                f"QPushButton {{ border: 1px solid {theme.line}; border-radius: 4px;"
+                f" padding: 3px 10px; background: {theme.raised} }}"
+                f" QPushButton:checked {{ {chosen} }}"
+                f" QPushButton:focus {{ border-color: {theme.accent} }}"
+            )
+
+    def show_state(self, quantities: Decomposition | None) -> None:
+        """Sliders where the lesson is; an untouched one goes along with the clip."""
+        self.setEnabled(quantities is not None)
+        if quantities is None:
+            return
+        what_if = self._lesson.what_if
+        angles = {
+            "twist": what_if.twist,
+            "swing": quantities.alpha if what_if.swing is None else what_if.swing,
+            "bend": quantities.bend if what_if.bend is None else what_if.bend,
+            "nudge": what_if.nudge,
+        }
+        for name, angle in angles.items():
+            slider, degrees = self.sliders[name], float(np.degrees(angle))
+            if round(degrees * _STEPS) != slider.value():
+                with QSignalBlocker(slider):
+                    slider.setValue(round(degrees * _STEPS))
+            degrees = round(degrees, 1) + 0.0
+            signed = f"{degrees:+.1f}°" if name in ("twist", "nudge") else f"{degrees:.1f}°"
+            self.numbers[name].setText(signed.replace("-", "−"))
+        for button, on in ((self.counter, what_if.counter), (self.follow, not what_if.counter)):
+            if button.isChecked() != on:
+                with QSignalBlocker(button):
+                    button.setChecked(on)
+        self.reset.setEnabled(what_if.changes)
+        text, role = words(quantities, what_if, self._lesson.tau)
+        if text != self.words.text() or role != self._role:
+            self._role = role
+            self.words.setText(text)
+            if self._theme is not None:
+                self.words.setStyleSheet(f"color: {getattr(self._theme, role)}")
+
+    def _moved(self, name: str, value: int) -> None:
+        change = {name: float(np.radians(value / _STEPS))}
+        self._lesson.set_what_if(WhatIf(**{**vars(self._lesson.what_if), **change}))
+
+    def _counter(self, on: bool) -> None:
+        self._lesson.set_what_if(WhatIf(**{**vars(self._lesson.what_if), "counter": on}))
+
+
+def words(d: Decomposition, what_if: WhatIf, tau: float) -> tuple[str, str]:
+    """What is to be seen, in a sentence or two, and the theme's colour for it."""
+    turned, straight = d.swing_reliability < _NEAR_SWING, d.azimuth_reliability < _NEAR_STRAIGHT
+    if turned and straight:
+        return (
+            "Both singularities. w points against a, so θp is arbitrary; v lies along the bone, so "
+            "θc is too. Nudge: both jump, and hardly anything moves.",
+            "warning",
+        )
+    if turned:
+        return (
+            f"Singularity of θp: w points against a ({d.swing_reliability:.0%} reliable). Every "
+            "twist gives nearly the same pose. Nudge, and θp jumps.",
+            "warning",
+        )
+    if straight:
+        return (
+            f"Singularity of θc: the limb is straight ({d.azimuth_reliability:.0%} reliable). v⊥ "
+            "has hardly a direction. Nudge, and Δθc jumps.",
+            "warning",
+        )
+    if d.strength >= tau > 0.0:
+        return (
+            "Parent and child twist against each other: Δθp·Δθc < 0, and m exceeds "
+            f"τ = {np.degrees(tau):.1f}°. The grandchild stays where it was: a twist error.",
+            "tau",
+        )
+    if what_if.changes and abs(what_if.twist) > 0.0 and not what_if.counter:
+        return (
+            "A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc does not "
+            "answer it: a real movement, no error.",
+            "soft",
+        )
+    return (_HINT, "soft") if not what_if.changes else ("No twist error: m is below τ.", "soft")

@@ -1,0 +1,56 @@
+"""A process that measures the curves of one clip, so that the window never waits for it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from twistcore.bvh import read_bvh
+from twistcore.errors import TwistError
+from twistcore.tuning import Verdicts, clip_tuning
+
+_NICE = 5  # the window comes first, also on one core
+
+
+@dataclass(frozen=True, eq=False)
+class Request:
+    """Which clip, as it was opened (its SHA-256), by which detector, judged how, which chains."""
+
+    path: Path
+    sha256: str
+    method: str
+    verdicts: Verdicts
+    wanted: tuple[str, ...]
+
+
+def measure(pipe: Connection, request: Request) -> None:
+    """Send (chain, curve) for every chain wanted, then None; or a sentence that says why not.
+
+    Chain names that arrive meanwhile come first.
+    """
+    if hasattr(os, "nice"):
+        os.nice(_NICE)
+    try:
+        clip = read_bvh(request.path)
+        if clip.sha256 != request.sha256:
+            pipe.send(f"{clip.name} has changed on disk: open it again to measure what τ costs.")
+            return
+        tuning = clip_tuning(
+            clip.motion, clip.name, method=request.method, verdicts=request.verdicts
+        )
+        left = [name for name in request.wanted if name in tuning.names]
+        while left:
+            while pipe.poll():
+                first = pipe.recv()
+                left.sort(key=lambda name: name != first)
+            name = left.pop(0)
+            pipe.send((name, tuning.curve(name)))
+        pipe.send(None)
+    except TwistError as error:
+        pipe.send(str(error))
+    except (BrokenPipeError, EOFError):
+        return  # nobody waits for the rest
+    except Exception as error:  # a defect of ours is told, and takes only this process down
+        pipe.send(f"{request.path.name}: {type(error).__name__}: {error}")

@@ -1,0 +1,81 @@
+"""What the video's panel paints itself: the picture, and a line that knows when to end."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+
+from inspector.theme import Theme
+
+
+class Screen(QWidget):
+    """A picture as large as it fits, or a sentence."""
+
+    resized = Signal()
+
+    def __init__(self, theme: Theme, text: str) -> None:
+        super().__init__()
+        self.theme = theme
+        self.image: QImage | None = None
+        self.text = text
+        self.setMinimumSize(160, 90)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def sizeHint(self) -> QSize:
+        """Room for a picture of 16:9."""
+        return QSize(320, 180)
+
+    def show_image(self, image: QImage | None, text: str = "") -> None:
+        """Show a picture, or a sentence where there is none."""
+        self.image, self.text = image, text
+        self.update()
+
+    def pixels(self) -> tuple[int, int]:
+        """Width and height in the screen's own pixels."""
+        ratio = self.devicePixelRatioF()
+        return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
+
+    def picture_rect(self) -> QRectF:
+        """Where the picture lies: its aspect kept, in the middle, on whole pixels of the screen."""
+        assert self.image is not None
+        (across, down), image = self.pixels(), self.image
+        scale = min(across / image.width(), down / image.height())  # 1 if it was decoded for this
+        width, height = round(scale * image.width()), round(scale * image.height())
+        left, top = (across - width) // 2, (down - height) // 2
+        ratio = self.devicePixelRatioF()
+        return QRectF(left / ratio, top / ratio, width / ratio, height / ratio)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """The picture between bars of the theme's colour."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(self.theme.surface))
+        if self.image is not None:
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+            painter.drawImage(self.picture_rect(), self.image)
+        else:
+            painter.setPen(QColor(self.theme.soft))
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, self.text)
+        painter.end()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Another size asks for other pixels."""
+        super().resizeEvent(event)
+        self.resized.emit()
+
+
+class ElidedLabel(QLabel):
+    """A line that makes nothing wider: where there is no room its end is left out."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """As much of the text as there is room for."""
+        painter = QPainter(self)
+        end = Qt.TextElideMode.ElideRight
+        text = self.fontMetrics().elidedText(self.text(), end, self.width())
+        painter.drawText(self.rect(), Qt.AlignmentFlag.AlignVCenter, text)
+        painter.end()

@@ -1,0 +1,256 @@
+"""The quality tab in the real window: evidence, tracking, its picture, and the lesson beside it."""
+
+import shutil
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtTest import QTest
+
+from inspector.export import ExportChoice
+from inspector.main_window import MainWindow
+from inspector.settings import Settings
+from inspector.teaching.seams import followers, turning
+from tests.conftest import ASSETS
+from tests.gui.pictures import changed, picture
+from twistcore.bvh import read_bvh
+from twistcore.cli import main
+from twistcore.motion import forward_kinematics
+from twistcore.quality import joint_quality
+from twistcore.review import Decide, Decision, Tracking
+from twistcore.review.tracking import tracked_motion
+
+
+@pytest.fixture
+def window(qtbot, tmp_path):
+    window = MainWindow(Settings(theme="light", turn_ms=0), None)
+    window.resize(1280, 800)
+    window.show()
+    qtbot.waitExposed(window)
+    with qtbot.waitSignal(window.document.opened, timeout=10_000):
+        window.open_path(type(ASSETS)(shutil.copy(ASSETS / "walk_injected.bvh", tmp_path)))
+    qtbot.wait(50)
+    yield window
+    window.document.review.mark_saved()
+    window.close()
+    window.deleteLater()
+    qtbot.wait(20)
+
+
+@pytest.fixture
+def quality(qtbot, window):
+    window.show_quality()
+    qtbot.waitUntil(lambda: window.quality.evidence.known is not None, timeout=10_000)
+    qtbot.wait(50)
+    return window.quality
+
+
+def column(quality, number):
+    rows = range(quality.model.rowCount())
+    return [quality.model.index(row, number).data() for row in rows]
+
+
+def track(qtbot, quality, *joints):
+    quality.choose(*joints)
+    qtbot.wait(30)
+    quality.track()
+    qtbot.waitUntil(lambda: quality.tracked.result is not None, timeout=10_000)
+    qtbot.wait(50)
+
+
+# --- evidence -----------------------------------------------------------------------------------
+
+
+def test_nothing_is_computed_before_the_tab_is_seen(qtbot, window):
+    qtbot.wait(150)
+    assert window.quality.evidence.known is None
+    assert not window.quality.evidence.running
+
+
+def test_the_table_holds_the_numbers_of_the_core_worst_first(window, quality):
+    clip = read_bvh(ASSETS / "walk_injected.bvh")
+    core = joint_quality(clip, forward_kinematics(clip.motion)[1])
+    shown = [float(text) for text in column(quality, 1)]
+    assert shown == [round(float(v), 2) for v in sorted(core.usual_jitter, reverse=True)]
+    worst = clip.motion.skeleton.names[int(np.argmax(core.usual_jitter))]
+    assert column(quality, 0)[0] == worst
+    slides = dict(zip(column(quality, 0), column(quality, 4), strict=True))
+    assert slides["LeftForeArm"] == "–"
+    foot = clip.motion.skeleton.index("RightFoot")
+    assert slides["RightFoot"] == f"{core.slides[foot]:.1f}"
+
+
+def test_another_column_sorts_and_draws_its_curve_and_the_selection_stays(qtbot, window, quality):
+    quality.choose("LeftForeArm")
+    quality.table.sortByColumn(3, Qt.SortOrder.DescendingOrder)
+    qtbot.wait(50)
+    speeds = [float(text) for text in column(quality, 3)]
+    assert speeds == sorted(speeds, reverse=True)
+    assert quality.chosen == ("LeftForeArm",)
+    joint = window.document.data.motion.skeleton.index("LeftForeArm")
+    drawn = quality.plot.curves[0].getData()[1]
+    np.testing.assert_array_equal(drawn, quality.evidence.known.joints.speed[:, joint])
+    quality.table.sortByColumn(4, Qt.SortOrder.AscendingOrder)
+    assert column(quality, 4)[-1] == "–"  # no number is not the least slide
+
+
+def test_a_click_in_the_curve_goes_to_the_frame_and_the_playhead_follows(qtbot, window, quality):
+    plot = quality.plot
+    scene = plot.getPlotItem().vb.mapViewToScene(QPointF(120.0, 0.0))
+    place = plot.mapFromScene(QPointF(scene.x(), plot.viewport().height() / 2))
+    QTest.mouseClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    qtbot.wait(30)
+    assert window.document.frame == pytest.approx(120, abs=1)
+    window.document.go_to(33)
+    assert plot.playhead.value() == 33
+
+
+def test_a_chain_chosen_elsewhere_selects_its_joint(window, quality):
+    window.document.select_chain("RightLeg")
+    assert quality.chosen == ("RightLeg",)
+
+
+def test_another_clip_gets_its_own_numbers(qtbot, window, quality, tmp_path):
+    before = column(quality, 1)
+    window.document.review.mark_saved()
+    with qtbot.waitSignal(window.document.opened, timeout=10_000):
+        window.open_path(type(ASSETS)(shutil.copy(ASSETS / "dance.bvh", tmp_path)))
+    qtbot.waitUntil(lambda: quality.evidence.known is not None, timeout=10_000)
+    assert quality.evidence.known.clip is window.document.data.clip
+    assert column(quality, 1) != before
+
+
+# --- tracking -----------------------------------------------------------------------------------
+
+
+def test_it_never_runs_unasked_and_the_warning_stands_there(qtbot, window, quality):
+    qtbot.wait(300)
+    assert quality.tracked.result is None
+    assert window.document.review.state.tracking is None
+    assert "smears" in quality.page.warning.text()
+    assert "53 %" in quality.page.warning.text()
+
+
+def test_tracking_is_a_step_of_the_review_that_undo_takes_back(qtbot, window, quality):
+    track(qtbot, quality, "LeftForeArm", "LeftHand")
+    tracking = Tracking(("LeftForeArm", "LeftHand"))
+    assert window.document.review.state.tracking == tracking
+    assert window.document.review.undo_text == "Track 2 joints"
+    expected = tracked_motion(shown_motion(window.document), tracking)
+    rotations, positions = forward_kinematics(expected)
+    np.testing.assert_array_equal(quality.tracked.result.rotations, rotations)
+    np.testing.assert_array_equal(quality.tracked.result.positions, positions)
+    window.undo()
+    assert window.document.review.state.tracking is None
+    assert quality.tracked.result is None
+    window.redo()
+    qtbot.waitUntil(lambda: quality.tracked.result is not None, timeout=10_000)
+    window.stop_tracking()
+    assert window.document.review.state.tracking is None
+
+
+def shown_motion(document):
+    """The motion with all intervals corrected that are not rejected."""
+    from twistcore.refinement import refine
+
+    chosen = document.review.state.chosen(undecided=True)
+    return refine(document.data.motion, document.data.chains, chosen)
+
+
+def test_a_rejected_interval_is_tracked_anew_with_its_error(qtbot, window, quality):
+    track(qtbot, quality, "LeftForeArm")
+    first = quality.tracked.result
+    ids = tuple(j.id for j in window.document.intervals)
+    window.document.do(Decide(ids, Decision.REJECTED))
+    qtbot.waitUntil(lambda: quality.tracked.result is not first, timeout=10_000)
+    raw = tracked_motion(window.document.data.motion, Tracking(("LeftForeArm",)))
+    rotations, _ = forward_kinematics(raw)
+    np.testing.assert_array_equal(quality.tracked.result.rotations, rotations)
+
+
+def test_cancelled_it_changes_nothing(qtbot, window, quality):
+    quality.choose("LeftForeArm")
+    quality.track()
+    assert quality.tracked.running
+    window.cancel_tracking()
+    qtbot.wait(400)
+    assert window.document.review.state.tracking is None
+    assert quality.tracked.result is None
+    assert window.document.review.undo_text == ""
+
+
+def test_gains_that_would_diverge_are_refused_in_a_sentence(qtbot, window, quality):
+    quality.choose("LeftForeArm")
+    quality.page.boxes["kd"].setValue(500.0)
+    quality.track()
+    qtbot.waitUntil(lambda: not quality.tracked.running, timeout=10_000)
+    qtbot.wait(30)
+    assert "unstable at 120 Hz" in window.bar.label.text()
+    assert window.document.review.state.tracking is None
+
+
+def test_learned_gains_are_traced_at_the_playhead(qtbot, window, quality):
+    quality.page.learned.setChecked(True)
+    track(qtbot, quality, "LeftForeArm")
+    assert window.document.review.state.tracking.learned
+    traces = quality.tracked.result.traces
+    window.document.go_to(100)
+    qtbot.wait(30)
+    row = int(np.searchsorted(traces.frames, 100))
+    assert f"κP {traces.gains[row, 0, 0]:.0f}" in quality.page.gain_words.text()
+    assert f"P {traces.parts[row, 0, 0]:.0f}" in quality.page.part_words.text()
+    assert len(quality.page.gains.curves) == 3
+    assert len(quality.page.parts.curves) == 4
+
+
+def test_the_third_figure_is_drawn_and_goes_with_before(qtbot, window, quality):
+    window.document.go_to(150)
+    without = picture(qtbot, window.viewport)
+    track(qtbot, quality, "LeftArm", "RightUpLeg")
+    pixels = picture(qtbot, window.viewport)
+    magenta = (pixels[..., 0] > 120) & (pixels[..., 1] < 90) & (pixels[..., 2] > 80)
+    assert magenta.sum() > 200
+    assert changed(without, pixels).sum() >= magenta.sum() * 0.8
+    assert "tracked" in window.viewport.legend.text()
+    window.cycle_show()
+    while window.document.show != "before":
+        window.cycle_show()
+    before = picture(qtbot, window.viewport)
+    left = (before[..., 0] > 120) & (before[..., 1] < 90) & (before[..., 2] > 80)
+    assert left.sum() == 0
+
+
+def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, quality, tmp_path):
+    window.document.accept_undecided()
+    track(qtbot, quality, "LeftForeArm", "RightLeg")
+    out = tmp_path / "out.bvh"
+    window.export(ExportChoice(out, report=False))
+    again = tmp_path / "again.bvh"
+    session = tmp_path / "out.twist.json"
+    clip = window.document.data.clip.path
+    assert main(["apply", str(session), str(clip), "-o", str(again)]) == 0
+    assert again.read_bytes() == out.read_bytes()
+    assert out.read_bytes() != clip.read_bytes()
+
+
+# --- the lesson ---------------------------------------------------------------------------------
+
+
+def test_five_trackers_follow_a_joint_through_the_seam(qtbot, window):
+    window.actions_by_id["why_quaternions"].trigger()
+    lesson = window.five_trackers
+    qtbot.waitExposed(lesson)
+    furthest = {name: f.distance.max() for name, f in lesson.found.items()}
+    assert list(furthest) == list(lesson.plots)
+    assert furthest["Quaternion"] < 5.0
+    assert furthest["Euler XYZ, wrapped"] < 5.0
+    assert furthest["Euler XYZ, raw"] > 90.0
+    assert furthest["axis-angle, raw"] > 90.0
+    assert f"at most {furthest['Quaternion']:.1f}°" in lesson.titles["Quaternion"].text()
+    lesson.slider.setValue(150)
+    expected = {f.name: f.distance for f in followers(turning(1.5))}
+    for name, found in lesson.found.items():
+        np.testing.assert_array_equal(found.distance, expected[name])
+    lesson.at.setValue(70)
+    assert all(plot.playhead.value() == 70 for plot in lesson.plots.values())
+    lesson.close()

@@ -1,0 +1,562 @@
+"""The teaching tab: numbers are the core's, a what-if leaves no trace, tour and exercise run."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QColor, QImage
+
+from inspector.analysed import analyse
+from inspector.document import Document
+from inspector.main_window import MainWindow
+from inspector.plots import Timeline
+from inspector.settings import Settings
+from inspector.teaching import Lesson, TeachingPanel
+from inspector.teaching.exercise import make_exercise
+from inspector.teaching.gizmo import CLEAR, sketch
+from inspector.teaching.pages import FOLDER, read_page
+from inspector.teaching.symbols import SECTIONS, SYMBOLS, colour
+from inspector.teaching.what_if import words
+from inspector.theme import DARK, LIGHT
+from inspector.viewport import Viewport
+from tests.conftest import ASSETS
+from twistcore.decomposition import WhatIf, decompose
+from twistcore.exercise import score
+from twistcore.review import Decide, Decision
+from twistcore.rotation import multiply, rotate, swing_twist
+from twistcore.signals import twist_signals
+
+SAMPLE = ASSETS / "walk_injected.bvh"
+FRAMES = 20
+CLIPS, CHAINS = 5, 10
+
+
+def clips(folder_for_copy):
+    """Five clips: those of a folder that TWIST_CLIPS names, else the samples and one injected."""
+    if folder := os.environ.get("TWIST_CLIPS"):
+        return [analyse(p) for p in sorted(Path(folder).glob("*.bvh"))[:CLIPS]]
+    found = [analyse(p) for p in sorted(ASSETS.glob("*.bvh"))]
+    dirty, _ = make_exercise(ASSETS / "dance.bvh", folder_for_copy, 3, "Judge")
+    return [*found, dirty][:CLIPS]
+
+
+@pytest.fixture
+def window(qtbot, tmp_path):
+    window = MainWindow(Settings(theme="dark", turn_ms=0), tmp_path / "settings" / "settings.json")
+    window.show()
+    qtbot.waitExposed(window)
+    window.activateWindow()
+    yield window
+    window.leave_guide()
+    if window.document.data is not None:
+        window.document.review.mark_saved()
+    window.close()
+    window.deleteLater()
+    qtbot.wait(20)
+
+
+@pytest.fixture
+def opened(qtbot, window, tmp_path):
+    path = tmp_path / "mine.bvh"
+    path.write_bytes(SAMPLE.read_bytes())
+    with qtbot.waitSignal(window.document.opened, timeout=10_000):
+        window.open_path(path)
+    window.document.select_chain("LeftForeArm")
+    window.document.go_to(90)
+    return window
+
+
+@pytest.fixture
+def taught(qtbot, opened):
+    opened.show_teaching()
+    qtbot.waitUntil(lambda: opened.teaching.typesetter.done, timeout=30_000)
+    qtbot.wait(100)
+    return opened
+
+
+def read(text):
+    """Numbers of a label."""
+    return [float(x) for x in re.findall(r"[+-]?\d+\.\d+", text.replace("−", "-"))]
+
+
+def core_values(motion, chain, signals, frame):
+    """What each row must show, computed over the whole clip and not by `decompose`."""
+    q = motion.rotations[frame, chain.parent]
+    swing, twist = swing_twist(q, chain.axis)
+    if swing[0] < 0.0:
+        q, swing = -q, -swing
+    w = rotate(q, chain.axis)
+    v = rotate(motion.rotations[frame, chain.child], chain.arm)
+    normal = np.cross(chain.axis, w)
+    p, c = (np.degrees(getattr(signals, s)[frame]) for s in ("dtheta_p", "dtheta_c"))
+    return {
+        "a": chain.axis,
+        "q": multiply(swing, twist),
+        "w": w,
+        "n": normal / max(np.linalg.norm(normal), 1e-300),
+        "alpha": np.degrees(2.0 * np.arccos(np.clip(swing[0], -1.0, 1.0))),
+        "swing": swing,
+        "twist": twist,
+        "theta_p": np.degrees(signals.theta_p[frame]),
+        "dtheta_p": p,
+        "v": v,
+        "across": v - (v @ chain.axis) * chain.axis,
+        "dtheta_c": c,
+        "product": p * c,
+        "m": np.degrees(signals.strength[frame]),
+    }
+
+
+def test_every_number_is_the_cores(qtbot, tmp_path):
+    rng = np.random.default_rng(7)
+    seen = 0
+    for data in clips(tmp_path):
+        document = Document()
+        document.show_clip(data)
+        viewport, lesson = Viewport(document, DARK), Lesson(document)
+        panel = TeachingPanel(lesson, viewport, Timeline(document, DARK), [])
+        lesson.set_active(True)
+        for chain in data.chains[:CHAINS]:
+            document.select_chain(chain.name)
+            signals = twist_signals(data.motion, chain)
+            for frame in rng.choice(data.motion.frames, FRAMES, replace=False):
+                document.go_to(int(frame))
+                if document.frame == 0:
+                    panel.refresh()
+                labels = {k: label.text() for k, label in panel.equations.values.items()}
+                for symbol, value in core_values(data.motion, chain, signals, frame).items():
+                    if labels[symbol] == "undefined":
+                        assert decompose(data.motion, chain, int(frame)).alpha < 1e-6
+                        continue
+                    shown, wanted = read(labels[symbol]), np.atleast_1d(value)
+                    angle = symbol not in ("a", "q", "w", "n", "v", "across", "swing", "twist")
+                    half = 0.005 if angle else 0.0005
+                    assert shown == pytest.approx(wanted, abs=half + 1e-6), (symbol, frame)
+                seen += 1
+        document.close_clip()
+        viewport.close()
+        panel.close()
+        panel.deleteLater()
+        viewport.deleteLater()
+        qtbot.wait(10)
+    assert seen == CLIPS * CHAINS * FRAMES
+
+
+def test_every_symbol_has_its_row_and_every_printed_slip_is_named():
+    rows = [e for _, equations in SECTIONS for e in equations]
+    assert {e.symbol for e in rows} == set(SYMBOLS)
+    assert [e.number for e in rows if e.corrected] == ["7", "8", "9", "12"]
+    assert len({e.number for e in rows if e.number}) == 13
+
+
+def test_nothing_is_typeset_and_no_ffmpeg_loaded_before_it_is_wanted(tmp_path):
+    program = (
+        "import sys\nfrom inspector.app import make_application\napp = make_application()\n"
+        "from inspector.main_window import MainWindow\nfrom inspector.settings import Settings\n"
+        "window = MainWindow(Settings(), None)\nwindow.show()\napp.processEvents()\n"
+        "print('imageio_ffmpeg' in sys.modules, window.teaching.typesetter.started)\n"
+        "window.close()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.split() == ["False", "False"], done.stderr
+
+
+# -- what if --------------------------------------------------------------------------------------
+
+
+def test_a_what_if_leaves_no_trace(qtbot, taught):
+    document, box = taught.document, taught.teaching.what_if
+    before = document.review.state
+    folder = {p.name for p in document.data.clip.path.parent.iterdir()}
+    for name, slider in box.sliders.items():
+        slider.setValue(slider.maximum() if name != "bend" else 0)
+    qtbot.mouseClick(box.counter, Qt.MouseButton.LeftButton)
+    assert taught.lesson.what_if.changes
+    qtbot.wait(50)
+    assert document.review.state is before
+    assert document.review.saved
+    assert not document.review.undo_text
+    assert not taught.isWindowModified()
+    assert {p.name for p in document.data.clip.path.parent.iterdir()} == folder
+    qtbot.mouseClick(box.reset, Qt.MouseButton.LeftButton)
+    assert not taught.lesson.what_if.changes
+    assert box.sliders["twist"].value() == 0
+    assert box.sliders["swing"].value() == round(10 * np.degrees(taught.lesson.quantities.alpha))
+
+
+def test_the_what_if_pose_is_seen_while_the_tab_is_and_only_then(qtbot, taught):
+    captured = taught.viewport.pose().rotations
+    taught.teaching.what_if.sliders["twist"].setValue(900)
+    assert np.abs(taught.viewport.pose().rotations - captured).max() > 0.3
+    assert taught.viewport.pose().ghost is not None
+    taught.intervals_dock.raise_()
+    qtbot.waitUntil(lambda: not taught.lesson.active)
+    whole, _ = taught.document.pose(90, after=True)
+    assert np.array_equal(taught.viewport.pose().rotations, whole)
+
+
+def test_another_chain_or_clip_starts_as_captured(taught):
+    taught.teaching.what_if.sliders["swing"].setValue(1500)
+    taught.document.select_chain("RightArm")
+    assert not taught.lesson.what_if.changes
+
+
+def test_counter_twist_shows_the_products_sign_turn(taught):
+    box, values = taught.teaching.what_if, taught.teaching.equations.values
+    box.sliders["twist"].setValue(600)
+    assert abs(read(values["m"].text())[0]) < 1.0
+    assert "pure twist" in box.words.text()
+    box.counter.click()
+    assert read(values["product"].text())[0] < -3000.0
+    assert read(values["m"].text())[0] == pytest.approx(60.0, abs=1.0)
+    assert "against each other" in box.words.text()
+
+
+@pytest.mark.parametrize(
+    ("slider", "at", "angle", "named"),
+    [("swing", 1790, "theta_p", "θp"), ("bend", 10, "dtheta_c", "θc")],
+)
+def test_each_singularity_is_met_and_told(taught, slider, at, angle, named):
+    box, values = taught.teaching.what_if, taught.teaching.equations.values
+    box.sliders[slider].setValue(at)
+    assert f"Singularity of {named}" in box.words.text()
+    still = read(values[angle].text())[0]
+    box.sliders["nudge"].setValue(10)  # one degree
+    assert abs(read(values[angle].text())[0] - still) > 40.0
+    box.reset.click()
+    assert "Singularity" not in box.words.text()
+
+
+def test_words_fit_in_two_lines(taught):
+    box, motion = taught.teaching.what_if, taught.document.data.motion
+    chain = taught.lesson.chain
+    width = 480  # pixels, of the tab in a window 1280 wide
+    for what_if in (
+        WhatIf(),
+        WhatIf(twist=1.0),
+        WhatIf(twist=1.0, counter=True),
+        WhatIf(swing=np.pi),
+        WhatIf(bend=0.0),
+        WhatIf(swing=np.pi, bend=0.0),
+        WhatIf(nudge=0.01),
+    ):
+        text, role = words(decompose(motion, chain, 90, what_if), what_if, 0.03)
+        assert hasattr(DARK, role)
+        box.words.setText(text)
+        assert box.words.heightForWidth(width) <= box.words.minimumHeight() + 2
+
+
+# -- gizmo ----------------------------------------------------------------------------------------
+
+
+def picture(qtbot, view):
+    qtbot.wait(60)
+    image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
+    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
+
+
+def near(image, ink, by=40):
+    """How many pixels have a colour."""
+    wanted = np.array([int(ink[k : k + 2], 16) for k in (1, 3, 5)])
+    return int((np.abs(image - wanted).max(axis=2) < by).sum())
+
+
+def test_the_gizmo_comes_and_goes_with_the_tab(qtbot, taught):
+    inks = [colour(family, DARK) for family in ("swing", "twist", "azimuth")]
+    with_it = picture(qtbot, taught.viewport)
+    assert min(near(with_it, ink) for ink in inks) > 40
+    taught.intervals_dock.raise_()
+    without = picture(qtbot, taught.viewport)
+    assert all(near(without, ink) < 0.2 * near(with_it, ink) for ink in inks)
+
+
+def test_lines_lie_where_the_vectors_say(taught):
+    data, chain = taught.document.data, taught.lesson.chain
+    for frame in (1, 90, 206):
+        d = decompose(data.motion, chain, frame)
+        parent, child = (data.positions[frame, j] for j in (chain.parent, chain.child))
+        shapes = sketch(d, data.rotations[frame, chain.parent], parent, child, 0.0, 0.1)
+        first = {}
+        for part in shapes.parts:
+            first.setdefault((part.symbol, part.look), part.points)
+        bone = (child - parent) / np.linalg.norm(child - parent)
+        w = first["w", "bold"][1] - first["w", "bold"][0]
+        a = first["a", "bold"][1] - first["a", "bold"][0]
+        assert w / np.linalg.norm(w) == pytest.approx(bone, abs=1e-6)
+        spread = np.arccos(a @ w / np.linalg.norm(a) / np.linalg.norm(w))
+        assert spread == pytest.approx(d.alpha, abs=1e-6)
+        dial = first["theta_p", CLEAR]
+        centre, rim = dial[: len(dial) // 2], dial[len(dial) // 2 :]
+        start, stop = rim[0] - centre[0], rim[-1] - centre[-1]
+        turned = np.arctan2(np.cross(start, stop) @ bone, start @ stop)
+        assert turned == pytest.approx(d.theta_p, abs=1e-6)
+
+
+def test_frames_only_move_the_points(taught):
+    data, chain = taught.document.data, taught.lesson.chain
+    shapes = []
+    for frame in (0, 90, 206):
+        for what_if in (WhatIf(), WhatIf(swing=np.pi, bend=0.0), WhatIf(swing=0.0)):
+            d = decompose(data.motion, chain, frame, what_if)
+            places = (data.positions[frame, j] for j in (chain.parent, chain.child))
+            whole = sketch(d, data.rotations[frame, chain.parent], *places, 0.2, 0.1)
+            assert all(np.isfinite(p.points).all() for p in whole.parts)
+            shapes.append([(p.symbol, p.look, len(p.points)) for p in whole.parts])
+    assert all(s == shapes[0] for s in shapes)
+
+
+def test_labels_keep_apart_and_inside(qtbot, taught):
+    taught.lesson.set_what_if(WhatIf(twist=1.0, counter=True, bend=1.2))
+    taught.viewport.focus_chain()
+    qtbot.wait(100)
+    boxes = taught.teaching.gizmo.labels.boxes()
+    assert len(boxes) >= 9
+    for k, one in enumerate(boxes):
+        assert taught.viewport.rect().adjusted(-4, -4, 4, 4).contains(one.toRect())
+        assert not any(one.intersects(other) for other in boxes[k + 1 :])
+
+
+def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
+    button = taught.teaching.equations.buttons["theta_p"]
+    taught.teaching.scroll.ensureWidgetVisible(button)
+    pane = taught.timeline.panes["theta"]
+    width = pane.curves["p_after"].opts["pen"].widthF()
+    other = near(picture(qtbot, taught.viewport), colour("swing", DARK))
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert taught.lesson.lit == "theta_p"
+    assert button.isChecked()
+    assert pane.curves["p_after"].opts["pen"].widthF() > 2 * width
+    assert pane.curves["c_after"].opts["pen"].widthF() == width
+    lit = picture(qtbot, taught.viewport)
+    assert near(lit, colour("twist", DARK)) > 40
+    assert near(lit, colour("swing", DARK)) < 0.3 * other
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert taught.lesson.lit == ""
+    assert pane.curves["p_after"].opts["pen"].widthF() == width
+
+
+def test_side_by_side_split_and_close_with_the_gizmo(qtbot, taught):
+    taught.actions_by_id["side_by_side"].trigger()
+    taught.lesson.set_what_if(WhatIf(twist=1.0))
+    halves = np.array_split(picture(qtbot, taught.viewport), 2, axis=1)
+    ink = colour("twist", DARK)
+    assert near(halves[1], ink) > 30 > near(halves[0], ink)
+    taught.actions_by_id["side_by_side"].trigger()
+    assert near(picture(qtbot, taught.viewport), ink) > 30
+
+
+def test_symbols_stay_crisp_and_take_the_themes_colours(qtbot, taught):
+    button = taught.teaching.equations.buttons["q"]
+    taught.apply_theme(LIGHT)
+    image = button.grab().toImage()
+    places = [(x, y) for x in range(image.width()) for y in range(image.height())]
+    darkest = min(image.pixelColor(*place).lightness() for place in places)
+    assert abs(darkest - QColor(LIGHT.text).lightness()) < 15
+    larger = QImage(button.size() * 4, QImage.Format.Format_RGB32)
+    larger.setDevicePixelRatio(4.0)
+    larger.fill(QColor(LIGHT.surface))
+    button.render(larger)
+    # Outlines, not a scaled picture: of four times as many dots few lie between ink and paper.
+    values = np.array(
+        [
+            larger.pixelColor(x, y).lightness()
+            for x in range(larger.width())
+            for y in range(larger.height())
+        ]
+    )
+    dark, light = QColor(LIGHT.text).lightness(), QColor(LIGHT.surface).lightness()
+    between = ((values > dark + 30) & (values < light - 30)).sum()
+    assert between < (values <= dark + 30).sum()
+
+
+# -- tour -----------------------------------------------------------------------------------------
+
+
+def test_the_tour_by_hand_from_end_to_end(qtbot, opened):
+    document = opened.document
+    mine = document.data.clip.path
+    document.do(Decide((document.intervals[0].id,), Decision.REJECTED, "me", document.now()))
+    state = document.review.state
+    opened.actions_by_id["tour"].trigger()
+    qtbot.waitUntil(lambda: opened.guided_tour.at == 0, timeout=10_000)
+    guide, tour, box = opened.guide, opened.guided_tour, opened.teaching.what_if
+    assert document.data.clip.path != mine
+    assert guide.isVisible()
+
+    def forward(step):
+        assert guide.done
+        qtbot.mouseClick(tour.forward, Qt.MouseButton.LeftButton)
+        assert tour.at == step
+        assert not guide.done
+
+    assert not guide.done
+    for _ in range(5):
+        qtbot.keyClick(opened, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
+    forward(1)
+    qtbot.waitUntil(lambda: opened.teaching.typesetter.done, timeout=30_000)
+    qtbot.mouseClick(opened.teaching.equations.buttons["w"], Qt.MouseButton.LeftButton)
+    forward(2)
+    box.sliders["swing"].setValue(1250)
+    forward(3)
+    box.sliders["twist"].setValue(-700)
+    forward(4)
+    qtbot.mouseClick(box.counter, Qt.MouseButton.LeftButton)
+    forward(5)
+    box.sliders["swing"].setValue(1800)
+    box.sliders["nudge"].setValue(10)
+    assert not guide.done  # one of two
+    box.sliders["swing"].setValue(400)
+    box.sliders["bend"].setValue(0)
+    forward(6)
+    qtbot.keyClick(opened, Qt.Key.Key_N)
+    qtbot.keyClick(opened, Qt.Key.Key_A)
+    assert guide.done
+    assert tour.forward.text() == "Finish"
+    folder = document.data.clip.path.parent
+    qtbot.mouseClick(tour.forward, Qt.MouseButton.LeftButton)
+    assert not guide.isVisible()
+    # Back at the person's clip: the unsaved verdict is there, in memory and on disk.
+    assert document.data.clip.path == mine
+    assert document.review.state is state
+    assert not document.review.saved
+    assert document.keeper.journal_path.exists()
+    assert (document.chain, document.frame) == ("LeftForeArm", 90)
+    assert opened.bar.buttons() == []  # no question about a journal that is its own
+    opened.undo()
+    assert document.intervals[0].decision == Decision.UNDECIDED
+    assert not folder.exists()
+    assert str(mine) in opened.settings.recent[0]
+    assert not any("twist-inspector-" in r for r in opened.settings.recent)
+
+
+def test_the_tour_shows_each_step_itself(qtbot, opened):
+    opened.tour()
+    tour = opened.guided_tour
+    qtbot.waitUntil(lambda: tour.at == 0, timeout=10_000)
+    for number in range(len(tour.steps)):
+        assert tour.at == number
+        assert not opened.guide.done
+        tour.show_me.click()
+        assert opened.guide.done, tour.steps[number].name
+        tour.forward.click()
+    assert tour.at == -1
+
+
+def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
+    window.tour()
+    qtbot.waitUntil(lambda: window.guided_tour.at == 0, timeout=10_000)
+    window.guided_tour.forward.click()
+    window.guided_tour.leave.click()
+    assert not window.guide.isVisible()
+    assert not window.aside.open
+    assert window.document.review.saved
+
+
+def test_every_page_has_a_title_a_text_and_a_task():
+    names = sorted(p.stem for p in FOLDER.glob("*.md"))
+    assert len(names) == 8
+    for name in names:
+        page = read_page(name)
+        assert page.title
+        assert len(page.body) > 150
+        assert 20 < len(page.task) < 120
+        assert not page.task.startswith(">")
+
+
+# -- exercise -------------------------------------------------------------------------------------
+
+
+def start_exercise(qtbot, window, kind, seed):
+    window.actions_by_id["exercise"].trigger()
+    window.hidden_errors.kind.setCurrentText(kind)
+    window.hidden_errors.seed.setValue(seed)
+    qtbot.mouseClick(window.hidden_errors.start, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(window.hidden_errors.score_button.isEnabled, timeout=20_000)
+
+
+def test_the_exercise_scores_and_leaves_the_persons_session_alone(qtbot, opened):
+    document = opened.document
+    document.do(Decide((document.intervals[0].id,), Decision.ACCEPTED, "me", document.now()))
+    opened.save_session()
+    mine = document.data.clip.path
+    files = {p: p.read_bytes() for p in mine.parent.iterdir() if p.is_file()}
+    start_exercise(qtbot, opened, "Judge", 5)
+    assert document.data.clip.path.name == "exercise_5.bvh"
+    errors = opened.hidden_errors._errors
+    truth = {(e.chain, e.start) for e in errors}
+    assert len(document.intervals) == 2 * len(errors)  # as many are natural
+    wrong = 0
+    for judged in document.intervals:
+        real = (judged.interval.chain, judged.interval.start) in truth
+        document.select_interval(judged.id)
+        opened.actions_by_id["accept" if real else "reject"].trigger()
+    opened.hidden_errors.score_button.click()
+    result = opened.hidden_errors.result
+    assert (len(result.hits), len(result.misses), result.false_verdicts) == (len(errors), 0, wrong)
+    assert f"Hits {len(errors)}" in opened.guide.body.toPlainText()
+    # One verdict turned round is a miss and a false verdict.
+    first = next(j for j in document.intervals if j.decision == Decision.ACCEPTED)
+    document.do(Decide((first.id,), Decision.REJECTED, "", document.now()))
+    opened.hidden_errors.score_button.click()
+    assert len(opened.hidden_errors.result.misses) == 1
+    assert opened.hidden_errors.result.false_verdicts == 1
+    opened.hidden_errors.go_to(f"at:{errors[0].chain}/{errors[0].start}")
+    assert (document.chain, document.frame) == (errors[0].chain, errors[0].start)
+    opened.hidden_errors.leave.click()
+    assert document.data.clip.path == mine
+    assert {p: p.read_bytes() for p in mine.parent.iterdir() if p.is_file()} == files
+
+
+def test_in_find_nothing_is_listed_and_what_is_inserted_counts(qtbot, opened):
+    start_exercise(qtbot, opened, "Find", 4)
+    document = opened.document
+    assert document.intervals == ()
+    error = max(opened.hidden_errors._errors, key=lambda e: e.stop - e.start)
+    document.select_chain(error.chain)
+    document.go_to((error.start + error.stop) // 2)
+    opened.insert_interval()
+    opened.accept()
+    opened.hidden_errors.show_score()
+    assert [e.start for e in opened.hidden_errors.result.hits] == [error.start]
+    opened.leave_guide()
+
+
+def test_an_exercise_is_the_same_for_its_seed(tmp_path):
+    one, errors = make_exercise(ASSETS / "walk.bvh", tmp_path, 11, "Judge")
+    again, same = make_exercise(ASSETS / "walk.bvh", tmp_path, 11, "Judge")
+    listed = [(j.interval.chain, j.interval.start) for j in one.review.state.intervals]
+    assert listed == [(j.interval.chain, j.interval.start) for j in again.review.state.intervals]
+    assert [e.start for e in errors] == [e.start for e in same]
+    assert all(j.interval.confidence is None for j in one.review.state.intervals)  # no hint
+    assert score(errors, one.review.state.intervals).left == len(listed)
+
+
+def test_opening_another_clip_ends_the_exercise(qtbot, opened, tmp_path):
+    start_exercise(qtbot, opened, "Judge", 2)
+    opened.next_interval()
+    opened.accept()
+    with qtbot.waitSignal(opened.document.opened, timeout=10_000):
+        opened.open_path(ASSETS / "dance.bvh")  # no question about the exercise's verdicts
+    qtbot.waitUntil(lambda: opened.document.data.clip.name == "dance.bvh", timeout=10_000)
+    assert not opened.guide.isVisible()
+
+
+def test_a_view_that_is_hidden_has_no_labels_left(qtbot, taught):
+    labels = taught.teaching.gizmo.labels
+    assert labels.isVisible()
+    taught.intervals_dock.raise_()
+    qtbot.waitUntil(lambda: not labels.isVisible())
+    assert taught.viewport.childAt(QPointF(5, 5).toPoint()) is not labels
+    assert taught.viewport.size() != QSize()

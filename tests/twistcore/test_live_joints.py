@@ -1,0 +1,42 @@
+"""The experiment on silent joints: what it takes away, and what it leaves."""
+
+import numpy as np
+import pytest
+
+from benchmarks.live_joints import quietened, told_edges
+from tests.conftest import ASSETS
+from twistcore.bvh import read_bvh
+from twistcore.chain import find_chains
+from twistcore.detection import counter
+from twistcore.detection.increments import twist_increments
+from twistcore.synthesis import InjectedError
+
+WALK = read_bvh(ASSETS / "walk.bvh").motion
+CHAINS = find_chains(WALK)
+
+
+def increments(motion):
+    return np.array(
+        [
+            twist_increments(motion.rotations[:, c.parent], motion.rotations[:, c.child], c.axis)
+            for c in CHAINS
+        ]
+    ).swapaxes(0, 1)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+@pytest.mark.parametrize(("joint", "signal"), [("parent", 0), ("child", 1)])
+def test_one_signal_of_every_chain_is_scaled(joint, signal, share):
+    quiet = increments(quietened(WALK, CHAINS, joint, share))[signal]
+    np.testing.assert_allclose(quiet, share * increments(WALK)[signal], atol=1e-9)
+
+
+def test_told_edges_are_no_motion_and_the_detector_is_as_before_afterwards():
+    usual = counter._coarsely_good
+    error = InjectedError(CHAINS[1].name, 50, 55, np.array([0.1, 0.2, 0.2, 0.2, 0.1]))
+    signals, live = np.zeros((2, 2, 100)), np.ones((2, 100), dtype=bool)
+    with told_edges(CHAINS[:2], [error]):
+        good = counter._coarsely_good(signals, live, 12)
+    assert np.flatnonzero(~good[1]).tolist() == [50, 51, 54, 55]
+    assert good[0].all()
+    assert counter._coarsely_good is usual

@@ -1,0 +1,200 @@
+"""Tracking as a step of the review: after the correction, undone, journalled, replayed."""
+
+import json
+from contextlib import closing
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.conftest import ASSETS
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.chain import find_chains
+from twistcore.cli import main
+from twistcore.detection import detect
+from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.quamo.refine import track_by_hand
+from twistcore.refinement import refine
+from twistcore.review import (
+    Decide,
+    Decision,
+    Journal,
+    Review,
+    Track,
+    Tracking,
+    accepted_motion,
+    read_session,
+    recover,
+    session_bytes,
+    start_review,
+    write_session,
+)
+from twistcore.review.session import check_belongs
+from twistcore.review.tracking import check_tracking, trace, tracked_motion, weights_mark
+
+CLIP = read_bvh(ASSETS / "walk_injected.bvh")
+CHAINS = find_chains(CLIP.motion)
+JOINTS = ("LeftForeArm", "LeftHand")
+HAND = Tracking(JOINTS, kp=700.0, kd=20.0)
+LEARNED = Tracking(("LeftArm", "LeftForeArm"), learned=True, weights=weights_mark())
+
+
+def reviewed():
+    tau = {c.name: np.radians(5.0) for c in CHAINS}
+    found = detect(CLIP.motion, CHAINS, tau=tau)
+    review = Review(start_review("paper", tau, found, [c.name for c in CHAINS]))
+    review.do(Decide(tuple(j.id for j in review.state.intervals), Decision.ACCEPTED))
+    return review
+
+
+def test_it_comes_after_the_correction_and_changes_no_other_joint():
+    review = reviewed()
+    review.do(Track(HAND))
+    refined = refine(CLIP.motion, CHAINS, review.state.chosen())
+    found = accepted_motion(CLIP, CHAINS, review.state)
+    at = [CLIP.motion.skeleton.index(name) for name in JOINTS]
+    others = np.setdiff1d(np.arange(len(CLIP.motion.skeleton)), at)
+    np.testing.assert_array_equal(found.rotations[:, others], refined.rotations[:, others])
+    raw = track_by_hand(CLIP.motion, np.array(at), first=1).motion
+    assert np.abs(found.rotations[:, at] - refined.rotations[:, at]).max() > 1e-3
+    assert np.abs(found.rotations[:, at] - raw.rotations[:, at]).max() > 0.1
+    np.testing.assert_array_equal(found.rotations[0], refined.rotations[0])  # the T-pose
+
+
+def test_undo_takes_it_back_and_redo_does_it_again():
+    review = reviewed()
+    review.do(Track(HAND))
+    assert review.undo_text == "Track 2 joints"
+    review.do(Track(None))
+    assert review.undo_text == "Stop tracking"
+    assert review.state.tracking is None
+    review.undo()
+    assert review.state.tracking == HAND
+    review.undo()
+    assert review.state.tracking is None
+    review.redo()
+    assert review.state.tracking == HAND
+
+
+def test_nothing_to_track_is_refused_and_changes_nothing():
+    review = reviewed()
+    before = review.state
+    with pytest.raises(ValueError, match="a joint to track"):
+        review.do(Track(Tracking(())))
+    assert review.state is before
+
+
+@pytest.mark.parametrize("tracking", [HAND, LEARNED])
+def test_the_journal_brings_it_back(tmp_path, tracking):
+    path = tmp_path / "a.journal"
+    review = reviewed()
+    with closing(Journal(path, CLIP, review.state)) as journal:
+        for command in (Track(HAND), Track(None), Track(tracking)):
+            review.do(command)
+            journal.do(command)
+    found = recover(path)
+    assert (found.entries, found.damaged) == (3, 0)
+    assert found.review.state.tracking == tracking
+    found.review.undo()
+    assert found.review.state.tracking is None
+
+
+@pytest.mark.parametrize("tracking", [HAND, LEARNED])
+def test_apply_writes_the_very_bytes_of_an_export(tmp_path, tracking):
+    review = reviewed()
+    review.do(Track(tracking))
+    session, exported = tmp_path / "a.twist.json", tmp_path / "a.bvh"
+    write_session(session, CLIP, review.state)
+    write_bvh(CLIP, accepted_motion(CLIP, CHAINS, review.state), exported)
+    again = tmp_path / "again.bvh"
+    assert main(["apply", str(session), str(CLIP.path), "-o", str(again)]) == 0
+    assert again.read_bytes() == exported.read_bytes()
+    untracked = tmp_path / "untracked.bvh"
+    review.do(Track(None))
+    write_bvh(CLIP, accepted_motion(CLIP, CHAINS, review.state), untracked)
+    assert again.read_bytes() != untracked.read_bytes()
+
+
+def test_a_session_without_tracking_keeps_its_format_and_one_with_it_has_another():
+    review = reviewed()
+    plain = json.loads(session_bytes(CLIP, review.state))
+    assert plain["schema"] == "twistcore.session/1"
+    assert "tracking" not in plain
+    review.do(Track(LEARNED))
+    tracked = json.loads(session_bytes(CLIP, review.state))
+    assert tracked["schema"] == "twistcore.session/2"
+
+
+def test_a_session_comes_back_as_it_was(tmp_path):
+    review = reviewed()
+    review.do(Track(HAND))
+    path = tmp_path / "a.twist.json"
+    write_session(path, CLIP, review.state)
+    session = read_session(path)
+    assert session.state.tracking == HAND
+    assert session_bytes(CLIP, session.state) == path.read_bytes()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"joints": []},
+        {"joints": "LeftArm"},
+        {"gains": "magic"},
+        {"kp": None},
+        {"kd": float("nan")},
+    ],
+)
+def test_damaged_tracking_is_refused_in_a_sentence(tmp_path, damage):
+    review = reviewed()
+    review.do(Track(HAND))
+    document = json.loads(session_bytes(CLIP, review.state))
+    document["tracking"] |= damage
+    path = tmp_path / "a.twist.json"
+    path.write_text(json.dumps(document))
+    with pytest.raises(FormatError, match=str(path)):
+        read_session(path)
+
+
+@pytest.mark.parametrize(
+    ("tracking", "why"),
+    [
+        (Tracking(("Tail",)), "no joint 'Tail'"),
+        (Tracking(JOINTS, kd=500.0), "unstable at 120 Hz"),
+        (replace(LEARNED, weights="0" * 16), "learned other gains"),
+        (replace(LEARNED, joints=("LThumb",)), "not among the 24"),
+    ],
+)
+def test_a_session_that_cannot_be_replayed_here_says_why(tmp_path, tracking, why):
+    with pytest.raises(TwistError, match=why):
+        check_tracking(CLIP.motion, tracking)
+    review = reviewed()
+    review.do(Track(tracking))
+    path = tmp_path / "a.twist.json"
+    write_session(path, CLIP, review.state)
+    with pytest.raises(ClipMismatchError, match=why):
+        check_belongs(read_session(path), CLIP, CHAINS)
+
+
+def test_traces_are_those_of_the_run_that_is_exported():
+    refined = refine(CLIP.motion, CHAINS, reviewed().state.chosen())
+    traces = trace(refined, HAND)
+    assert traces.names == JOINTS
+    assert traces.frames.tolist() == list(range(2, CLIP.motion.frames))
+    np.testing.assert_array_equal(traces.gains[..., 0], 700.0)
+    np.testing.assert_array_equal(traces.gains[..., 1], 20.0)
+    assert (traces.parts[..., 2:] == 0.0).all()
+    # κP e of the second step, from what was exported one frame before.
+    found = tracked_motion(refined, HAND)
+    joint = refined.skeleton.index("LeftForeArm")
+    t = int(traces.frames[100])
+    dot = abs(float(found.rotations[t - 1, joint] @ refined.rotations[t, joint]))
+    sine = np.sqrt(max(1.0 - dot * dot, 0.0))
+    assert traces.parts[100, 0, 0] == pytest.approx(700.0 * sine, rel=1e-5)
+
+
+def test_learned_traces_are_at_25_hz_and_vary():
+    traces = trace(CLIP.motion, LEARNED)
+    assert np.diff(traces.frames) == pytest.approx(4.8, abs=0.01)
+    assert np.ptp(traces.gains[:, 0, 0]) > 10.0
+    assert (traces.gains >= 0.0).all()

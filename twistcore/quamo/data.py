@@ -1,0 +1,61 @@
+"""Clips as the networks and tables want them: 24 joints, metres, 25 Hz, by subject."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from twistcore.bvh import read_bvh
+from twistcore.errors import TwistError
+from twistcore.quamo.resample import resampled, sample_times
+from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
+from twistcore.rotation import Array
+
+HELD_OUT = ("01", "05", "06", "14")
+
+
+@dataclass(frozen=True, eq=False)
+class Sequence24:
+    """A true motion: q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in metres, at 25 Hz."""
+
+    name: str
+    subject: str
+    q: Array
+    r: Array
+    offsets: Array
+
+    def places_mm(self, q: Array, r: Array) -> Array:
+        """Positions in mm of poses (…, 24, 4) and root places (…, 3) in metres."""
+        return 1000.0 * places_24(self.offsets, q, r)
+
+
+def read_sequence(path: Path, unit: float = CMU_UNIT) -> Sequence24:
+    """A BVH clip without its frame 0, which in CMU's BVH releases was not captured.
+
+    unit: metres in one unit of the file. The subject is what stands before '_' in the name.
+    """
+    motion = read_bvh(path).motion
+    try:
+        topology = find_topology(motion.skeleton)
+    except TwistError as error:
+        raise TwistError(f"{path}: {error}") from None
+    if 0 not in motion.positioned or motion.frames < 20:
+        raise TwistError(f"{path}: expected root positions and at least 20 frames")
+    motion = motion.sliced(1, motion.frames)
+    times = sample_times(motion.frames, motion.frame_time)
+    q, r = resampled(topology.reduced(motion.rotations), motion.translation(0), times)
+    subject = re.split(r"[_ ]", path.stem)[0]
+    r = unit * (r - r[:1] * np.array([1.0, 0.0, 1.0]))
+    return Sequence24(path.stem, subject, q, r, unit * topology.offsets)
+
+
+def read_folder(folder: Path) -> tuple[Sequence24, ...]:
+    """Every BVH of a folder, by name; TwistError where there is none."""
+    paths: Sequence[Path] = sorted(folder.glob("*.bvh"))
+    if not paths:
+        raise TwistError(f"{folder}: expected a folder with BVH files")
+    return tuple(read_sequence(path) for path in paths)

@@ -1,0 +1,327 @@
+"""ControlNet and InitNet in plain numpy [Le26 §3.1, supplement A].
+
+Two layers (linear, LayerNorm, LeakyReLU) and one linear head, and a linear path from the inputs to
+the bias, by which joints that hardly turn are held. All that goes in is relative: poses
+to the parent, errors and velocities in the frame of the body's heading, never a place in the room.
+Gains are per axis, for 24 joints and the root's place.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.atomic import write_atomically
+from twistcore.errors import FormatError
+from twistcore.quamo.stability import UnstableGainsError, check_stability
+from twistcore.quamo.state_space import (
+    EXACT,
+    FIRST_ORDER,
+    NETWORK_DT,
+    Gains,
+    exponential,
+    increment,
+    short_vector,
+)
+from twistcore.quamo.topology import JOINTS
+from twistcore.quamo.tracker import State
+from twistcore.rotation import Array, conjugate, multiply
+
+Float32 = NDArray[np.float32]
+
+KP, KD, KA, BIAS = 1000.0, 30.0, 1000.0, 25.0
+ROOT_KP, ROOT_KD, ROOT_BIAS = 400.0, 30.0, 10.0
+ERROR_SCALE, OMEGA_SCALE = 5.0, 0.3  # inputs of about the size of 1
+SLOPE = 0.01  # of LeakyReLU below 0
+EPSILON = 1e-5  # of LayerNorm
+START_SCALE = 0.1  # radians and metres by which InitNet may move the start, times its output
+
+_VECTOR = 3 * JOINTS
+_POSE = _VECTOR - 3
+CONTROL_INPUTS = _POSE + 2 * _VECTOR + 8
+CONTROL_OUTPUTS = 4 * _VECTOR + 9
+BIAS_OUTPUTS = np.r_[3 * _VECTOR : 4 * _VECTOR, CONTROL_OUTPUTS - 3 : CONTROL_OUTPUTS]
+INIT_INPUTS = _POSE + _VECTOR + 5
+INIT_OUTPUTS = 2 * _VECTOR + 6
+
+# The steps of [Le26 Table 3]: what is added to a PD controller, in order.
+VARIANTS = {
+    "pd": "PD gains only, first-order integration",
+    "bias": "with the bias f_ω",
+    "s3": "with exact integration on S³",
+    "full": "with the acceleration term α",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """Weights by name, float32, and which of VARIANTS they were trained as.
+
+    note: where they come from, one line (data, seed, epochs), kept in the file.
+    """
+
+    weights: Mapping[str, Float32]
+    variant: str = "full"
+    note: str = ""
+
+    @property
+    def integration(self) -> str:
+        """What the tracker has to integrate with."""
+        return FIRST_ORDER if self.variant in ("pd", "bias") else EXACT
+
+    @property
+    def width(self) -> int:
+        """Units in a hidden layer."""
+        return len(self.weights["control.b1"])
+
+    def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
+        """A controller for a clip whose first one or two references are these."""
+        return NetworkController(self, q_hat[:2], r_hat[:2])
+
+
+class NetworkController:
+    """Gains from ControlNet in every frame; the start from InitNet and the first two references.
+
+    The second reference is needed for the first pose: this path lags one sample of 25 Hz.
+    """
+
+    def __init__(self, network: Network, q_hat: Array, r_hat: Array) -> None:
+        self.network, self._q, self._r = network, q_hat, r_hat
+
+    def start(self, q_hat: Array, r_hat: Array) -> State:
+        """q0 = Exp(φ) ⊗ q̂0, r0, ω0, v0."""
+        rest = State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
+        if len(self._q) < 2:
+            return rest
+        w = self.network.weights
+        cos, sin = heading(q_hat[..., 0, :])
+        rate = 2.0 * increment(self._q[1], self._q[0]) / NETWORK_DT
+        speed = (self._r[1] - self._r[0]) / NETWORK_DT
+        inputs = np.concatenate(
+            [
+                standardised(w, pose_inputs(q_hat)),
+                OMEGA_SCALE * _flat(_root_turned(rate, cos, sin)),
+                _into(speed, cos, sin),
+                np.stack([cos, sin], axis=-1),
+            ],
+            axis=-1,
+        )
+        out = _perceptron(w, "init", inputs)
+        shape = (*q_hat.shape[:-1], 3)
+        phi = _root_back(START_SCALE * out[..., :_VECTOR].reshape(shape), cos, sin)
+        omega = _root_back(out[..., _VECTOR : 2 * _VECTOR].reshape(shape), cos, sin)
+        place, velocity = out[..., -6:-3], out[..., -3:]
+        share = w["init.share"].astype(np.float64)
+        return State(
+            multiply(exponential(phi), q_hat),
+            share[0] * rate + omega,
+            r_hat + START_SCALE * _back(place, cos, sin),
+            share[1] * speed + _back(velocity, cos, sin),
+        )
+
+    def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
+        """Gains of the step; only 25 Hz is allowed, what the networks were trained at."""
+        if abs(dt - NETWORK_DT) > 1e-6:
+            raise UnstableGainsError(f"learned gains work at 25 Hz, not at {1.0 / dt:g}")
+        w = self.network.weights
+        inputs, (cos, sin) = control_inputs(w, state, q_hat, r_hat)
+        out = _perceptron(w, "control", inputs)
+        out[..., BIAS_OUTPUTS] += inputs.astype(np.float32) @ w["control.skip"]
+        return gains_from_outputs(out, cos, sin, self.network.variant)
+
+
+def control_inputs(
+    w: Mapping[str, Float32], state: State, q_hat: Array, r_hat: Array
+) -> tuple[Array, tuple[Array, Array]]:
+    """What ControlNet sees, (…, CONTROL_INPUTS), and the heading (cos ψ, sin ψ)."""
+    cos, sin = heading(state.q[..., 0, :])
+    error = short_vector(multiply(q_hat, conjugate(state.q)))
+    inputs = np.concatenate(
+        [
+            standardised(w, pose_inputs(state.q)),
+            ERROR_SCALE * _flat(_root_turned(error, cos, sin)),
+            OMEGA_SCALE * _flat(_root_turned(state.omega, cos, sin)),
+            ERROR_SCALE * _into(r_hat - state.r, cos, sin),
+            _into(state.v, cos, sin),
+            np.stack([cos, sin], axis=-1),
+        ],
+        axis=-1,
+    )
+    return inputs, (cos, sin)
+
+
+def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gains:
+    """Sigmoids and tanh scaled to their ranges; bias of the root turned back from the heading."""
+    shape = (*out.shape[:-1], JOINTS, 3)
+    kp, kd, ka, bias, root = np.split(out, np.arange(1, 5) * _VECTOR, axis=-1)
+    with_bias, with_acceleration = variant != "pd", variant == "full"
+    return Gains(
+        kp=KP * _sigmoid(kp).reshape(shape),
+        kd=KD * _sigmoid(kd).reshape(shape),
+        ka=KA * _sigmoid(ka).reshape(shape) if with_acceleration else 0.0,
+        bias=_root_back(BIAS * np.tanh(bias).reshape(shape), cos, sin) if with_bias else 0.0,
+        root_kp=ROOT_KP * _sigmoid(root[..., :3]),
+        root_kd=ROOT_KD * _sigmoid(root[..., 3:6]),
+        root_bias=_back(ROOT_BIAS * np.tanh(root[..., 6:]), cos, sin) if with_bias else 0.0,
+    )
+
+
+def pose_inputs(q: Array) -> Array:
+    """vec(±q) of the 23 joints below the root, (…, 24, 4) -> (…, 69).
+
+    How the root is tilted is left out: what is learnt of it on some people's motions is wrong for
+    who bends and lies otherwise.
+    """
+    return _flat(short_vector(q[..., 1:, :]))
+
+
+def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
+    """Pose inputs less their mean over their deviation in training.
+
+    A degree counts for much in a joint that hardly turns, and for little in one that turns far.
+    """
+    scaled: Array = (pose - w["pose.mean"]) / w["pose.scale"]
+    return scaled
+
+
+def heading(root: Array) -> tuple[Array, Array]:
+    """(cos ψ, sin ψ) of the direction in which the root's z axis points over the ground."""
+    w, x, y, z = (root[..., i] for i in range(4))
+    sideways, ahead = 2 * (x * z + w * y), 1 - 2 * (x * x + y * y)
+    length = np.maximum(np.hypot(sideways, ahead), 1e-6)
+    return ahead / length, sideways / length
+
+
+def _into(v: Array, cos: Array, sin: Array) -> Array:
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    return np.stack([cos * x - sin * z, y, sin * x + cos * z], axis=-1)
+
+
+def _back(v: Array, cos: Array, sin: Array) -> Array:
+    return _into(v, cos, -sin)
+
+
+def _root_turned(v: Array, cos: Array, sin: Array) -> Array:
+    out = v.copy()
+    out[..., 0, :] = _into(v[..., 0, :], cos, sin)
+    return out
+
+
+def _root_back(v: Array, cos: Array, sin: Array) -> Array:
+    return _root_turned(v, cos, -sin)
+
+
+def _flat(v: Array) -> Array:
+    return v.reshape(*v.shape[:-2], -1)
+
+
+def _sigmoid(x: Array) -> Array:
+    value: Array = 0.5 * (1.0 + np.tanh(0.5 * x))
+    return value
+
+
+def _perceptron(w: Mapping[str, Float32], name: str, inputs: Array) -> Array:
+    h = inputs.astype(np.float32)
+    for k in ("1", "2"):
+        h = h @ w[f"{name}.w{k}"] + w[f"{name}.b{k}"]
+        h = h - h.mean(axis=-1, keepdims=True)
+        h = h / np.sqrt((h * h).mean(axis=-1, keepdims=True) + np.float32(EPSILON))
+        h = h * w[f"{name}.g{k}"] + w[f"{name}.c{k}"]
+        h = np.maximum(h, np.float32(SLOPE) * h)
+    out: Array = (h @ w[f"{name}.w3"] + w[f"{name}.b3"]).astype(np.float64)
+    return out
+
+
+def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
+    """Name and shape of every array of a network."""
+    shapes: dict[str, tuple[int, ...]] = {
+        "init.share": (2,),
+        "pose.mean": (_POSE,),
+        "pose.scale": (_POSE,),
+        "control.skip": (CONTROL_INPUTS, len(BIAS_OUTPUTS)),
+    }
+    for name, n, inputs, outputs in (
+        ("control", width, CONTROL_INPUTS, CONTROL_OUTPUTS),
+        ("init", init_width, INIT_INPUTS, INIT_OUTPUTS),
+    ):
+        for k, (a, b) in enumerate(((inputs, n), (n, n), (n, outputs)), 1):
+            shapes |= {f"{name}.w{k}": (a, b), f"{name}.b{k}": (b,)}
+        shapes |= {f"{name}.{p}{k}": (n,) for p in "gc" for k in "12"}
+    return shapes
+
+
+def untrained(width: int, init_width: int, rng: np.random.Generator, variant: str) -> Network:
+    """Hidden layers at random, heads at zero but for biases that give the gains of hands.
+
+    κA starts at 20, since a sigmoid cannot be 0; all else as :class:`Gains` has it.
+    """
+    weights: dict[str, Float32] = {}
+    for name, shape in weight_shapes(width, init_width).items():
+        kind = name.split(".")[1]
+        if kind in ("w1", "w2"):
+            values = rng.standard_normal(shape) / np.sqrt(shape[0])
+        else:
+            values = np.full(shape, 1.0 if kind in ("g1", "g2", "scale") else 0.0)
+        weights[name] = values.astype(np.float32)
+    hand = Gains()
+    b3 = weights["control.b3"]
+    for start, share in (
+        (0, hand.kp / KP),
+        (_VECTOR, hand.kd / KD),
+        (2 * _VECTOR, 20.0 / KA),
+        (4 * _VECTOR, hand.root_kp / ROOT_KP),
+        (4 * _VECTOR + 3, hand.root_kd / ROOT_KD),
+    ):
+        stop = start + (_VECTOR if start < 4 * _VECTOR else 3)
+        b3[start:stop] = np.log(share / (1.0 - np.asarray(share)))
+    weights["init.share"][:] = 0.5, 0.3
+    return Network(weights, variant)
+
+
+def write_network(network: Network, path: Path) -> None:
+    """Write weights as float16, deflated, atomically; the same network gives the same bytes."""
+    buffer = io.BytesIO()
+    arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}
+    arrays["variant"] = np.array(network.variant)
+    arrays["note"] = np.array(network.note)
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, values in arrays.items():
+            member = io.BytesIO()
+            np.save(member, values)
+            # A fixed time stamp: bytes depend on the weights alone.
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue())
+    write_atomically(path, buffer.getvalue())
+
+
+def read_network(path: Path) -> Network:
+    """Read and check weights; FormatError where they are no network of ours."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except (ValueError, zipfile.BadZipFile, EOFError) as error:
+        raise FormatError(f"{path}: expected weights as .npz ({error})") from None
+    variant, note = (str(arrays.pop(k, "")) for k in ("variant", "note"))
+    if variant not in VARIANTS:
+        raise FormatError(f"{path}: expected weights of {', '.join(VARIANTS)}, found {variant!r}")
+    sizes = [
+        arrays[k].shape[0] if k in arrays and arrays[k].ndim else 0
+        for k in ("control.b1", "init.b1")
+    ]
+    for name, shape in weight_shapes(*sizes).items():
+        if name not in arrays:
+            raise FormatError(f"{path}: expected the array {name!r}, found none")
+        if arrays[name].shape != shape or arrays[name].dtype.kind != "f":
+            raise FormatError(
+                f"{path}: expected {name!r} of shape {shape}, found {arrays[name].shape}"
+            )
+        if not np.isfinite(arrays[name]).all():
+            raise FormatError(f"{path}: expected finite weights in {name!r}")
+    # Sigmoids keep gains within their ranges, so the corners of these decide.
+    check_stability(Gains(kp=KP, kd=KD, root_kp=ROOT_KP, root_kd=ROOT_KD), NETWORK_DT)
+    return Network({k: v.astype(np.float32) for k, v in arrays.items()}, variant, note)

@@ -1,0 +1,99 @@
+"""The same PD controller on other representations of rotation, for the comparison [Le26 §4.5].
+
+Three numbers a joint are tracked as if they were a vector: Euler angles or a rotation vector. The
+stiffness is κP/2, so that for small errors all rows obey the same equation as the quaternion's,
+whose error is sin(θ/2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.quamo.state_space import (
+    EXACT,
+    FIRST_ORDER,
+    Gains,
+    exponential,
+    logarithm,
+    next_quaternion,
+)
+from twistcore.rotation import (
+    Array,
+    euler_from_quaternion,
+    geodesic_angle,
+    quaternion_from_euler,
+    wrap,
+)
+
+
+@dataclass(frozen=True)
+class Representation:
+    """order: of Euler angles, or '' for the rotation vector; wrapped: error taken into (−π, π]."""
+
+    name: str
+    order: str
+    wrapped: bool = False
+
+
+REPRESENTATIONS = (
+    Representation("Euler XYZ, raw", "XYZ"),
+    Representation("Euler ZXY, raw", "ZXY"),
+    Representation("axis-angle, raw", ""),
+    Representation("Euler XYZ, wrapped", "XYZ", True),
+    Representation("Euler ZXY, wrapped", "ZXY", True),
+)
+
+
+def coordinates(q: Array, representation: Representation) -> Array:
+    """Principal coordinates of rotations, (…, 4) -> (…, 3): each clip's frames on their own."""
+    if representation.order:
+        return euler_from_quaternion(representation.order, q)
+    return logarithm(q)
+
+
+def from_coordinates(x: Array, representation: Representation) -> Array:
+    """Rotations of coordinates, (…, 3) -> (…, 4)."""
+    if representation.order:
+        return quaternion_from_euler(representation.order, x)
+    return exponential(x)
+
+
+def track_coordinates(
+    q_hat: Array, dt: float, representation: Representation, gains: Gains
+) -> Array:
+    """Rotations (frames, …, 4) tracked as three numbers each, from rest on the first frame."""
+    reference = coordinates(q_hat, representation)
+    x = np.empty_like(reference)
+    x[0] = reference[0]
+    rate = np.zeros_like(x[0])
+    for t in range(1, len(x)):
+        error = reference[t] - x[t - 1]
+        if representation.wrapped:
+            error = wrap(error)
+        rate = rate + dt * (0.5 * gains.kp * error - gains.kd * rate)
+        rate = np.clip(rate, -gains.clip, gains.clip)
+        x[t] = x[t - 1] + dt * rate
+    return from_coordinates(x, representation)
+
+
+def full_turns(q: Array) -> bool:
+    """Whether a clip's root (frames, joints, 4) turns through ±180° in any representation here."""
+    return any(
+        bool((np.abs(np.diff(coordinates(q[:, 0], rep), axis=0)) > np.pi).any())
+        for rep in REPRESENTATIONS
+    )
+
+
+def open_loop_drift(speed: float, dt: float, steps: int = 100) -> tuple[float, float]:
+    """Angle in radians off the truth after steps at constant speed (rad/s): exact, first-order."""
+    axis = np.array([0.36, 0.48, 0.8])
+    truth = exponential(axis * wrap(speed * dt * steps))
+    drift = []
+    for integration in (EXACT, FIRST_ORDER):
+        q = np.array([1.0, 0.0, 0.0, 0.0])
+        for _ in range(steps):
+            q = next_quaternion(q, speed * axis, dt, integration)
+        drift.append(float(geodesic_angle(q, truth)))
+    return drift[0], drift[1]

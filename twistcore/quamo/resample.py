@@ -1,0 +1,54 @@
+"""From a clip's own rate to 25 Hz, and the correction found there back."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.quamo.state_space import NETWORK_DT, exponential, logarithm
+from twistcore.rotation import Array, conjugate, multiply
+
+
+def slerp(a: Array, b: Array, share: Array) -> Array:
+    """From a to b the short way, (…, 4), share in [0, 1] of shape (…)."""
+    step = logarithm(multiply(b, conjugate(a)))
+    return multiply(exponential(share[..., None] * step), a)
+
+
+def sample_times(frames: int, dt: float, rate_dt: float = NETWORK_DT) -> Array:
+    """Times of the samples within a clip, in its frames (not whole as a rule), (samples,)."""
+    count = int(np.floor((frames - 1) * dt / rate_dt + 1e-9)) + 1
+    times: Array = np.minimum(np.arange(count) * (rate_dt / dt), float(frames - 1))
+    return times
+
+
+def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
+    """Rotations (frames, joints, 4) by slerp and places (frames, 3) linearly, at times in frames.
+
+    A sample looks at no frame later than the next one after it.
+    """
+    before, after, share = _neighbours(times, len(q))
+    turned = slerp(q[before], q[after], np.broadcast_to(share[:, None], q[before].shape[:-1]))
+    return turned, r[before] + share[:, None] * (r[after] - r[before])
+
+
+def corrected(
+    q: Array, r: Array, times: Array, q_in: Array, r_in: Array, q_out: Array, r_out: Array
+) -> tuple[Array, Array]:
+    """The clip with the correction q_out ⊗ q_in* and r_out − r_in of the samples carried back.
+
+    Between two samples the correction is interpolated, so a frame waits for the next sample; after
+    the last one it is held. What is faster than 12.5 Hz in the clip stays in it.
+    """
+    turn, shift = multiply(q_out, conjugate(q_in)), r_out - r_in
+    step = times[1] - times[0] if len(times) > 1 else 1.0
+    at = np.minimum(np.arange(len(q)) / step, float(len(times) - 1))
+    turn, shift = resampled(turn, shift, at)
+    return multiply(turn, q), r + shift
+
+
+def _neighbours(times: Array, frames: int) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    before = np.floor(times + 1e-9).astype(np.intp)
+    share = np.clip(times - before, 0.0, 1.0)
+    after = np.minimum(before + (share > 1e-9), frames - 1)
+    return before, after, np.where(share > 1e-9, share, 0.0)

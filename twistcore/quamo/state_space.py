@@ -1,0 +1,154 @@
+"""One step of the state-space model: quaternion, angular velocity, root place and velocity.
+
+Equation numbers are those of [Le26], arXiv:2601.19580. Everything is SI (seconds, radians, metres
+or the clip's length unit), scalar first; angular velocities are in the parent's frame and
+multiply from the left. Leading axes broadcast: shapes below show the last ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from twistcore.rotation import Array, conjugate, multiply
+
+NETWORK_DT = 0.04  # seconds: the rate at which gains of a network and κA are meant
+EXACT, FIRST_ORDER = "exact", "first-order"
+
+
+@dataclass(frozen=True, eq=False)
+class Gains:
+    """Gains of the meta-PD controller; each a number or an array that broadcasts.
+
+    kp (1/s²), kd (1/s), ka (rad/s² for a difference of 1 in vec at 25 Hz) and bias (rad/s²) act on
+    rotations, shape (…, joints, 3); root_kp, root_kd, root_bias (length/s²) on the root's place,
+    shape (…, 3). clip: bound of each component of ω, rad/s.
+    """
+
+    kp: Array | float = 600.0
+    kd: Array | float = 15.0
+    ka: Array | float = 0.0
+    bias: Array | float = 0.0
+    root_kp: Array | float = 200.0
+    root_kd: Array | float = 12.0
+    root_bias: Array | float = 0.0
+    clip: float = 25.0
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """What made the angular acceleration of a step, rad/s², each (…, joints, 3) [Le26 Eq. 5]."""
+
+    proportional: Array
+    damping: Array
+    bias: Array
+    acceleration: Array
+
+
+def exponential(rotation_vector: ArrayLike) -> Array:
+    """Exp(φ) = (cos(|φ|/2), sin(|φ|/2) φ/|φ|), (…, 3) -> unit quaternion (…, 4) [Le26 Eq. 4]."""
+    phi = np.asarray(rotation_vector, dtype=np.float64)
+    half = 0.5 * np.sqrt(np.einsum("...i,...i->...", phi, phi))
+    out = np.empty((*phi.shape[:-1], 4))
+    out[..., 0] = np.cos(half)
+    # sinc keeps the direction at |φ| = 0, where φ/|φ| has none.
+    out[..., 1:] = (0.5 * np.sinc(half / np.pi))[..., None] * phi
+    return out
+
+
+def logarithm(q: ArrayLike) -> Array:
+    """Rotation vector of length [0, π], (…, 4) -> (…, 3); the inverse of :func:`exponential`."""
+    q = np.asarray(q, dtype=np.float64)
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))
+    small = sine < 1e-12
+    scale = np.where(small, 2.0, 2.0 * np.arctan2(sine, q[..., 0]) / np.where(small, 1.0, sine))
+    vector: Array = scale[..., None] * q[..., 1:]
+    return vector
+
+
+def short_vector(q: Array) -> Array:
+    """vec(±q) with the sign that makes w ≥ 0: sin(θ/2) times the axis, (…, 4) -> (…, 3)."""
+    vector: Array = np.where(q[..., :1] < 0.0, -q[..., 1:], q[..., 1:])
+    return vector
+
+
+def aligned(q_hat: Array, q: Array) -> Array:
+    """±q̂ in the hemisphere of q, so that q̂ and −q̂ are the same reference."""
+    dot = np.einsum("...i,...i->...", q_hat, q)
+    same: Array = np.where(dot[..., None] < 0.0, -q_hat, q_hat)
+    return same
+
+
+def angular_acceleration(
+    q: Array,
+    omega: Array,
+    q_hat: Array,
+    curvature: Array | float,
+    gains: Gains,
+    dt: float,
+) -> Parts:
+    """The four parts of Eq. 5.
+
+    curvature: δ(t+1) − δ(t), see :func:`increment`; a difference per frame², hence κA, tuned at
+    25 Hz, is scaled by (0.04/Δt)².
+    """
+    error = short_vector(multiply(q_hat, conjugate(q)))
+    ka = gains.ka * (NETWORK_DT / dt) ** 2
+    shape = error.shape
+    return Parts(
+        gains.kp * error,
+        -(gains.kd * omega),
+        np.broadcast_to(np.asarray(gains.bias, dtype=np.float64), shape),
+        np.broadcast_to(np.asarray(ka * curvature, dtype=np.float64), shape),
+    )
+
+
+def increment(q_hat: Array, before: Array) -> Array:
+    """δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3): sin(θ/2) of the reference's own step."""
+    return short_vector(multiply(q_hat, conjugate(before)))
+
+
+def next_velocity(omega: Array, parts: Parts, dt: float, clip: float) -> Array:
+    """ω after a step, each component within ±clip [Le26 Eq. 1, 5]."""
+    rate = parts.proportional + parts.damping + parts.bias + parts.acceleration
+    bounded: Array = np.clip(omega + dt * rate, -clip, clip)
+    return bounded
+
+
+def next_quaternion(q: Array, omega: Array, dt: float, integration: str = EXACT) -> Array:
+    """q after a step with constant ω in the parent's frame.
+
+    exact: Exp(ωΔt) ⊗ q, which stays on S³ by itself [Le26 Eq. 4]; first-order: the tangent step
+    q + ½Δt (0, ω) ⊗ q renormalised, what earlier work does [Le26 supplement E].
+    """
+    if integration == EXACT:
+        return multiply(exponential(dt * omega), q)
+    tangent = np.empty_like(q)
+    tangent[..., 0] = 0.0
+    tangent[..., 1:] = (0.5 * dt) * omega
+    moved = q + multiply(tangent, q)
+    unit: Array = moved / np.sqrt(np.einsum("...i,...i->...", moved, moved))[..., None]
+    return unit
+
+
+def next_translation(
+    r: Array, v: Array, r_hat: Array, gains: Gains, dt: float, substeps: int = 1
+) -> tuple[Array, Array]:
+    """Root place and velocity after a step, each (…, 3) [Le26 §3.3].
+
+    substeps = 6 is the scheme that supplement F compares with: six smaller Euler steps, the place
+    moved by the velocity before it changes.
+    """
+    if substeps == 1:
+        v = v + dt * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias)
+        return r + dt * v, v
+    h = dt / substeps
+    for _ in range(substeps):
+        r, v = (
+            r + h * v,
+            v + h * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias),
+        )
+    return r, v

@@ -1,0 +1,144 @@
+"""The 24 joints that networks and metrics know, and a CMU clip reduced to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import TwistError
+from twistcore.motion import Motion, Skeleton
+from twistcore.rotation import Array, conjugate, multiply, rotate
+
+CMU_UNIT = 0.056444  # metres: lengths of CMU's skeletons are inches divided by 0.45
+
+# SMPL's order, so that its poses need no reordering; CMU's joint of the same place beside it.
+SMPL_NAMES = (
+    "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2",
+    "left_ankle", "right_ankle", "spine3", "left_foot", "right_foot", "neck", "left_collar",
+    "right_collar", "head", "left_shoulder", "right_shoulder", "left_elbow", "right_elbow",
+    "left_wrist", "right_wrist", "left_hand", "right_hand",
+)  # fmt: skip
+PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21)
+CMU_NAMES = (
+    "Hips", "LeftUpLeg", "RightUpLeg", "LowerBack", "LeftLeg", "RightLeg", "Spine",
+    "LeftFoot", "RightFoot", "Spine1", "LeftToeBase", "RightToeBase", "Neck", "LeftShoulder",
+    "RightShoulder", "Head", "LeftArm", "RightArm", "LeftForeArm", "RightForeArm",
+    "LeftHand", "RightHand", "LeftHandIndex1", "RightHandIndex1",
+)  # fmt: skip
+MIRROR = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22)
+ANKLES, TOES = (7, 8), (10, 11)
+JOINTS = len(CMU_NAMES)
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """How the 24 joints lie in another skeleton.
+
+    joints: its index of each of the 24; folded: for each, the joints between it and the one above
+    among the 24, from the top (their rotations are taken into it).
+    """
+
+    joints: NDArray[np.int64]
+    folded: tuple[tuple[int, ...], ...]
+    skeleton: Skeleton
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Rest offsets of the 24 joints, folded joints held at rest, (24, 3)."""
+        own = self.skeleton.offsets
+        parts = [
+            own[j] + own[list(f)].sum(axis=0) for j, f in zip(self.joints, self.folded, strict=True)
+        ]
+        return np.stack(parts)
+
+    def reduced(self, rotations: Array) -> Array:
+        """Local rotations of the 24 joints, (frames, joints, 4) -> (frames, 24, 4)."""
+        out = rotations[:, self.joints].copy()
+        for k, above in enumerate(self.folded):
+            for joint in reversed(above):
+                out[:, k] = multiply(rotations[:, joint], out[:, k])
+        return out
+
+    def restored(self, reduced: Array, rotations: Array) -> Array:
+        """Rotations of the skeleton whose reduction is `reduced`; other joints keep theirs."""
+        out = rotations.copy()
+        for k, (joint, above) in enumerate(zip(self.joints, self.folded, strict=True)):
+            q = reduced[:, k]
+            for upper in above:
+                q = multiply(conjugate(rotations[:, upper]), q)
+            out[:, joint] = q
+        return out
+
+
+def find_topology(skeleton: Skeleton) -> Topology:
+    """The 24 joints by CMU's or SMPL's names.
+
+    TwistError where one is missing, or where the joints hang together otherwise.
+    """
+    for names in (CMU_NAMES, SMPL_NAMES):
+        missing = [name for name in names if name not in skeleton.names]
+        if not missing:
+            return _topology(skeleton, names)
+    missing = [name for name in CMU_NAMES if name not in skeleton.names]
+    raise TwistError(
+        f"expected the 24 joints of CMU or SMPL for learned gains, found no {missing[0]!r}"
+        + (f" and {len(missing) - 1} more missing" if len(missing) > 1 else "")
+    )
+
+
+def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
+    joints = [skeleton.index(name) for name in names]
+    folded: list[tuple[int, ...]] = []
+    for k, joint in enumerate(joints):
+        target = joints[PARENTS[k]] if PARENTS[k] >= 0 else -1
+        between: list[int] = []
+        above = int(skeleton.parents[joint])
+        while above not in (target, -1):
+            between.append(above)
+            above = int(skeleton.parents[above])
+        if above != target or any(b in joints for b in between):
+            raise TwistError(
+                f"expected {names[k]!r} below {names[PARENTS[k]] if target >= 0 else 'nothing'!r} "
+                "as in CMU's and SMPL's skeletons"
+            )
+        folded.append(tuple(reversed(between)))
+    return Topology(np.array(joints), tuple(folded), skeleton)
+
+
+def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
+    """The length of one unit of a skeleton: as given, or CMU's where it looks like one of CMU's.
+
+    TwistError where it has to be asked for: other names, or no person's height in that unit.
+    """
+    if unit is not None:
+        return unit
+    height = CMU_UNIT * skeleton.height
+    if set(CMU_NAMES) <= set(skeleton.names) and 1.0 < height < 2.5:
+        return CMU_UNIT
+    raise TwistError("expected --unit: how many metres one unit of this skeleton is")
+
+
+def skeleton_24(offsets: Array) -> Skeleton:
+    """A skeleton of the 24 joints with these rest offsets, (24, 3)."""
+    return Skeleton(SMPL_NAMES, np.array(PARENTS), np.asarray(offsets, dtype=np.float64))
+
+
+def motion_24(offsets: Array, q: Array, r: Array, frame_time: float) -> Motion:
+    """Poses (frames, 24, 4) and root places (frames, 3) as a motion."""
+    return Motion(skeleton_24(offsets), q, (0,), r[:, None], frame_time)
+
+
+def places_24(offsets: Array, q: Array, r: Array) -> Array:
+    """Joint positions, (…, 24, 4), (…, 3) -> (…, 24, 3) in the unit of offsets and r."""
+    turned = np.empty(q.shape)
+    out = np.empty((*q.shape[:-1], 3))
+    for k, parent in enumerate(PARENTS):
+        if parent < 0:
+            turned[..., k, :], out[..., k, :] = q[..., k, :], r
+            continue
+        turned[..., k, :] = multiply(turned[..., parent, :], q[..., k, :])
+        out[..., k, :] = out[..., parent, :] + rotate(turned[..., parent, :], offsets[k])
+    return out

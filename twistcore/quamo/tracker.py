@@ -1,0 +1,201 @@
+"""Following a noisy reference frame by frame, looking at nothing that comes later."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from twistcore.errors import TwistError
+from twistcore.quamo.stability import check_stability
+from twistcore.quamo.state_space import (
+    EXACT,
+    Gains,
+    Parts,
+    aligned,
+    angular_acceleration,
+    increment,
+    next_quaternion,
+    next_translation,
+    next_velocity,
+)
+from twistcore.rotation import Array, normalise
+
+LOST_AFTER = 5  # frames
+_LOST_COSINE = np.cos(np.radians(90.0) / 2.0)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """q (…, joints, 4), ω (…, joints, 3) in rad/s, r and v (…, 3)."""
+
+    q: Array
+    omega: Array
+    r: Array
+    v: Array
+
+
+class Controller(Protocol):
+    """Where gains come from, one set a step: hands or a network."""
+
+    def start(self, q_hat: Array, r_hat: Array) -> State:
+        """The state at the first reference."""
+        ...
+
+    def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
+        """Gains for the step towards this reference, already in the state's hemisphere."""
+        ...
+
+
+class HandGains:
+    """The same gains in every frame; refuses what would diverge at the clip's frame time."""
+
+    def __init__(self, gains: Gains | None = None) -> None:
+        self.constant = gains or Gains()
+        self._checked = 0.0
+
+    def start(self, q_hat: Array, r_hat: Array) -> State:
+        """At rest on the first reference."""
+        return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
+
+    def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:  # noqa: ARG002
+        """The constant gains; UnstableGainsError if they diverge at dt."""
+        if dt != self._checked:
+            check_stability(self.constant, dt)
+            self._checked = dt
+        return self.constant
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What one frame gave.
+
+    state: after the step; snapped: joints set onto the reference because they had lost it, shape
+    (…, joints); gains, parts: what was used, None in the first frame, which is the start itself.
+    """
+
+    state: State
+    snapped: NDArray[np.bool_]
+    gains: Gains | None = None
+    parts: Parts | None = None
+
+
+class Tracker:
+    """Online tracking: one call a frame, all joints at once.
+
+    integration: 'exact' or 'first-order'; substeps: of the translation, 1 or 6.
+    """
+
+    def __init__(
+        self, controller: Controller, *, integration: str = EXACT, substeps: int = 1
+    ) -> None:
+        self._controller, self._integration, self._substeps = controller, integration, substeps
+        self._state: State | None = None
+        self._before: Array | None = None
+        self._delta: Array | None = None
+        self._lost: NDArray[np.int64] | None = None
+
+    def step(self, q_hat: ArrayLike, r_hat: ArrayLike, dt: float) -> Step:
+        """The pose after the reference q̂ (…, joints, 4), r̂ (…, 3), which came dt seconds later.
+
+        The first call starts on the reference; its dt is not used. q̂ is normalised; its sign does
+        not matter. TwistError where a number is not finite or a quaternion is zero.
+        """
+        q_hat, r_hat = _checked(q_hat, r_hat)
+        if self._state is None:
+            # One of the two signs, so that −q̂ gives the same bits.
+            q_hat = np.where(_leading(q_hat) < 0.0, -q_hat, q_hat)
+            self._state = self._controller.start(q_hat, r_hat)
+            self._before = q_hat
+            self._lost = np.zeros(q_hat.shape[:-1], dtype=np.int64)
+            return Step(self._state, np.zeros(q_hat.shape[:-1], dtype=np.bool_))
+        assert self._before is not None
+        assert self._lost is not None
+        state = self._state
+        q_hat = aligned(q_hat, state.q)
+        delta = increment(q_hat, self._before)
+        curvature = 0.0 if self._delta is None else delta - self._delta
+        gains = self._controller.gains(state, q_hat, r_hat, dt)
+        parts = angular_acceleration(state.q, state.omega, q_hat, curvature, gains, dt)
+        omega = next_velocity(state.omega, parts, dt, gains.clip)
+        q = next_quaternion(state.q, omega, dt, self._integration)
+        r, v = next_translation(state.r, state.v, r_hat, gains, dt, self._substeps)
+        away = np.abs(np.einsum("...i,...i->...", q_hat, q)) < _LOST_COSINE
+        self._lost = np.where(away, self._lost + 1, 0)
+        snapped = self._lost >= LOST_AFTER
+        if snapped.any():
+            q = np.where(snapped[..., None], q_hat, q)
+            omega = np.where(snapped[..., None], 0.0, omega)
+            self._lost = np.where(snapped, 0, self._lost)
+        self._state, self._before, self._delta = State(q, omega, r, v), q_hat, delta
+        return Step(self._state, snapped, gains, parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A tracked clip: q (frames, …, joints, 4), r (frames, …, 3), snapped (frames, …, joints).
+
+    steps: every step with its gains and parts, if they were asked for.
+    """
+
+    q: Array
+    r: Array
+    snapped: NDArray[np.bool_]
+    steps: tuple[Step, ...] = ()
+
+
+def track(
+    q_hat: Array,
+    r_hat: Array,
+    dt: float,
+    controller: Controller,
+    *,
+    integration: str = EXACT,
+    substeps: int = 1,
+    keep_steps: bool = False,
+) -> Track:
+    """Step through a whole clip; the same bits as calling :class:`Tracker` frame by frame."""
+    tracker = Tracker(controller, integration=integration, substeps=substeps)
+    q, r = np.empty(q_hat.shape), np.empty(r_hat.shape)
+    snapped = np.zeros(q_hat.shape[:-1], dtype=np.bool_)
+    steps: list[Step] = []
+    for frame in range(len(q_hat)):
+        step = tracker.step(q_hat[frame], r_hat[frame], dt)
+        q[frame], r[frame], snapped[frame] = step.state.q, step.state.r, step.snapped
+        if keep_steps:
+            steps.append(step)
+    return Track(q, r, snapped, tuple(steps))
+
+
+def snap_sentences(
+    snapped: NDArray[np.bool_], names: Sequence[str], limit: int = 10
+) -> tuple[str, ...]:
+    """Which joints were set onto the reference and where, one sentence a joint."""
+    found = []
+    for joint in np.flatnonzero(snapped.any(axis=0)).tolist():
+        at = np.flatnonzero(snapped[:, joint]).tolist()
+        places = ", ".join(map(str, at[:limit])) + (" …" if len(at) > limit else "")
+        found.append(
+            f"{names[joint]} had lost the input by more than 90° and was set onto it "
+            f"at frame {places}"
+        )
+    return tuple(found)
+
+
+def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:
+    q = np.asarray(q_hat, dtype=np.float64)
+    r = np.asarray(r_hat, dtype=np.float64)
+    if not (np.isfinite(q).all() and np.isfinite(r).all()):
+        raise TwistError("expected finite rotations and places to track, found NaN or infinity")
+    if not np.einsum("...i,...i->...", q, q).all():
+        raise TwistError("expected unit quaternions to track, found one of length 0")
+    return normalise(q), r
+
+
+def _leading(q: Array) -> Array:
+    """The first component that is not 0, (…, 4) -> (…, 1): its sign names the hemisphere."""
+    first = np.argmax(q != 0.0, axis=-1)[..., None]
+    return np.take_along_axis(q, first, axis=-1)

@@ -1,0 +1,56 @@
+"""The clip without its own errors: what a τ is tuned on.
+
+Errors that a clip came with would count as false alarms, and hide those put in to measure with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from twistcore.chain import Chain
+from twistcore.detection import DETECTORS, Interval
+from twistcore.motion import Motion
+from twistcore.refinement import offsets_by_chain, remove_twist
+
+SURE = 0.9  # confidence from which an interval counts as an error without a person's word
+_AUDITOR = "consistency"  # whichever detector is tuned: the paper's has no confidence
+
+
+@dataclass(frozen=True, eq=False)
+class Verdicts:
+    """What a person has said of a clip.
+
+    errors: intervals that are wrong; natural: half-open spans (chain, start, stop) that are not,
+    so that a detector that finds them raises a false alarm.
+    """
+
+    errors: tuple[Interval, ...] = ()
+    natural: tuple[tuple[str, int, int], ...] = ()
+
+
+def cleaned(motion: Motion, chains: Sequence[Chain], verdicts: Verdicts | None = None) -> Motion:
+    """The motion without its errors: those a person named, and those our detector is sure of.
+
+    Where a person has judged, the detector is not asked.
+    """
+    verdicts = verdicts or Verdicts()
+    judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
+    analysis = DETECTORS[_AUDITOR].analyse(motion, chains)
+    sure = [
+        i
+        for chain in chains
+        for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name))
+        if not i.open and (i.confidence or 0.0) >= SURE and not _touches(i, judged)
+    ]
+    wrong = [*sure, *verdicts.errors]
+    if not wrong:
+        return motion
+    return remove_twist(motion, chains, offsets_by_chain(wrong, motion.frames))
+
+
+def _touches(interval: Interval, spans: Sequence[tuple[str, int, int]]) -> bool:
+    return any(
+        interval.chain == chain and interval.start < stop and start < interval.stop
+        for chain, start, stop in spans
+    )
