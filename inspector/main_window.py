@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 
 from inspector import theme as themes
 from inspector.actions import build_actions, shortcuts_markdown
+from inspector.bundled import SAMPLE
 from inspector.document import Document
 from inspector.export import ExportChoice, ExportDialog, export
 from inspector.folder import FolderQueue
@@ -56,7 +57,6 @@ from twistcore import __version__
 from twistcore.errors import TwistError
 from twistcore.review import Decision
 
-SAMPLE = Path(__file__).parent.parent / "assets" / "walk_injected.bvh"
 _STATE_VERSION = 2
 _LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
 _PRESENTED = ("curves", "teaching")  # docks that stay in a presentation

@@ -16,6 +16,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 
 from inspector.app import make_application
+from inspector.bundled import SAMPLE
 from inspector.settings import Settings
 from inspector.viewport import driver
 from twistcore.decomposition import WhatIf
@@ -34,7 +35,7 @@ _SEED = 5  # of the exercise
 def main() -> int:
     """Take every picture; returns the exit code."""
     make_application()
-    from inspector.main_window import SAMPLE, MainWindow
+    from inspector.main_window import MainWindow
 
     def skin(window: MainWindow) -> None:
         window.actions_by_id["skin"].trigger()

@@ -9,6 +9,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
+from inspector.bundled import EXERCISES, SAMPLE
 from inspector.document import Document
 from inspector.message_bar import MessageBar
 from inspector.plots import Timeline
@@ -26,7 +27,6 @@ from inspector.theme import Theme
 from inspector.viewport import Viewport
 
 _GUIDE_WIDTH = 345  # pixels
-_ASSETS = Path(__file__).parent.parent / "assets"
 
 
 class TeachActions(QMainWindow):
@@ -58,9 +58,8 @@ class TeachActions(QMainWindow):
         self.guide = GuideCard()
         self.guide_dock = self._dock("Guide", self.guide, Qt.DockWidgetArea.LeftDockWidgetArea)
         self.guide_dock.hide()
-        self.guided_tour = Tour(self, _ASSETS / "walk_injected.bvh")
-        clips = tuple(_ASSETS / name for name in ("dance.bvh", "basketball.bvh", "walk.bvh"))
-        self.hidden_errors = Exercise(self, clips)
+        self.guided_tour = Tour(self, SAMPLE)
+        self.hidden_errors = Exercise(self, EXERCISES)
         self.guided_tour.ended.connect(self._led)
         self.hidden_errors.ended.connect(self._led)
         self.guide.linked.connect(self.hidden_errors.go_to)

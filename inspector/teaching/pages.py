@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
-FOLDER = Path(__file__).parents[2] / "assets" / "tour"
+from inspector.bundled import PAGES
 
 
 @dataclass(frozen=True)
@@ -19,7 +18,7 @@ class Page:
 
 def read_page(name: str) -> Page:
     """A page by its file's name without suffix."""
-    text = (FOLDER / f"{name}.md").read_text(encoding="utf-8")
+    text = (PAGES / f"{name}.md").read_text(encoding="utf-8")
     head, _, rest = text.partition("\n")
     body, _, task = rest.rpartition("\n> ")
     return Page(head.removeprefix("# ").strip(), body.strip(), task.replace("\n> ", " ").strip())

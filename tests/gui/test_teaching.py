@@ -12,6 +12,7 @@ from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QImage
 
 from inspector.analysed import analyse
+from inspector.bundled import PAGES
 from inspector.document import Document
 from inspector.main_window import MainWindow
 from inspector.plots import Timeline
@@ -19,7 +20,7 @@ from inspector.settings import Settings
 from inspector.teaching import Lesson, TeachingPanel
 from inspector.teaching.exercise import make_exercise
 from inspector.teaching.gizmo import CLEAR, sketch
-from inspector.teaching.pages import FOLDER, read_page
+from inspector.teaching.pages import read_page
 from inspector.teaching.symbols import SECTIONS, SYMBOLS, colour
 from inspector.teaching.what_if import words
 from inspector.theme import DARK, LIGHT
@@ -465,7 +466,7 @@ def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
 
 
 def test_every_page_has_a_title_a_text_and_a_task():
-    names = sorted(p.stem for p in FOLDER.glob("*.md"))
+    names = sorted(p.stem for p in PAGES.glob("*.md"))
     assert len(names) == 8
     for name in names:
         page = read_page(name)
