@@ -6,30 +6,24 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QByteArray, Qt
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QApplication,
     QDockWidget,
-    QFileDialog,
     QMainWindow,
     QMenu,
-    QMessageBox,
-    QTextBrowser,
     QToolBar,
     QVBoxLayout,
     QWidget,
 )
 
 from inspector import theme as themes
-from inspector.actions import build_actions, shortcuts_markdown
-from inspector.bundled import SAMPLE
+from inspector.actions import build_actions
 from inspector.document import Document
-from inspector.export import ExportChoice, ExportDialog, export
+from inspector.file_actions import FileActions
 from inspector.folder import FolderQueue
 from inspector.go_actions import GoActions
-from inspector.keeping import SESSION_SUFFIX
 from inspector.message_bar import MessageBar
-from inspector.palette import CommandPalette
 from inspector.panels import (
     ChainsPanel,
     ClipsPanel,
@@ -40,8 +34,9 @@ from inspector.panels import (
 )
 from inspector.playback import Player
 from inspector.plots import Timeline
-from inspector.preferences import Preferences, apply_keys
+from inspector.preferences import apply_keys
 from inspector.presentation import Presentation
+from inspector.program_actions import ProgramActions
 from inspector.quality import QualityActions
 from inspector.review_actions import ReviewActions
 from inspector.settings import Settings, save_settings
@@ -50,11 +45,8 @@ from inspector.teaching.actions import TeachActions
 from inspector.tuning import TuningActions, TuningPanel
 from inspector.video.actions import VideoActions
 from inspector.video.panel import VideoPanel
-from inspector.video.reader import SUFFIXES
 from inspector.view_actions import OF_THE_FIGURE, ViewActions
 from inspector.viewport import Viewport
-from twistcore import __version__
-from twistcore.errors import TwistError
 from twistcore.review import Decision
 
 _STATE_VERSION = 2
@@ -70,6 +62,8 @@ class MainWindow(
     TeachActions,
     VideoActions,
     QualityActions,
+    ProgramActions,
+    FileActions,
 ):
     """The program's window."""
 
@@ -81,7 +75,6 @@ class MainWindow(
         self._take_settings()
         self.player = Player(self.document, self)
         self.queue = FolderQueue(parent=self)
-        self._wait_for_first = False
         self.theme = self._wanted_theme()
         self.setAcceptDrops(True)
         self.setWindowTitle("Twist Inspector")
@@ -209,135 +202,7 @@ class MainWindow(
             self.restoreState(state, _STATE_VERSION)
         self.actions_by_id[f"theme_{self.settings.theme}"].setChecked(True)
 
-    # -- opening and saving -------------------------------------------------------------------
-
-    def open_path(self, path: Path) -> None:
-        """Open a clip or a session."""
-        if not self._may_leave():
-            return
-        if path.is_dir():
-            self.open_queue(path)
-        elif path.name.endswith(".json"):
-            self.document.open_session(path)
-        else:
-            self.document.open(path, self.queue.profile if path in self.queue.clips else None)
-
-    def open_dialog(self) -> None:
-        """Ask for a file and open it."""
-        patterns = f"Motion and sessions (*.bvh *{SESSION_SUFFIX})"
-        dialog = QFileDialog(self, "Open", "", f"{patterns};;All files (*)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.fileSelected.connect(lambda name: self.open_path(Path(name)))
-        dialog.open()
-
-    def open_folder(self) -> None:
-        """Ask for a folder and queue its clips."""
-        name = QFileDialog.getExistingDirectory(self, "Open folder")
-        if name:
-            self.open_path(Path(name))
-
-    def open_queue(self, folder: Path) -> None:
-        """Analyse the clips of a folder in the background; the first that is ready opens."""
-        self.queue.open(folder)
-        self.clips_dock.show()
-        if not self.queue.clips:
-            self.bar.show_message(f"{folder}: no BVH in this folder yet; it is watched.", False)
-        self._wait_for_first = True
-
-    def _queue_changed(self) -> None:
-        if self._wait_for_first and (path := self.queue.next_after(None)):
-            self._wait_for_first = False
-            self.open_path(path)
-
-    def next_clip(self) -> None:
-        """Open the worst clip that is not decided."""
-        data = self.document.data
-        path = self.queue.next_after(data.clip.path if data else None)
-        if path is None:
-            self.bar.show_message("No other clip of the folder waits for a decision.", False)
-        else:
-            self.open_path(path)
-
-    def open_sample(self) -> None:
-        """Open the bundled walk with known errors."""
-        self.open_path(SAMPLE)
-
-    def save_session(self) -> bool:
-        """Write the session beside the clip; True if it is on disk."""
-        self.detail.commit()
-        if trouble := self.document.keeper.save():
-            self.bar.show_message(trouble, True)
-            return False
-        self._review_changed()
-        if self.document.data is not None:
-            self.queue.refresh(self.document.data.clip.path)
-        if path := self.document.keeper.session_file:
-            self.statusBar().showMessage(f"Saved {path.name}", 4000)
-        return True
-
-    def locate_clip(self, session: Path) -> None:
-        """Ask where the clip of a session went, and open both."""
-        name, _ = QFileDialog.getOpenFileName(self, "Locate the clip", str(session.parent), "*.bvh")
-        if name:
-            self.document.open_session(session, Path(name))
-
-    def export_dialog(self) -> None:
-        """Ask where to and export."""
-        if self.document.data is None:
-            self.bar.show_message("Open a clip first.", False)
-            return
-        dialog = ExportDialog(self.document, self)
-        dialog.accepted.connect(lambda: self.export(dialog.choice()))
-        dialog.open()
-
-    def export(self, choice: ExportChoice) -> None:
-        """Write what was chosen and say what changed."""
-        self.detail.commit()
-        try:
-            self.bar.show_message(export(self.document, choice), False)
-        except TwistError as error:
-            self.bar.show_message(str(error), True)
-        except OSError as error:
-            self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
-
-    def _opening(self, name: str) -> None:
-        self.bar.hide()
-        self.statusBar().showMessage(f"Opening {name} …")
-
-    def _opened(self) -> None:
-        data = self.document.data
-        assert data is not None
-        if not self.aside.open:
-            self.settings.remember(data.clip.path)
-        self._show_recent()
-        motion = data.motion
-        self.statusBar().showMessage(
-            f"{data.clip.name}: {motion.frames} frames at {motion.fps:.4g} fps, "
-            f"{len(motion.skeleton)} joints",
-            8000,
-        )
-        self._review_changed()
-
-    def _may_leave(self) -> bool:
-        """True once unsaved decisions are saved or knowingly given up."""
-        self.leave_guide()
-        self.detail.commit()
-        if self.document.data is None or self.document.review.saved:
-            return True
-        button = QMessageBox.StandardButton
-        answer = QMessageBox.question(
-            self,
-            "Twist Inspector",
-            f"{self.document.data.clip.name} has decisions that are not saved.",
-            button.Save | button.Discard | button.Cancel,
-            button.Save,
-        )
-        if answer == button.Save:
-            return self.save_session()
-        if answer == button.Discard:
-            self.document.keeper.give_up()
-        return answer == button.Discard
+    # -- what follows the document ------------------------------------------------------------
 
     def _review_changed(self) -> None:
         data = self.document.data
@@ -369,139 +234,6 @@ class MainWindow(
         self.decided.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
         self._show_position()
 
-    def follow_root(self, on: bool) -> None:
-        """Let the camera go along with the root."""
-        self.viewport.set_follow(on)
-
-    def view_iso(self) -> None:
-        """Three-quarter view."""
-        self.viewport.set_view("iso")
-
-    def view_front(self) -> None:
-        """From the front."""
-        self.viewport.set_view("front")
-
-    def view_side(self) -> None:
-        """From the side."""
-        self.viewport.set_view("side")
-
-    def view_back(self) -> None:
-        """From behind."""
-        self.viewport.set_view("back")
-
-    def view_top(self) -> None:
-        """From above."""
-        self.viewport.set_view("top")
-
-    def zoom_to_interval(self) -> None:
-        """Plots: the selected interval."""
-        self.timeline.zoom_to_interval()
-
-    def show_all(self) -> None:
-        """Plots: the whole clip."""
-        self.timeline.show_all()
-
-    def both_detectors(self, on: bool) -> None:
-        """The other detector's plot, or not."""
-        self.timeline.toggles["other"].setChecked(on)
-
-    def presentation(self, on: bool) -> None:
-        """Large type, figure and curves; or the window as it was."""
-        self.presenting.enter() if on else self.presenting.leave()
-
-    def full_screen(self, on: bool) -> None:
-        """Full screen or not."""
-        self.showFullScreen() if on else self.showNormal()
-
-    # -- looks and help -----------------------------------------------------------------------
-
-    def theme_system(self, on: bool) -> None:
-        """Colours as the system has them."""
-        self._choose_theme("system", on)
-
-    def theme_light(self, on: bool) -> None:
-        """Light colours."""
-        self._choose_theme("light", on)
-
-    def theme_dark(self, on: bool) -> None:
-        """Dark colours."""
-        self._choose_theme("dark", on)
-
-    def _choose_theme(self, name: str, on: bool) -> None:
-        if on:
-            self.settings.theme = name
-            self.apply_theme(self._wanted_theme())
-
-    def _scheme_changed(self) -> None:
-        self.apply_theme(self._wanted_theme())
-
-    def _wanted_theme(self) -> themes.Theme:
-        fixed = {"light": themes.LIGHT, "dark": themes.DARK}
-        return fixed.get(self.settings.theme) or themes.system_theme()
-
-    def apply_theme(self, theme: themes.Theme) -> None:
-        """Colour everything."""
-        self.theme = theme
-        app = QApplication.instance()
-        assert isinstance(app, QApplication)
-        themes.apply_theme(app, theme)
-        views = (self.viewport, self.timeline, self.clips, self.chains, self.intervals)
-        for view in (*views, self.tuning, self.teaching, self.guide, self.video, self.quality):
-            view.set_theme(theme)
-        if self.five_trackers is not None:
-            self.five_trackers.set_theme(theme)
-
-    def _take_settings(self) -> None:
-        self.document.reviewer = self.settings.reviewer
-        self.document.set_first_frame(self.settings.first_frame)
-
-    def preferences(self) -> None:
-        """Reviewer, how frames are counted, keys."""
-        dialog = Preferences(self.settings, self)
-        dialog.accepted.connect(lambda: self._preferred(dialog))
-        dialog.open()
-
-    def _preferred(self, dialog: Preferences) -> None:
-        dialog.take(self.settings)
-        self._take_settings()
-        apply_keys(self.actions_by_id, self.settings)
-
-    def command_palette(self) -> None:
-        """Any action by a part of its name."""
-        palette = CommandPalette(self.actions_by_id, self)
-        palette.show()
-        palette.line.setFocus()
-
-    def show_shortcuts(self) -> None:
-        """Keys and mouse in a window of their own."""
-        page = QTextBrowser(self)
-        page.setWindowFlag(Qt.WindowType.Tool)
-        page.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        page.setWindowTitle("Keyboard and mouse")
-        page.setMarkdown(shortcuts_markdown())
-        page.resize(520, 640)
-        page.show()
-
-    def show_about(self) -> None:
-        """Version, method and data."""
-        QMessageBox.about(
-            self,
-            "Twist Inspector",
-            f"<b>Twist Inspector {__version__}</b><p>Finds intervals in which a joint and its "
-            "child twist against each other, after Choi, Jang and Kim, J. Sens. Sci. Technol. "
-            "35(1), 2026.</p><p>Sample data obtained from mocap.cs.cmu.edu, created with funding "
-            "from NSF EIA-0196217.</p>",
-        )
-
-    def _show_recent(self) -> None:
-        self.recent_menu.clear()
-        for name in self.settings.recent:
-            # Made here, not by addAction(text): its answer may be taken for an object long deleted.
-            action = QAction(name, self.recent_menu)
-            action.triggered.connect(lambda _=False, n=name: self.open_path(Path(n)))
-            self.recent_menu.addAction(action)
-        self.recent_menu.setEnabled(bool(self.settings.recent))
-
     def _show_position(self) -> None:
         data = self.document.data
         if data is None or not self.document.chain:
@@ -516,21 +248,19 @@ class MainWindow(
             f"m {np.degrees(signals.strength[frame]):6.2f}°   offset {off:+7.1f}°"
         )
 
+    def apply_theme(self, theme: themes.Theme) -> None:
+        """Colour everything."""
+        self.theme = theme
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        themes.apply_theme(app, theme)
+        views = (self.viewport, self.timeline, self.clips, self.chains, self.intervals)
+        for view in (*views, self.tuning, self.teaching, self.guide, self.video, self.quality):
+            view.set_theme(theme)
+        if self.five_trackers is not None:
+            self.five_trackers.set_theme(theme)
+
     # -- Qt events ----------------------------------------------------------------------------
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """A file may be dropped."""
-        if any(url.isLocalFile() for url in event.mimeData().urls()):
-            event.acceptProposedAction()
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        """Open the first file that was dropped; a video goes beside the present clip."""
-        files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
-        if files:
-            event.acceptProposedAction()
-            path = Path(files[0])
-            video = path.suffix.lower() in SUFFIXES
-            self.show_video(path) if video else self.open_path(path)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Escape ends a presentation."""

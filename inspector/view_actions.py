@@ -1,10 +1,12 @@
-"""What the actions of the 3D view do: methods of the main window, by the actions' ids."""
+"""What the actions of the view do: methods of the main window, by the actions' ids."""
 
 from __future__ import annotations
 
 from PySide6.QtWidgets import QMainWindow
 
 from inspector.document import Document
+from inspector.plots import Timeline
+from inspector.presentation import Presentation
 from inspector.settings import Settings
 from inspector.viewport import Style, Viewport
 
@@ -17,7 +19,7 @@ OF_THE_FIGURE = (
 
 
 class ViewActions(QMainWindow):
-    """Looks of the 3D view, and the camera that goes along with a review.
+    """Looks of the 3D view, the camera that goes along with a review, plots and window.
 
     Stands before the classes whose verdicts and steps it lets the camera follow.
     """
@@ -25,6 +27,8 @@ class ViewActions(QMainWindow):
     document: Document
     settings: Settings
     viewport: Viewport
+    timeline: Timeline
+    presenting: Presentation
 
     def skin(self, on: bool) -> None:
         """Striped skin on the limbs, or wedges for bones."""
@@ -49,6 +53,30 @@ class ViewActions(QMainWindow):
     def focus_chain(self) -> None:
         """Turn the camera to the selected chain."""
         self.viewport.focus_chain(self.settings.turn_ms)
+
+    def follow_root(self, on: bool) -> None:
+        """Let the camera go along with the root."""
+        self.viewport.set_follow(on)
+
+    def view_iso(self) -> None:
+        """Three-quarter view."""
+        self.viewport.set_view("iso")
+
+    def view_front(self) -> None:
+        """From the front."""
+        self.viewport.set_view("front")
+
+    def view_side(self) -> None:
+        """From the side."""
+        self.viewport.set_view("side")
+
+    def view_back(self) -> None:
+        """From behind."""
+        self.viewport.set_view("back")
+
+    def view_top(self) -> None:
+        """From above."""
+        self.viewport.set_view("top")
 
     # Going to another interval, the camera turns to where its limb's roll shows best.
 
@@ -80,3 +108,25 @@ class ViewActions(QMainWindow):
     def _look(self) -> None:
         if self.document.interval is not None:
             self.viewport.focus_chain(self.settings.turn_ms)
+
+    # -- plots and window ---------------------------------------------------------------------
+
+    def zoom_to_interval(self) -> None:
+        """Plots: the selected interval."""
+        self.timeline.zoom_to_interval()
+
+    def show_all(self) -> None:
+        """Plots: the whole clip."""
+        self.timeline.show_all()
+
+    def both_detectors(self, on: bool) -> None:
+        """The other detector's plot, or not."""
+        self.timeline.toggles["other"].setChecked(on)
+
+    def presentation(self, on: bool) -> None:
+        """Large type, figure and curves; or the window as it was."""
+        self.presenting.enter() if on else self.presenting.leave()
+
+    def full_screen(self, on: bool) -> None:
+        """Full screen or not."""
+        self.showFullScreen() if on else self.showNormal()

@@ -1,0 +1,195 @@
+"""What the actions on files do: methods of the main window, by the actions' ids."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QDockWidget, QFileDialog, QMainWindow, QMenu, QMessageBox
+
+from inspector.bundled import SAMPLE
+from inspector.document import Document
+from inspector.export import ExportChoice, ExportDialog, export
+from inspector.folder import FolderQueue
+from inspector.keeping import SESSION_SUFFIX
+from inspector.message_bar import MessageBar
+from inspector.panels import DetailCard
+from inspector.settings import Settings
+from inspector.teaching.aside import Aside
+from inspector.video.reader import SUFFIXES
+from twistcore.errors import TwistError
+
+
+class FileActions(QMainWindow):
+    """Opening, saving and exporting; folders, recent files, files that are dropped."""
+
+    document: Document
+    settings: Settings
+    queue: FolderQueue
+    bar: MessageBar
+    detail: DetailCard
+    aside: Aside
+    clips_dock: QDockWidget
+    recent_menu: QMenu
+    _wait_for_first = False  # the folder's first clip that is ready opens by itself
+    # The window and its other actions have these:
+    leave_guide: Callable[[], None]
+    show_video: Callable[[Path], None]
+    _review_changed: Callable[[], None]
+
+    # -- opening ------------------------------------------------------------------------------
+
+    def open_path(self, path: Path) -> None:
+        """Open a clip or a session."""
+        if not self._may_leave():
+            return
+        if path.is_dir():
+            self.open_queue(path)
+        elif path.name.endswith(".json"):
+            self.document.open_session(path)
+        else:
+            self.document.open(path, self.queue.profile if path in self.queue.clips else None)
+
+    def open_dialog(self) -> None:
+        """Ask for a file and open it."""
+        patterns = f"Motion and sessions (*.bvh *{SESSION_SUFFIX})"
+        dialog = QFileDialog(self, "Open", "", f"{patterns};;All files (*)")
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.fileSelected.connect(lambda name: self.open_path(Path(name)))
+        dialog.open()
+
+    def open_folder(self) -> None:
+        """Ask for a folder and queue its clips."""
+        name = QFileDialog.getExistingDirectory(self, "Open folder")
+        if name:
+            self.open_path(Path(name))
+
+    def open_queue(self, folder: Path) -> None:
+        """Analyse the clips of a folder in the background; the first that is ready opens."""
+        self.queue.open(folder)
+        self.clips_dock.show()
+        if not self.queue.clips:
+            self.bar.show_message(f"{folder}: no BVH in this folder yet; it is watched.", False)
+        self._wait_for_first = True
+
+    def _queue_changed(self) -> None:
+        if self._wait_for_first and (path := self.queue.next_after(None)):
+            self._wait_for_first = False
+            self.open_path(path)
+
+    def next_clip(self) -> None:
+        """Open the worst clip that is not decided."""
+        data = self.document.data
+        path = self.queue.next_after(data.clip.path if data else None)
+        if path is None:
+            self.bar.show_message("No other clip of the folder waits for a decision.", False)
+        else:
+            self.open_path(path)
+
+    def open_sample(self) -> None:
+        """Open the bundled walk with known errors."""
+        self.open_path(SAMPLE)
+
+    def _opening(self, name: str) -> None:
+        self.bar.hide()
+        self.statusBar().showMessage(f"Opening {name} …")
+
+    def _opened(self) -> None:
+        data = self.document.data
+        assert data is not None
+        if not self.aside.open:
+            self.settings.remember(data.clip.path)
+        self._show_recent()
+        motion = data.motion
+        self.statusBar().showMessage(
+            f"{data.clip.name}: {motion.frames} frames at {motion.fps:.4g} fps, "
+            f"{len(motion.skeleton)} joints",
+            8000,
+        )
+        self._review_changed()
+
+    def _show_recent(self) -> None:
+        self.recent_menu.clear()
+        for name in self.settings.recent:
+            # Made here, not by addAction(text): its answer may be taken for an object long deleted.
+            action = QAction(name, self.recent_menu)
+            action.triggered.connect(lambda _=False, n=name: self.open_path(Path(n)))
+            self.recent_menu.addAction(action)
+        self.recent_menu.setEnabled(bool(self.settings.recent))
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """A file may be dropped."""
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open the first file that was dropped; a video goes beside the present clip."""
+        files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
+        if files:
+            event.acceptProposedAction()
+            path = Path(files[0])
+            video = path.suffix.lower() in SUFFIXES
+            self.show_video(path) if video else self.open_path(path)
+
+    # -- saving and exporting -----------------------------------------------------------------
+
+    def save_session(self) -> bool:
+        """Write the session beside the clip; True if it is on disk."""
+        self.detail.commit()
+        if trouble := self.document.keeper.save():
+            self.bar.show_message(trouble, True)
+            return False
+        self._review_changed()
+        if self.document.data is not None:
+            self.queue.refresh(self.document.data.clip.path)
+        if path := self.document.keeper.session_file:
+            self.statusBar().showMessage(f"Saved {path.name}", 4000)
+        return True
+
+    def locate_clip(self, session: Path) -> None:
+        """Ask where the clip of a session went, and open both."""
+        name, _ = QFileDialog.getOpenFileName(self, "Locate the clip", str(session.parent), "*.bvh")
+        if name:
+            self.document.open_session(session, Path(name))
+
+    def export_dialog(self) -> None:
+        """Ask where to and export."""
+        if self.document.data is None:
+            self.bar.show_message("Open a clip first.", False)
+            return
+        dialog = ExportDialog(self.document, self)
+        dialog.accepted.connect(lambda: self.export(dialog.choice()))
+        dialog.open()
+
+    def export(self, choice: ExportChoice) -> None:
+        """Write what was chosen and say what changed."""
+        self.detail.commit()
+        try:
+            self.bar.show_message(export(self.document, choice), False)
+        except TwistError as error:
+            self.bar.show_message(str(error), True)
+        except OSError as error:
+            self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
+
+    def _may_leave(self) -> bool:
+        """True once unsaved decisions are saved or knowingly given up."""
+        self.leave_guide()
+        self.detail.commit()
+        if self.document.data is None or self.document.review.saved:
+            return True
+        button = QMessageBox.StandardButton
+        answer = QMessageBox.question(
+            self,
+            "Twist Inspector",
+            f"{self.document.data.clip.name} has decisions that are not saved.",
+            button.Save | button.Discard | button.Cancel,
+            button.Save,
+        )
+        if answer == button.Save:
+            return self.save_session()
+        if answer == button.Discard:
+            self.document.keeper.give_up()
+        return answer == button.Discard
