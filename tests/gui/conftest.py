@@ -1,4 +1,4 @@
-"""A document and a 3D view of it in a real window; nothing left beside the clips."""
+"""The whole window, or a document and a 3D view of it; nothing left beside the clips."""
 
 import gc
 import shutil
@@ -11,10 +11,13 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from inspector.analysed import analyse
 from inspector.document import Document
+from inspector.main_window import MainWindow
+from inspector.settings import Settings
 from inspector.theme import DARK
 from inspector.viewport import Viewport
 from tests.conftest import ASSETS
-from tests.gui.pictures import FRAME, WALK, settle
+from tests.gui.pictures import FRAME, INJECTED, WALK, settle
+from tests.gui.windows import close_window, open_clip
 from twistcore.review import Decide, Decision
 
 
@@ -52,18 +55,31 @@ def analysed():
 
 
 @pytest.fixture
-def document(qapp, tmp_path):
+def open_document(qapp, tmp_path):
+    """Opens a copy of a clip: its review is not kept."""
+    shown = []
+
+    def show(path):
+        document = Document()
+        document.show_clip(analyse(Path(shutil.copy(path, tmp_path))))
+        shown.append(document)
+        return document
+
+    yield show
+    for document in shown:
+        document.close_clip()
+        document.deleteLater()
+
+
+@pytest.fixture
+def document(open_document):
     """The walk at a frame in the middle, the left forearm selected, nothing to correct."""
-    document = Document()
-    # A copy: the review's journal is written beside the clip.
-    document.show_clip(analyse(Path(shutil.copy(WALK, tmp_path))))
+    document = open_document(WALK)
     if document.intervals:
         document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
     document.select_chain("LeftForeArm")
     document.go_to(FRAME)
-    yield document
-    document.close_clip()
-    document.deleteLater()
+    return document
 
 
 @pytest.fixture
@@ -85,6 +101,54 @@ def show_view(qtbot):
         view.close()
         view.deleteLater()
     qtbot.wait(10)
+
+
+@pytest.fixture
+def show_window(qtbot):
+    """Opens the program's window; closes it again."""
+    shown = []
+
+    def show(settings=None, settings_file=None, size=None):
+        window = MainWindow(settings or Settings(theme="light", turn_ms=0), settings_file)
+        if size is not None:
+            window.resize(*size)
+        window.show()
+        qtbot.waitExposed(window)
+        shown.append(window)
+        return window
+
+    yield show
+    for window in shown:
+        close_window(qtbot, window)
+        window.deleteLater()
+    qtbot.wait(20)
+
+
+@pytest.fixture
+def window(qtbot, show_window, tmp_path):
+    """The program's window in front, nothing open."""
+    window = show_window(settings_file=tmp_path / "settings" / "settings.json")
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    return window
+
+
+@pytest.fixture
+def opened(qtbot, window):
+    """The walk with eight errors in the window."""
+    open_clip(qtbot, window, INJECTED)
+    return window
+
+
+@pytest.fixture
+def at_forearm(qtbot, show_window, tmp_path):
+    """A copy of that walk in a dark window, the left forearm selected, a frame in the middle."""
+    window = show_window(Settings(theme="dark", turn_ms=0), tmp_path / "settings.json")
+    window.activateWindow()
+    open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path / "mine.bvh"))
+    window.document.select_chain("LeftForeArm")
+    window.document.go_to(90)
+    return window
 
 
 def _render_windows() -> int:

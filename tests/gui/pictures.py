@@ -7,7 +7,7 @@ from tests.conftest import ASSETS
 from twistcore.detection import Interval
 from twistcore.review import Insert
 
-WALK = ASSETS / "walk.bvh"
+WALK, INJECTED = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"
 FRAME = 100
 
 

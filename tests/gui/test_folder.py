@@ -7,8 +7,6 @@ import pytest
 from PySide6.QtCore import QElapsedTimer, QTimer
 
 from inspector.folder import ClipState, FolderQueue
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
 from tests.conftest import ASSETS
 from twistcore.batch import severity
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
@@ -103,11 +101,10 @@ def test_new_clips_are_taken_up_and_vanished_ones_marked(qtbot, queue, tmp_path)
     assert "no longer" in queue.clips[tmp_path / "1.bvh"].reason
 
 
-def test_the_window_opens_a_folder_reviews_and_goes_on(qtbot, tmp_path):
+def test_the_window_opens_a_folder_reviews_and_goes_on(qtbot, show_window, tmp_path):
     for k in (2, 5):
         put_errors(tmp_path / f"{k}.bvh", k)
-    window = MainWindow(Settings(theme="light"), None)
-    window.show()
+    window = show_window()
     with qtbot.waitSignal(window.document.opened, timeout=60_000):
         window.open_path(tmp_path)
     assert window.clips_dock.isVisible()
@@ -123,18 +120,13 @@ def test_the_window_opens_a_folder_reviews_and_goes_on(qtbot, tmp_path):
     window.save_session()
     window.next_clip()
     assert "No other clip" in window.bar.label.text()
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)
 
 
-def test_the_window_stays_free_while_clips_are_analysed(qtbot, tmp_path):
+def test_the_window_stays_free_while_clips_are_analysed(qtbot, show_window, tmp_path):
     """Not a timed test of speed: a stall of half a second would mean work in the GUI thread."""
     for k in range(8):
         put_errors(tmp_path / f"{k}.bvh", 1 + k)
-    window = MainWindow(Settings(theme="light"), None)
-    window.show()
-    qtbot.waitExposed(window)
+    window = show_window()
     longest, clock, timer = [0], QElapsedTimer(), QTimer()
 
     def tick():
@@ -147,6 +139,3 @@ def test_the_window_stays_free_while_clips_are_analysed(qtbot, tmp_path):
         window.queue.open(tmp_path)
     timer.stop()
     assert longest[0] < 500
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)

@@ -6,8 +6,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 
 from inspector.export import ExportDialog
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
 from tests.conftest import ASSETS
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
 from twistcore.chain import find_chains
@@ -39,18 +37,10 @@ def type_into_file_dialog(qtbot, window, path):
     QTest.keyClick(line, Qt.Key.Key_Return)
 
 
-@pytest.fixture
-def window(qtbot, tmp_path):
+@pytest.fixture(autouse=True)
+def dialogs_of_qt(qapp):
+    """Dialogs of the system cannot be typed into from here."""
     QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
-    window = MainWindow(Settings(theme="light"), None)
-    window.show()
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    yield window
-    window.document.review.mark_saved()
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)
 
 
 def test_three_clips_by_keyboard_alone(qtbot, window, tmp_path, capsys):

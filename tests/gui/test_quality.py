@@ -8,11 +8,10 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
 from inspector.export import ExportChoice
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
 from inspector.teaching.seams import followers, turning
 from tests.conftest import ASSETS
-from tests.gui.pictures import changed, picture
+from tests.gui.pictures import INJECTED, changed, picture
+from tests.gui.windows import open_clip
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.motion import forward_kinematics
@@ -22,19 +21,10 @@ from twistcore.review.tracking import tracked_motion
 
 
 @pytest.fixture
-def window(qtbot, tmp_path):
-    window = MainWindow(Settings(theme="light", turn_ms=0), None)
-    window.resize(1280, 800)
-    window.show()
-    qtbot.waitExposed(window)
-    with qtbot.waitSignal(window.document.opened, timeout=10_000):
-        window.open_path(type(ASSETS)(shutil.copy(ASSETS / "walk_injected.bvh", tmp_path)))
-    qtbot.wait(50)
-    yield window
-    window.document.review.mark_saved()
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)
+def window(qtbot, show_window, tmp_path):
+    window = show_window(size=(1280, 800))
+    open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path))
+    return window
 
 
 @pytest.fixture
@@ -68,7 +58,7 @@ def test_nothing_is_computed_before_the_tab_is_seen(qtbot, window):
 
 
 def test_the_table_holds_the_numbers_of_the_core_worst_first(window, quality):
-    clip = read_bvh(ASSETS / "walk_injected.bvh")
+    clip = read_bvh(INJECTED)
     core = joint_quality(clip, forward_kinematics(clip.motion)[1])
     shown = [float(text) for text in column(quality, 1)]
     assert shown == [round(float(v), 2) for v in sorted(core.usual_jitter, reverse=True)]

@@ -9,8 +9,6 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QImage
 from PySide6.QtSvg import QSvgRenderer
 
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
 from inspector.teaching.film import FilmWriter
 from inspector.teaching.record_dialog import RecordDialog
 from inspector.teaching.recording import FPS, RecordChoice, film_frames
@@ -20,21 +18,8 @@ SIZE = (640, 360)
 
 
 @pytest.fixture
-def window(qtbot, tmp_path):
-    window = MainWindow(Settings(theme="dark", turn_ms=0), None)
-    window.show()
-    qtbot.waitExposed(window)
-    clip = tmp_path / "clip.bvh"
-    clip.write_bytes((ASSETS / "walk_injected.bvh").read_bytes())
-    with qtbot.waitSignal(window.document.opened, timeout=10_000):
-        window.open_path(clip)
-    window.document.select_chain("LeftForeArm")
-    window.document.go_to(90)
-    yield window
-    window.document.review.mark_saved()
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)
+def window(at_forearm):
+    return at_forearm
 
 
 def made(qtbot, window, choice):

@@ -1,4 +1,4 @@
-"""The teaching tab: numbers are the core's, a what-if leaves no trace, tour and exercise run."""
+"""The teaching tab: numbers are the core's, a what-if leaves no trace."""
 
 import os
 import re
@@ -12,27 +12,20 @@ from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QImage
 
 from inspector.analysed import analyse
-from inspector.bundled import PAGES
 from inspector.document import Document
-from inspector.main_window import MainWindow
 from inspector.plots import Timeline
-from inspector.settings import Settings
 from inspector.teaching import Lesson, TeachingPanel
 from inspector.teaching.exercise import make_exercise
 from inspector.teaching.gizmo import CLEAR, sketch
-from inspector.teaching.pages import read_page
 from inspector.teaching.symbols import SECTIONS, SYMBOLS, colour
 from inspector.teaching.what_if import words
 from inspector.theme import DARK, LIGHT
 from inspector.viewport import Viewport
 from tests.conftest import ASSETS
 from twistcore.decomposition import WhatIf, decompose
-from twistcore.exercise import score
-from twistcore.review import Decide, Decision
 from twistcore.rotation import multiply, rotate, swing_twist
 from twistcore.signals import twist_signals
 
-SAMPLE = ASSETS / "walk_injected.bvh"
 FRAMES = 20
 CLIPS, CHAINS = 5, 10
 
@@ -47,37 +40,11 @@ def clips(folder_for_copy):
 
 
 @pytest.fixture
-def window(qtbot, tmp_path):
-    window = MainWindow(Settings(theme="dark", turn_ms=0), tmp_path / "settings" / "settings.json")
-    window.show()
-    qtbot.waitExposed(window)
-    window.activateWindow()
-    yield window
-    window.leave_guide()
-    if window.document.data is not None:
-        window.document.review.mark_saved()
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)
-
-
-@pytest.fixture
-def opened(qtbot, window, tmp_path):
-    path = tmp_path / "mine.bvh"
-    path.write_bytes(SAMPLE.read_bytes())
-    with qtbot.waitSignal(window.document.opened, timeout=10_000):
-        window.open_path(path)
-    window.document.select_chain("LeftForeArm")
-    window.document.go_to(90)
-    return window
-
-
-@pytest.fixture
-def taught(qtbot, opened):
-    opened.show_teaching()
-    qtbot.waitUntil(lambda: opened.teaching.typesetter.done, timeout=30_000)
+def taught(qtbot, at_forearm):
+    at_forearm.show_teaching()
+    qtbot.waitUntil(lambda: at_forearm.teaching.typesetter.done, timeout=30_000)
     qtbot.wait(100)
-    return opened
+    return at_forearm
 
 
 def read(text):
@@ -380,178 +347,6 @@ def test_symbols_stay_crisp_and_take_the_themes_colours(qtbot, taught):
     dark, light = QColor(LIGHT.text).lightness(), QColor(LIGHT.surface).lightness()
     between = ((values > dark + 30) & (values < light - 30)).sum()
     assert between < (values <= dark + 30).sum()
-
-
-# -- tour -----------------------------------------------------------------------------------------
-
-
-def test_the_tour_by_hand_from_end_to_end(qtbot, opened):
-    document = opened.document
-    mine = document.data.clip.path
-    document.do(Decide((document.intervals[0].id,), Decision.REJECTED, "me", document.now()))
-    state = document.review.state
-    opened.actions_by_id["tour"].trigger()
-    qtbot.waitUntil(lambda: opened.guided_tour.at == 0, timeout=10_000)
-    guide, tour, box = opened.guide, opened.guided_tour, opened.teaching.what_if
-    assert document.data.clip.path != mine
-    assert guide.isVisible()
-
-    def forward(step):
-        assert guide.done
-        qtbot.mouseClick(tour.forward, Qt.MouseButton.LeftButton)
-        assert tour.at == step
-        assert not guide.done
-
-    assert not guide.done
-    for _ in range(5):
-        qtbot.keyClick(opened, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
-    forward(1)
-    qtbot.waitUntil(lambda: opened.teaching.typesetter.done, timeout=30_000)
-    qtbot.mouseClick(opened.teaching.equations.buttons["w"], Qt.MouseButton.LeftButton)
-    forward(2)
-    box.sliders["swing"].setValue(1250)
-    forward(3)
-    box.sliders["twist"].setValue(-700)
-    forward(4)
-    qtbot.mouseClick(box.counter, Qt.MouseButton.LeftButton)
-    forward(5)
-    box.sliders["swing"].setValue(1800)
-    box.sliders["nudge"].setValue(10)
-    assert not guide.done  # one of two
-    box.sliders["swing"].setValue(400)
-    box.sliders["bend"].setValue(0)
-    forward(6)
-    qtbot.keyClick(opened, Qt.Key.Key_N)
-    qtbot.keyClick(opened, Qt.Key.Key_A)
-    assert guide.done
-    assert tour.forward.text() == "Finish"
-    folder = document.data.clip.path.parent
-    qtbot.mouseClick(tour.forward, Qt.MouseButton.LeftButton)
-    assert not guide.isVisible()
-    # Back at the person's clip: the unsaved verdict is there, in memory and on disk.
-    assert document.data.clip.path == mine
-    assert document.review.state is state
-    assert not document.review.saved
-    assert document.keeper.journal_path.exists()
-    assert (document.chain, document.frame) == ("LeftForeArm", 90)
-    assert opened.bar.buttons() == []  # no question about a journal that is its own
-    opened.undo()
-    assert document.intervals[0].decision == Decision.UNDECIDED
-    assert not folder.exists()
-    assert str(mine) in opened.settings.recent[0]
-    assert not any("twist-inspector-" in r for r in opened.settings.recent)
-
-
-def test_the_tour_shows_each_step_itself(qtbot, opened):
-    opened.tour()
-    tour = opened.guided_tour
-    qtbot.waitUntil(lambda: tour.at == 0, timeout=10_000)
-    for number in range(len(tour.steps)):
-        assert tour.at == number
-        assert not opened.guide.done
-        tour.show_me.click()
-        assert opened.guide.done, tour.steps[number].name
-        tour.forward.click()
-    assert tour.at == -1
-
-
-def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
-    window.tour()
-    qtbot.waitUntil(lambda: window.guided_tour.at == 0, timeout=10_000)
-    window.guided_tour.forward.click()
-    window.guided_tour.leave.click()
-    assert not window.guide.isVisible()
-    assert not window.aside.open
-    assert window.document.review.saved
-
-
-def test_every_page_has_a_title_a_text_and_a_task():
-    names = sorted(p.stem for p in PAGES.glob("*.md"))
-    assert len(names) == 8
-    for name in names:
-        page = read_page(name)
-        assert page.title
-        assert len(page.body) > 150
-        assert 20 < len(page.task) < 120
-        assert not page.task.startswith(">")
-
-
-# -- exercise -------------------------------------------------------------------------------------
-
-
-def start_exercise(qtbot, window, kind, seed):
-    window.actions_by_id["exercise"].trigger()
-    window.hidden_errors.kind.setCurrentText(kind)
-    window.hidden_errors.seed.setValue(seed)
-    qtbot.mouseClick(window.hidden_errors.start, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(window.hidden_errors.score_button.isEnabled, timeout=20_000)
-
-
-def test_the_exercise_scores_and_leaves_the_persons_session_alone(qtbot, opened):
-    document = opened.document
-    document.do(Decide((document.intervals[0].id,), Decision.ACCEPTED, "me", document.now()))
-    opened.save_session()
-    mine = document.data.clip.path
-    files = {p: p.read_bytes() for p in mine.parent.iterdir() if p.is_file()}
-    start_exercise(qtbot, opened, "Judge", 5)
-    assert document.data.clip.path.name == "exercise_5.bvh"
-    errors = opened.hidden_errors._errors
-    truth = {(e.chain, e.start) for e in errors}
-    assert len(document.intervals) == 2 * len(errors)  # as many are natural
-    wrong = 0
-    for judged in document.intervals:
-        real = (judged.interval.chain, judged.interval.start) in truth
-        document.select_interval(judged.id)
-        opened.actions_by_id["accept" if real else "reject"].trigger()
-    opened.hidden_errors.score_button.click()
-    result = opened.hidden_errors.result
-    assert (len(result.hits), len(result.misses), result.false_verdicts) == (len(errors), 0, wrong)
-    assert f"Hits {len(errors)}" in opened.guide.body.toPlainText()
-    # One verdict turned round is a miss and a false verdict.
-    first = next(j for j in document.intervals if j.decision == Decision.ACCEPTED)
-    document.do(Decide((first.id,), Decision.REJECTED, "", document.now()))
-    opened.hidden_errors.score_button.click()
-    assert len(opened.hidden_errors.result.misses) == 1
-    assert opened.hidden_errors.result.false_verdicts == 1
-    opened.hidden_errors.go_to(f"at:{errors[0].chain}/{errors[0].start}")
-    assert (document.chain, document.frame) == (errors[0].chain, errors[0].start)
-    opened.hidden_errors.leave.click()
-    assert document.data.clip.path == mine
-    assert {p: p.read_bytes() for p in mine.parent.iterdir() if p.is_file()} == files
-
-
-def test_in_find_nothing_is_listed_and_what_is_inserted_counts(qtbot, opened):
-    start_exercise(qtbot, opened, "Find", 4)
-    document = opened.document
-    assert document.intervals == ()
-    error = max(opened.hidden_errors._errors, key=lambda e: e.stop - e.start)
-    document.select_chain(error.chain)
-    document.go_to((error.start + error.stop) // 2)
-    opened.insert_interval()
-    opened.accept()
-    opened.hidden_errors.show_score()
-    assert [e.start for e in opened.hidden_errors.result.hits] == [error.start]
-    opened.leave_guide()
-
-
-def test_an_exercise_is_the_same_for_its_seed(tmp_path):
-    one, errors = make_exercise(ASSETS / "walk.bvh", tmp_path, 11, "Judge")
-    again, same = make_exercise(ASSETS / "walk.bvh", tmp_path, 11, "Judge")
-    listed = [(j.interval.chain, j.interval.start) for j in one.review.state.intervals]
-    assert listed == [(j.interval.chain, j.interval.start) for j in again.review.state.intervals]
-    assert [e.start for e in errors] == [e.start for e in same]
-    assert all(j.interval.confidence is None for j in one.review.state.intervals)  # no hint
-    assert score(errors, one.review.state.intervals).left == len(listed)
-
-
-def test_opening_another_clip_ends_the_exercise(qtbot, opened, tmp_path):
-    start_exercise(qtbot, opened, "Judge", 2)
-    opened.next_interval()
-    opened.accept()
-    with qtbot.waitSignal(opened.document.opened, timeout=10_000):
-        opened.open_path(ASSETS / "dance.bvh")  # no question about the exercise's verdicts
-    qtbot.waitUntil(lambda: opened.document.data.clip.name == "dance.bvh", timeout=10_000)
-    assert not opened.guide.isVisible()
 
 
 def test_a_view_that_is_hidden_has_no_labels_left(qtbot, taught):

@@ -10,9 +10,9 @@ from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
 
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
 from tests.conftest import ASSETS
+from tests.gui.pictures import INJECTED
+from tests.gui.windows import open_clip
 from twistcore.bvh import read_bvh
 from twistcore.review import Decide, Decision
 from twistcore.tuning import Tuned, clip_tuning, read_profile, write_profile
@@ -20,21 +20,20 @@ from twistcore.tuning import Tuned, clip_tuning, read_profile, write_profile
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 
 
-@pytest.fixture
-def window(qtbot, tmp_path):
-    """The sample with eight errors, a chain with three of them selected, the tab in front."""
-    window = MainWindow(Settings(theme="light", turn_ms=0), None)
-    window.resize(1440, 900)
-    window.show()
-    qtbot.waitExposed(window)
-    open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
-    window.document.select_chain("LeftForeArm")
-    yield window
-    window.document.review.mark_saved()
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)
+@pytest.fixture(autouse=True)
+def no_worker_left():
+    """No process measures on behind a window that is closed."""
+    yield
     assert multiprocessing.active_children() == []
+
+
+@pytest.fixture
+def window(qtbot, show_window, tmp_path):
+    """The sample with eight errors, a chain with three of them selected, the tab in front."""
+    window = show_window(size=(1440, 900))
+    open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path))
+    window.document.select_chain("LeftForeArm")
+    return window
 
 
 @pytest.fixture
@@ -43,12 +42,6 @@ def tuning(qtbot, window):
     qtbot.waitUntil(lambda: len(window.tuning.costs.curves) == 10, timeout=30_000)
     qtbot.wait(50)
     return window.tuning
-
-
-def open_clip(qtbot, window, path):
-    with qtbot.waitSignal(window.document.opened, timeout=10_000):
-        window.open_path(type(ASSETS)(path))
-    qtbot.wait(50)
 
 
 def taus(window):
@@ -84,7 +77,7 @@ def drag(qtbot, plot, start, stop, steps=6):
 
 
 def test_the_curves_are_those_of_the_core(window, tuning):
-    clip = read_bvh(ASSETS / "walk_injected.bvh")
+    clip = read_bvh(INJECTED)
     core = clip_tuning(clip.motion, clip.name).curve("LeftForeArm")
     shown = tuning.costs.curves["LeftForeArm"]
     np.testing.assert_array_equal(shown.repaired, core.repaired)

@@ -13,11 +13,11 @@ import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent, QImage
 
-from inspector.main_window import MainWindow
 from inspector.settings import Settings, load_settings
 from inspector.video.panel import AFTER, BEFORE, NO_VIDEO
 from inspector.video.reader import VideoError, VideoReader
 from tests.conftest import ASSETS
+from tests.gui.windows import close_window, open_clip
 from tests.videos import number_in, write_video
 
 FPS = 25
@@ -36,47 +36,24 @@ def movie(tmp_path):
 
 
 @pytest.fixture
-def show_window(qtbot, clip, tmp_path):
+def show_clip(qtbot, show_window, clip, tmp_path):
     """Opens the program with a clip."""
-    windows = []
 
     def show(settings=None, path=clip):
-        window = MainWindow(
-            settings or Settings(theme="light", turn_ms=0), tmp_path / "settings.json"
-        )
-        window.resize(1000, 700)  # software draws it: small is quick
-        window.show()
-        qtbot.waitExposed(window)
-        windows.append(window)
+        # Software draws it: small is quick.
+        window = show_window(settings, tmp_path / "settings.json", size=(1000, 700))
         open_clip(qtbot, window, path)
         return window
 
-    yield show
-    for window in windows:
-        close(qtbot, window)
-        window.deleteLater()
-    qtbot.wait(20)
+    return show
 
 
 @pytest.fixture
-def window(qtbot, show_window, movie):
-    window = show_window()
+def window(qtbot, show_clip, movie):
+    window = show_clip()
     window.show_video(movie)
     settle(qtbot, window)
     return window
-
-
-def open_clip(qtbot, window, path):
-    with qtbot.waitSignal(window.document.opened, timeout=10_000):
-        window.open_path(path)
-    qtbot.wait(20)
-
-
-def close(qtbot, window):
-    if window.document.data is not None:
-        window.document.review.mark_saved()
-    window.close()
-    qtbot.wait(20)
 
 
 def settle(qtbot, window):
@@ -110,8 +87,8 @@ def files_open(path):
     return links.count(str(path))
 
 
-def test_the_picture_belongs_to_the_frame_at_any_offset(qtbot, show_window, tmp_path):
-    window = show_window()
+def test_the_picture_belongs_to_the_frame_at_any_offset(qtbot, show_clip, tmp_path):
+    window = show_clip()
     for fps in (25, 30):
         window.show_video(write_video(tmp_path / f"{fps}.mp4", 120, fps))
         settle(qtbot, window)
@@ -199,8 +176,8 @@ def test_outside_its_range_the_video_says_so(qtbot, window):
     assert shown(qtbot, window) is None
 
 
-def test_video_and_offset_come_back_with_their_clip(qtbot, show_window, clip, movie, tmp_path):
-    window = show_window()
+def test_video_and_offset_come_back_with_their_clip(qtbot, show_clip, clip, movie, tmp_path):
+    window = show_clip()
     other = Path(shutil.copy(clip, tmp_path / "other.bvh"))
     window.show_video(movie)
     settle(qtbot, window)
@@ -209,10 +186,10 @@ def test_video_and_offset_come_back_with_their_clip(qtbot, show_window, clip, mo
     settle(qtbot, window)
     assert window.video.screen.text == NO_VIDEO
     assert not window.actions_by_id["hold_video"].isEnabled()
-    close(qtbot, window)
+    close_window(qtbot, window)
     settings, complaint = load_settings(tmp_path / "settings.json")
     assert complaint == ""
-    again = show_window(settings, tmp_path / "walk.bvh")
+    again = show_clip(settings, tmp_path / "walk.bvh")
     settle(qtbot, again)
     assert again.video_dock.isVisible()
     assert again.video.offset.value() == pytest.approx(0.32)
@@ -232,8 +209,8 @@ def test_settings_with_a_damaged_video_are_set_aside(tmp_path, videos):
     assert "damaged" in complaint
 
 
-def test_a_video_that_is_gone_is_told_in_its_place_only(qtbot, show_window, movie):
-    window = show_window()
+def test_a_video_that_is_gone_is_told_in_its_place_only(qtbot, show_clip, movie):
+    window = show_clip()
     window.show_video(movie)
     settle(qtbot, window)
     window.video.offset.setValue(0.25)
@@ -271,8 +248,8 @@ def test_a_file_with_sound_only_has_no_picture(tmp_path):
         VideoReader(tmp_path / "sound.wav")
 
 
-def test_without_pyav_the_action_names_the_extra(qtbot, show_window, movie, monkeypatch):
-    window = show_window()
+def test_without_pyav_the_action_names_the_extra(qtbot, show_clip, movie, monkeypatch):
+    window = show_clip()
     monkeypatch.setitem(sys.modules, "av", None)
     window.actions_by_id["open_video"].trigger()
     assert "pip install 'twist-inspector[video]'" in window.bar.label.text()
@@ -282,8 +259,8 @@ def test_without_pyav_the_action_names_the_extra(qtbot, show_window, movie, monk
     assert not window.video_dock.isVisible()
 
 
-def test_a_video_dropped_on_the_window_opens_beside_the_clip(qtbot, show_window, movie):
-    window = show_window()
+def test_a_video_dropped_on_the_window_opens_beside_the_clip(qtbot, show_clip, movie):
+    window = show_clip()
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(movie))])
     button, key = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier

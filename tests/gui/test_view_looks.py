@@ -1,9 +1,7 @@
 """Skin, side by side, trails, colours by offset, the camera's way: seen in a real window."""
 
-import shutil
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +13,6 @@ from benchmarks.many_clips import alive, is_level, look, measure
 from inspector.analysed import analyse
 from inspector.app import main
 from inspector.document import Show
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
 from inspector.theme import DARK, LIGHT
 from inspector.view_actions import OF_THE_FIGURE
 from inspector.viewport import Style, driver
@@ -25,8 +21,8 @@ from inspector.viewport.camera import OrbitCamera, between
 from inspector.viewport.paint import Role, rgb
 from inspector.viewport.skin import build_skin, drape, roll
 from inspector.viewport.trails import end_effectors, ways
-from tests.conftest import ASSETS
-from tests.gui.pictures import FRAME, WALK, changed, insert_twist, picture, settle
+from tests.gui.pictures import FRAME, INJECTED, WALK, changed, insert_twist, picture, settle
+from tests.gui.windows import open_clip
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.motion import forward_kinematics
@@ -347,16 +343,8 @@ def test_wayland_without_x_is_explained(monkeypatch):
         driver.renderer_name.cache_clear()
 
 
-def test_keys_and_the_next_interval_drive_the_view(qtbot, tmp_path):
-    path = Path(shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
-    window = MainWindow(Settings(turn_ms=0), None)
-    window.show()
-    qtbot.waitExposed(window)
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    with qtbot.waitSignal(window.document.opened, timeout=10_000):
-        window.open_path(path)
-    view = window.viewport
+def test_keys_and_the_next_interval_drive_the_view(qtbot, opened):
+    window, view = opened, opened.viewport
     far = view.camera.distance
     qtbot.keyClick(window, Qt.Key.Key_N)
     assert view.camera.distance < far
@@ -381,10 +369,6 @@ def test_keys_and_the_next_interval_drive_the_view(qtbot, tmp_path):
     assert view.scene.style == Style.WEDGES
     assert not view.scene.split
     assert view.scene.trails is None
-    window.document.review.mark_saved()
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)
 
 
 # --- clip after clip ------------------------------------------------------------------------------
@@ -419,14 +403,11 @@ def test_without_a_screen_the_program_says_so(monkeypatch, capsys):
     assert "no screen" in capsys.readouterr().err
 
 
-def test_a_review_without_opengl(qtbot, tmp_path, monkeypatch):
+def test_a_review_without_opengl(qtbot, show_window, monkeypatch):
     """Plots, tables and verdicts work; what means the figure is greyed out, and why is told."""
     monkeypatch.setattr(driver, "renderer_name", lambda: "")
-    path = Path(shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
-    window = MainWindow(Settings(), None)
-    window.show()
-    with qtbot.waitSignal(window.document.opened, timeout=10_000):
-        window.open_path(path)
+    window = show_window()
+    open_clip(qtbot, window, INJECTED)
     assert window.viewport._notice.isVisible()
     for name in OF_THE_FIGURE:
         assert not window.actions_by_id[name].isEnabled(), name
@@ -436,7 +417,3 @@ def test_a_review_without_opengl(qtbot, tmp_path, monkeypatch):
     window.actions_by_id["presentation"].trigger()
     window.actions_by_id["presentation"].trigger()
     assert sum(j.decision == Decision.ACCEPTED for j in window.document.intervals) == 1
-    window.document.review.mark_saved()
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)

@@ -1,65 +1,23 @@
-"""The whole window with mouse and keys: open, judge, drag, undo, export, and what may go wrong."""
+"""The whole window with mouse and keys: judge, drag, undo, look."""
 
-import json
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QDockWidget
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QDockWidget
 
 from inspector.actions import shortcuts_markdown
 from inspector.document import Show
-from inspector.export import ExportChoice, ExportDialog
-from inspector.main_window import MainWindow
+from inspector.export import ExportChoice
 from inspector.palette import CommandPalette
 from inspector.panels import HistoryPanel
 from inspector.preferences import Preferences
-from inspector.settings import Settings, load_settings, save_settings
-from tests.conftest import ASSETS
+from tests.gui.pictures import INJECTED
+from tests.gui.windows import decisions, press
 from twistcore.bvh import read_bvh
 from twistcore.cli import main as twistcore
 from twistcore.review import Decision
-
-DIRTY = ASSETS / "walk_injected.bvh"
-
-
-@pytest.fixture
-def window(qtbot, tmp_path):
-    window = MainWindow(Settings(theme="light", turn_ms=0), tmp_path / "settings" / "settings.json")
-    window.show()
-    qtbot.waitExposed(window)
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    yield window
-    if window.document.data is not None:
-        window.document.review.mark_saved()
-    window.close()
-    window.deleteLater()
-    qtbot.wait(20)
-
-
-def open_clip(qtbot, window, path):
-    with qtbot.waitSignal(window.document.opened, timeout=10_000):
-        window.open_path(path)
-    qtbot.wait(50)
-
-
-@pytest.fixture
-def opened(qtbot, window):
-    open_clip(qtbot, window, DIRTY)
-    return window
-
-
-def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
-    qtbot.keyClick(window, key, modifier)
-    qtbot.wait(5)
-
-
-def decisions(window):
-    return [j.decision for j in window.document.intervals]
 
 
 def test_opening_fills_every_view(opened):
@@ -94,21 +52,15 @@ def test_a_review_by_keyboard_then_export_equals_apply(qtbot, opened, tmp_path, 
     assert "joint moved" in opened.bar.label.text()
     replayed = tmp_path / "replayed.bvh"
     session = tmp_path / "out.twist.json"
-    assert twistcore(["apply", str(session), str(DIRTY), "-o", str(replayed)]) == 0
+    assert twistcore(["apply", str(session), str(INJECTED), "-o", str(replayed)]) == 0
     capsys.readouterr()
     assert replayed.read_bytes() == out.read_bytes()
-    changed = read_bvh(out).values != read_bvh(DIRTY).values
+    changed = read_bvh(out).values != read_bvh(INJECTED).values
     chosen = [j.interval for j in opened.document.intervals if j.decision == Decision.ACCEPTED]
     frames = {t for i in chosen for t in range(i.start, i.stop)}
     assert set(np.flatnonzero(changed.any(axis=1))) <= frames
     assert changed.any()
     assert (tmp_path / "walk_injected.report.html").exists()
-
-
-def test_nothing_accepted_exports_the_same_bytes(opened, tmp_path):
-    opened.export(ExportChoice(tmp_path / "same.bvh", session=False, report=False))
-    assert (tmp_path / "same.bvh").read_bytes() == DIRTY.read_bytes()
-    assert [p.name for p in tmp_path.iterdir() if p.suffix == ".bvh"] == ["same.bvh"]
 
 
 def test_buttons_of_the_detail_card_judge(qtbot, opened):
@@ -198,162 +150,6 @@ def test_before_after_both(qtbot, opened):
     assert seen == [Show.BEFORE, Show.AFTER, Show.BOTH]
 
 
-def test_a_file_is_opened_by_dropping_it(qtbot, window):
-    mime = QMimeData()
-    mime.setUrls([QUrl.fromLocalFile(str(ASSETS / "dance.bvh"))])
-    actions, button = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
-    plain = Qt.KeyboardModifier.NoModifier
-    enter = QDragEnterEvent(QPoint(50, 50), actions, mime, button, plain)
-    QApplication.sendEvent(window, enter)
-    assert enter.isAccepted()
-    with qtbot.waitSignal(window.document.opened, timeout=10_000):
-        drop = QDropEvent(QPointF(50, 50), actions, mime, button, plain)
-        QApplication.sendEvent(window, drop)
-    assert window.document.data.clip.name == "dance.bvh"
-
-
-BAD = {
-    "empty.bvh": b"",
-    "picture.bvh": b"\x89PNG\r\n\x1a\n0000",
-    "cut.bvh": DIRTY.read_bytes()[:1500],
-    "damaged.twist.json": b'{"schema": "twistcore.session/1"',
-    "other.json": b"[]",
-}
-
-
-@pytest.mark.parametrize("name", [*BAD, "missing.bvh"])
-def test_what_cannot_be_opened_is_one_sentence_and_the_clip_stays(qtbot, opened, tmp_path, name):
-    path = tmp_path / "in" / name
-    path.parent.mkdir()
-    if name in BAD:
-        path.write_bytes(BAD[name])
-    with qtbot.waitSignal(opened.document.message, timeout=10_000) as told:
-        opened.open_path(path)
-    assert told.args[1] is True
-    assert name in told.args[0]
-    assert "\n" not in told.args[0]
-    assert opened.bar.isVisible()
-    assert opened.document.data.clip.name == "walk_injected.bvh"
-    assert [p.name for p in path.parent.iterdir()] == ([name] if name in BAD else [])
-
-
-def test_a_cut_motion_opens_with_a_note(qtbot, window, tmp_path):
-    path = tmp_path / "cut.bvh"
-    path.write_bytes(DIRTY.read_bytes()[:100_000])
-    open_clip(qtbot, window, path)
-    assert 0 < window.document.frames < 344
-    assert "344" in window.bar.label.text() or "incomplete" in window.bar.label.text()
-
-
-STICK = b"""HIERARCHY
-ROOT a
-{
-OFFSET 0 0 0
-CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
-JOINT b
-{
-OFFSET 0 1 0
-CHANNELS 1 Zrotation
-End Site
-{
-OFFSET 0 1 0
-}
-}
-}
-MOTION
-Frames: 3
-Frame Time: 0.01
-0 0 0 0 0 0 0
-0 0 0 1 2 3 9
-0 0 0 1 2 3 9
-"""
-
-
-def test_a_skeleton_without_a_chain_opens_and_says_so(qtbot, window, tmp_path):
-    path = tmp_path / "stick.bvh"
-    path.write_bytes(STICK)
-    open_clip(qtbot, window, path)
-    assert "no chain" in window.bar.label.text()
-    for action in window.actions_by_id.values():
-        if action.objectName() in ("next_interval", "accept", "focus_chain", "insert_interval",
-                                   "start_here", "zoom_to_interval", "toggle_play"):  # fmt: skip
-            action.trigger()
-    qtbot.wait(50)
-    window.player.pause()
-    window.export(ExportChoice(tmp_path / "out.bvh"))
-    assert (tmp_path / "out.bvh").read_bytes() == STICK
-
-
-def test_a_joint_without_three_rotations_is_shown_but_not_written(qtbot, window, tmp_path):
-    text = DIRTY.read_bytes()
-    head, _, rows = text.partition(b"MOTION")
-    # Take two of LeftHand's three rotation channels away, in the header and in every row.
-    at = head.index(b"CHANNELS 3", head.index(b"JOINT LeftHand\r\n"))
-    head = head[:at] + head[at:].replace(
-        b"CHANNELS 3 Zrotation Yrotation Xrotation", b"CHANNELS 1 Zrotation", 1
-    )
-    clip = read_bvh(DIRTY)
-    column = clip.channels[clip.motion.skeleton.index("LeftHand")].rotation
-    lines = rows.splitlines()
-    body = [b" ".join(t for k, t in enumerate(r.split()) if k not in column[1:]) for r in lines[3:]]
-    path = tmp_path / "one.bvh"
-    path.write_bytes(head + b"MOTION\n" + b"\n".join([*lines[1:3], *body]) + b"\n")
-    open_clip(qtbot, window, path)
-    window.intervals.table.selectAll()
-    window.accept()
-    window.export(ExportChoice(tmp_path / "out.bvh"))
-    before, after = read_bvh(path), read_bvh(tmp_path / "out.bvh")
-    changed = (before.values != after.values).any(axis=0)
-    hand = before.channels[before.motion.skeleton.index("LeftHand")].rotation
-    forearm = before.channels[before.motion.skeleton.index("LeftForeArm")].rotation
-    assert not changed[list(hand + forearm)].any()
-    assert changed.any()
-
-
-def test_the_source_is_never_overwritten(qtbot, window, tmp_path):
-    path = tmp_path / "walk.bvh"
-    shutil.copy(DIRTY, path)
-    open_clip(qtbot, window, path)
-    window.export(ExportChoice(path))
-    assert "never overwritten" in window.bar.label.text()
-    assert path.read_bytes() == DIRTY.read_bytes()
-
-
-def test_an_export_into_nowhere_is_told(opened, tmp_path):
-    opened.export(ExportChoice(tmp_path / "no" / "where.bvh"))
-    assert opened.bar.isVisible()
-    assert "not written" in opened.bar.label.text()
-
-
-def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
-    opened.next_interval()
-    opened.accept()
-    opened.export_dialog()
-    dialog = opened.findChild(ExportDialog)
-    qtbot.waitExposed(dialog)
-    dialog.path.setText(str(tmp_path / "by_dialog.bvh"))
-    assert dialog.undecided.text().startswith("Correct the 7 undecided")
-    dialog.accept()
-    assert (tmp_path / "by_dialog.bvh").exists()
-
-
-def test_a_session_is_saved_and_opened_again(qtbot, window, tmp_path):
-    path = tmp_path / "walk.bvh"
-    shutil.copy(DIRTY, path)
-    open_clip(qtbot, window, path)
-    window.next_interval()
-    window.accept()
-    assert window.isWindowModified()
-    press(qtbot, window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    assert not window.isWindowModified()
-    session = tmp_path / "walk.twist.json"
-    assert json.loads(session.read_text())["intervals"][0]["decision"] == "accepted"
-    open_clip(qtbot, window, DIRTY)
-    open_clip(qtbot, window, session)
-    assert decisions(window)[0] == Decision.ACCEPTED
-    assert window.document.data.clip.path == path
-
-
 @pytest.mark.parametrize("name", ["light", "dark"])
 def test_the_window_draws_in_both_themes(qtbot, opened, name):
     opened.actions_by_id[f"theme_{name}"].trigger()
@@ -371,19 +167,6 @@ def test_the_window_draws_in_both_themes(qtbot, opened, name):
     assert (lightness > 128) == (name == "light")
 
 
-def test_settings_are_kept_and_damage_is_set_aside(tmp_path):
-    path = tmp_path / "deep" / "settings.json"
-    settings = Settings(theme="dark", reviewer="Ada")
-    settings.remember(DIRTY)
-    assert save_settings(path, settings) == ""
-    assert load_settings(path) == (settings, "")
-    path.write_bytes(b'{"recent": [1, 2')
-    again, complaint = load_settings(path)
-    assert again == Settings()
-    assert "set aside" in complaint
-    assert (tmp_path / "deep" / "settings.json.damaged").exists()
-
-
 def test_a_note_stays_with_the_interval_it_was_typed_for(qtbot, opened):
     opened.next_interval()
     first = opened.document.interval_id
@@ -394,18 +177,6 @@ def test_a_note_stays_with_the_interval_it_was_typed_for(qtbot, opened):
     judged = opened.document.review.state.find(first)
     assert (judged.decision, judged.note) == (Decision.REJECTED, "bad strap")
     assert all(not j.note for j in opened.document.intervals if j.id != first)
-
-
-def test_a_note_still_being_typed_is_saved(qtbot, window, tmp_path):
-    path = tmp_path / "walk.bvh"
-    shutil.copy(DIRTY, path)
-    open_clip(qtbot, window, path)
-    window.next_interval()
-    window.detail.note.setFocus()
-    qtbot.keyClicks(window.detail.note, "half a wo")
-    press(qtbot, window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    saved = json.loads((tmp_path / "walk.twist.json").read_text())
-    assert saved["intervals"][0]["note"] == "half a wo"
 
 
 def test_letters_are_keys_while_a_spin_box_has_the_focus(qtbot, opened):
@@ -437,97 +208,6 @@ def test_edges_at_the_playhead_never_turn_an_interval_over(opened):
     assert opened.document.interval.interval is before
     assert "wrong side" in opened.bar.label.text()
     assert opened.document.review.undo_text == ""
-
-
-def test_a_crash_is_offered_to_be_restored(qtbot, tmp_path):
-    path = tmp_path / "walk.bvh"
-    shutil.copy(DIRTY, path)
-    first = MainWindow(Settings(theme="light"), None)
-    open_clip(qtbot, first, path)
-    first.next_interval()
-    first.accept()
-    first.accept()
-    first.undo()
-    journal = tmp_path / "walk.twist.json.journal"
-    kept = journal.read_bytes()
-    expected = decisions(first)
-    first.document.review.mark_saved()
-    first.close()
-    assert not journal.exists()
-    journal.write_bytes(kept)  # as a killed program leaves it
-    second = MainWindow(Settings(theme="light"), None)
-    second.show()
-    open_clip(qtbot, second, path)
-    assert "3 steps were kept" in second.bar.label.text()
-    restore = next(b for b in second.bar.buttons() if b.text() == "Restore")
-    qtbot.mouseClick(restore, Qt.MouseButton.LeftButton)
-    assert decisions(second) == expected
-    assert second.isWindowModified()
-    second.document.review.mark_saved()
-    second.close()
-    assert [p.name for p in tmp_path.iterdir()] == ["walk.bvh"]
-
-
-def test_a_second_window_on_a_session_only_looks(qtbot, opened):
-    other = MainWindow(Settings(theme="light"), None)
-    open_clip(qtbot, other, DIRTY)
-    assert "another window" in other.bar.label.text()
-    other.next_interval()
-    other.accept()
-    assert not other.save_session()
-    assert "cannot save" in other.bar.label.text()
-    other.document.review.mark_saved()
-    other.close()
-
-
-def test_a_session_beside_the_clip_is_gone_on_with(qtbot, window, tmp_path):
-    path = tmp_path / "walk.bvh"
-    shutil.copy(DIRTY, path)
-    open_clip(qtbot, window, path)
-    window.next_interval()
-    window.accept()
-    window.save_session()
-    open_clip(qtbot, window, ASSETS / "dance.bvh")
-    open_clip(qtbot, window, path)
-    assert decisions(window)[0] == Decision.ACCEPTED
-    # Another version of the clip: the decisions are offered, not forced.
-    path.write_bytes(path.read_bytes().replace(b"\r\n", b"\n"))
-    open_clip(qtbot, window, path)
-    assert decisions(window)[0] == Decision.UNDECIDED
-    carry = next(b for b in window.bar.buttons() if b.text() == "Carry decisions over")
-    qtbot.mouseClick(carry, Qt.MouseButton.LeftButton)
-    assert decisions(window)[0] == Decision.ACCEPTED
-
-
-def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, tmp_path):
-    path = tmp_path / "walk.bvh"
-    shutil.copy(DIRTY, path)
-    (tmp_path / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
-    open_clip(qtbot, window, path)
-    assert "set aside" in window.bar.label.text()
-    assert (tmp_path / "walk.twist.json.damaged").exists()
-    assert len(window.document.intervals) == 8
-
-
-def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, tmp_path, monkeypatch):
-    path = tmp_path / "walk.bvh"
-    shutil.copy(DIRTY, path)
-    open_clip(qtbot, window, path)
-    window.next_interval()
-
-    def full(*_args):
-        raise OSError(28, "No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr("os.fsync", full)
-        window.accept()
-        assert "journal cannot be written" in window.bar.label.text()
-        assert not window.save_session()
-        window.export(ExportChoice(tmp_path / "out.bvh"))
-        assert "No space left" in window.bar.label.text()
-    assert not (tmp_path / "out.bvh").exists()
-    assert decisions(window)[0] == Decision.ACCEPTED
-    assert window.save_session()
 
 
 def test_keys_can_be_changed_and_conflicts_are_told(qtbot, opened):

@@ -1,0 +1,159 @@
+"""Opening and exporting through the window, and what may go wrong with either."""
+
+import shutil
+
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication
+
+from inspector.export import ExportChoice, ExportDialog
+from tests.conftest import ASSETS
+from tests.gui.pictures import INJECTED
+from tests.gui.windows import open_clip
+from twistcore.bvh import read_bvh
+
+
+def test_nothing_accepted_exports_the_same_bytes(opened, tmp_path):
+    opened.export(ExportChoice(tmp_path / "same.bvh", session=False, report=False))
+    assert (tmp_path / "same.bvh").read_bytes() == INJECTED.read_bytes()
+    assert [p.name for p in tmp_path.iterdir() if p.suffix == ".bvh"] == ["same.bvh"]
+
+
+def test_a_file_is_opened_by_dropping_it(qtbot, window):
+    mime = QMimeData()
+    mime.setUrls([QUrl.fromLocalFile(str(ASSETS / "dance.bvh"))])
+    actions, button = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
+    plain = Qt.KeyboardModifier.NoModifier
+    enter = QDragEnterEvent(QPoint(50, 50), actions, mime, button, plain)
+    QApplication.sendEvent(window, enter)
+    assert enter.isAccepted()
+    with qtbot.waitSignal(window.document.opened, timeout=10_000):
+        drop = QDropEvent(QPointF(50, 50), actions, mime, button, plain)
+        QApplication.sendEvent(window, drop)
+    assert window.document.data.clip.name == "dance.bvh"
+
+
+BAD = {
+    "empty.bvh": b"",
+    "picture.bvh": b"\x89PNG\r\n\x1a\n0000",
+    "cut.bvh": INJECTED.read_bytes()[:1500],
+    "damaged.twist.json": b'{"schema": "twistcore.session/1"',
+    "other.json": b"[]",
+}
+
+
+@pytest.mark.parametrize("name", [*BAD, "missing.bvh"])
+def test_what_cannot_be_opened_is_one_sentence_and_the_clip_stays(qtbot, opened, tmp_path, name):
+    path = tmp_path / "in" / name
+    path.parent.mkdir()
+    if name in BAD:
+        path.write_bytes(BAD[name])
+    with qtbot.waitSignal(opened.document.message, timeout=10_000) as told:
+        opened.open_path(path)
+    assert told.args[1] is True
+    assert name in told.args[0]
+    assert "\n" not in told.args[0]
+    assert opened.bar.isVisible()
+    assert opened.document.data.clip.name == "walk_injected.bvh"
+    assert [p.name for p in path.parent.iterdir()] == ([name] if name in BAD else [])
+
+
+def test_a_cut_motion_opens_with_a_note(qtbot, window, tmp_path):
+    path = tmp_path / "cut.bvh"
+    path.write_bytes(INJECTED.read_bytes()[:100_000])
+    open_clip(qtbot, window, path)
+    assert 0 < window.document.frames < 344
+    assert "344" in window.bar.label.text() or "incomplete" in window.bar.label.text()
+
+
+STICK = b"""HIERARCHY
+ROOT a
+{
+OFFSET 0 0 0
+CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+JOINT b
+{
+OFFSET 0 1 0
+CHANNELS 1 Zrotation
+End Site
+{
+OFFSET 0 1 0
+}
+}
+}
+MOTION
+Frames: 3
+Frame Time: 0.01
+0 0 0 0 0 0 0
+0 0 0 1 2 3 9
+0 0 0 1 2 3 9
+"""
+
+
+def test_a_skeleton_without_a_chain_opens_and_says_so(qtbot, window, tmp_path):
+    path = tmp_path / "stick.bvh"
+    path.write_bytes(STICK)
+    open_clip(qtbot, window, path)
+    assert "no chain" in window.bar.label.text()
+    for action in window.actions_by_id.values():
+        if action.objectName() in ("next_interval", "accept", "focus_chain", "insert_interval",
+                                   "start_here", "zoom_to_interval", "toggle_play"):  # fmt: skip
+            action.trigger()
+    qtbot.wait(50)
+    window.player.pause()
+    window.export(ExportChoice(tmp_path / "out.bvh"))
+    assert (tmp_path / "out.bvh").read_bytes() == STICK
+
+
+def test_a_joint_without_three_rotations_is_shown_but_not_written(qtbot, window, tmp_path):
+    text = INJECTED.read_bytes()
+    head, _, rows = text.partition(b"MOTION")
+    # Take two of LeftHand's three rotation channels away, in the header and in every row.
+    at = head.index(b"CHANNELS 3", head.index(b"JOINT LeftHand\r\n"))
+    head = head[:at] + head[at:].replace(
+        b"CHANNELS 3 Zrotation Yrotation Xrotation", b"CHANNELS 1 Zrotation", 1
+    )
+    clip = read_bvh(INJECTED)
+    column = clip.channels[clip.motion.skeleton.index("LeftHand")].rotation
+    lines = rows.splitlines()
+    body = [b" ".join(t for k, t in enumerate(r.split()) if k not in column[1:]) for r in lines[3:]]
+    path = tmp_path / "one.bvh"
+    path.write_bytes(head + b"MOTION\n" + b"\n".join([*lines[1:3], *body]) + b"\n")
+    open_clip(qtbot, window, path)
+    window.intervals.table.selectAll()
+    window.accept()
+    window.export(ExportChoice(tmp_path / "out.bvh"))
+    before, after = read_bvh(path), read_bvh(tmp_path / "out.bvh")
+    changed = (before.values != after.values).any(axis=0)
+    hand = before.channels[before.motion.skeleton.index("LeftHand")].rotation
+    forearm = before.channels[before.motion.skeleton.index("LeftForeArm")].rotation
+    assert not changed[list(hand + forearm)].any()
+    assert changed.any()
+
+
+def test_the_source_is_never_overwritten(qtbot, window, tmp_path):
+    path = tmp_path / "walk.bvh"
+    shutil.copy(INJECTED, path)
+    open_clip(qtbot, window, path)
+    window.export(ExportChoice(path))
+    assert "never overwritten" in window.bar.label.text()
+    assert path.read_bytes() == INJECTED.read_bytes()
+
+
+def test_an_export_into_nowhere_is_told(opened, tmp_path):
+    opened.export(ExportChoice(tmp_path / "no" / "where.bvh"))
+    assert opened.bar.isVisible()
+    assert "not written" in opened.bar.label.text()
+
+
+def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
+    opened.next_interval()
+    opened.accept()
+    opened.export_dialog()
+    dialog = opened.findChild(ExportDialog)
+    qtbot.waitExposed(dialog)
+    dialog.path.setText(str(tmp_path / "by_dialog.bvh"))
+    assert dialog.undecided.text().startswith("Correct the 7 undecided")
+    dialog.accept()
+    assert (tmp_path / "by_dialog.bvh").exists()

@@ -1,0 +1,137 @@
+"""Nothing decided is lost: sessions, settings, and what an earlier run left behind."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+
+from inspector.export import ExportChoice
+from inspector.settings import Settings, load_settings, save_settings
+from tests.conftest import ASSETS
+from tests.gui.pictures import INJECTED
+from tests.gui.windows import close_window, decisions, open_clip, press
+from twistcore.review import Decision
+
+
+@pytest.fixture
+def path(tmp_path):
+    """A copy of the walk: its session and journal lie beside it."""
+    return Path(shutil.copy(INJECTED, tmp_path / "walk.bvh"))
+
+
+def test_a_session_is_saved_and_opened_again(qtbot, window, path, tmp_path):
+    open_clip(qtbot, window, path)
+    window.next_interval()
+    window.accept()
+    assert window.isWindowModified()
+    press(qtbot, window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    assert not window.isWindowModified()
+    session = tmp_path / "walk.twist.json"
+    assert json.loads(session.read_text())["intervals"][0]["decision"] == "accepted"
+    open_clip(qtbot, window, INJECTED)
+    open_clip(qtbot, window, session)
+    assert decisions(window)[0] == Decision.ACCEPTED
+    assert window.document.data.clip.path == path
+
+
+def test_settings_are_kept_and_damage_is_set_aside(tmp_path):
+    path = tmp_path / "deep" / "settings.json"
+    settings = Settings(theme="dark", reviewer="Ada")
+    settings.remember(INJECTED)
+    assert save_settings(path, settings) == ""
+    assert load_settings(path) == (settings, "")
+    path.write_bytes(b'{"recent": [1, 2')
+    again, complaint = load_settings(path)
+    assert again == Settings()
+    assert "set aside" in complaint
+    assert (tmp_path / "deep" / "settings.json.damaged").exists()
+
+
+def test_a_note_still_being_typed_is_saved(qtbot, window, path, tmp_path):
+    open_clip(qtbot, window, path)
+    window.next_interval()
+    window.detail.note.setFocus()
+    qtbot.keyClicks(window.detail.note, "half a wo")
+    press(qtbot, window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    saved = json.loads((tmp_path / "walk.twist.json").read_text())
+    assert saved["intervals"][0]["note"] == "half a wo"
+
+
+def test_a_crash_is_offered_to_be_restored(qtbot, show_window, path, tmp_path):
+    first = show_window()
+    open_clip(qtbot, first, path)
+    first.next_interval()
+    first.accept()
+    first.accept()
+    first.undo()
+    journal = tmp_path / "walk.twist.json.journal"
+    kept = journal.read_bytes()
+    expected = decisions(first)
+    close_window(qtbot, first)
+    assert not journal.exists()
+    journal.write_bytes(kept)  # as a killed program leaves it
+    second = show_window()
+    open_clip(qtbot, second, path)
+    assert "3 steps were kept" in second.bar.label.text()
+    restore = next(b for b in second.bar.buttons() if b.text() == "Restore")
+    qtbot.mouseClick(restore, Qt.MouseButton.LeftButton)
+    assert decisions(second) == expected
+    assert second.isWindowModified()
+    close_window(qtbot, second)
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.bvh"]
+
+
+def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
+    other = show_window()
+    open_clip(qtbot, other, INJECTED)
+    assert "another window" in other.bar.label.text()
+    other.next_interval()
+    other.accept()
+    assert not other.save_session()
+    assert "cannot save" in other.bar.label.text()
+
+
+def test_a_session_beside_the_clip_is_gone_on_with(qtbot, window, path):
+    open_clip(qtbot, window, path)
+    window.next_interval()
+    window.accept()
+    window.save_session()
+    open_clip(qtbot, window, ASSETS / "dance.bvh")
+    open_clip(qtbot, window, path)
+    assert decisions(window)[0] == Decision.ACCEPTED
+    # Another version of the clip: the decisions are offered, not forced.
+    path.write_bytes(path.read_bytes().replace(b"\r\n", b"\n"))
+    open_clip(qtbot, window, path)
+    assert decisions(window)[0] == Decision.UNDECIDED
+    carry = next(b for b in window.bar.buttons() if b.text() == "Carry decisions over")
+    qtbot.mouseClick(carry, Qt.MouseButton.LeftButton)
+    assert decisions(window)[0] == Decision.ACCEPTED
+
+
+def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, path, tmp_path):
+    (tmp_path / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
+    open_clip(qtbot, window, path)
+    assert "set aside" in window.bar.label.text()
+    assert (tmp_path / "walk.twist.json.damaged").exists()
+    assert len(window.document.intervals) == 8
+
+
+def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, monkeypatch, path, tmp_path):
+    open_clip(qtbot, window, path)
+    window.next_interval()
+
+    def full(*_args):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.fsync", full)
+        window.accept()
+        assert "journal cannot be written" in window.bar.label.text()
+        assert not window.save_session()
+        window.export(ExportChoice(tmp_path / "out.bvh"))
+        assert "No space left" in window.bar.label.text()
+    assert not (tmp_path / "out.bvh").exists()
+    assert decisions(window)[0] == Decision.ACCEPTED
+    assert window.save_session()

@@ -1,0 +1,30 @@
+"""What tests of the whole window do with it."""
+
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+
+
+def open_clip(qtbot, window, path):
+    """Open a clip or session and wait until it is there."""
+    with qtbot.waitSignal(window.document.opened, timeout=20_000):
+        window.open_path(Path(path))
+    qtbot.wait(50)
+
+
+def close_window(qtbot, window):
+    """Close it with nothing asked about decisions that are not saved."""
+    window.leave_guide()
+    if window.document.data is not None:
+        window.document.review.mark_saved()
+    window.close()
+    qtbot.wait(20)
+
+
+def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
+    qtbot.keyClick(window, key, modifier)
+    qtbot.wait(5)
+
+
+def decisions(window):
+    return [j.decision for j in window.document.intervals]
