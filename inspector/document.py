@@ -13,11 +13,11 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.analysed import Analysed, ClipMissingError, analyse, analyse_session
 from inspector.background import Task
+from inspector.corrections import Corrections
 from inspector.keeping import Keeper, Leftover
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import DETECTORS, Interval, resolve_tau
-from twistcore.motion import Motion, forward_kinematics
-from twistcore.refinement import offsets_by_chain, remove_twist
+from twistcore.motion import Motion
 from twistcore.review import (
     CarryOver,
     Command,
@@ -32,7 +32,7 @@ from twistcore.review import (
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
 from twistcore.rotation import Array
-from twistcore.signals import TwistSignals, twist_signals
+from twistcore.signals import TwistSignals
 from twistcore.tuning import Profile
 
 
@@ -74,8 +74,7 @@ class Document(QObject):
         self.reviewer = ""
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
-        self._offsets: dict[str, Array] = {}
-        self._summed: dict[str, list[Interval]] = {}  # what each of them is the sum of
+        self._corrections: Corrections | None = None
         self._task: Task | None = None
         self._drag = 0
 
@@ -110,14 +109,14 @@ class Document(QObject):
         self.data = data
         self.frame = 0
         self.interval_id = None
-        self._offsets, self._summed = {}, {}
+        self._corrections = Corrections(data.motion, data.chains)
         self.hidden = frozenset()
         leftover = self.keeper.begin(data.clip, data.review, data.session)
         intervals = self.review.state.intervals
         self.chain = intervals[0].interval.chain if intervals else ""
         if not self.chain and data.chains:
             self.chain = data.chains[0].name
-        self._offsets = self._sum_of_offsets()
+        self._corrections.update(data.review.state)
         self.opened.emit()
         if not resumed:
             self._tell_about(data)
@@ -180,9 +179,10 @@ class Document(QObject):
         other = Document(parent)
         if self.data is not None:
             other.data = replace(self.data, review=Review(self.review.state))
+            other._corrections = Corrections(self.data.motion, self.data.chains)
+            other._corrections.update(self.review.state)
         other.chain, other.interval_id, other.frame = self.chain, self.interval_id, self.frame
         other.show, other.hidden, other.first_frame = self.show, self.hidden, self.first_frame
-        other._offsets, other._summed = dict(self._offsets), dict(self._summed)
         return other
 
     def close_clip(self) -> None:
@@ -232,7 +232,7 @@ class Document(QObject):
 
     def offset(self, chain: str) -> Array:
         """Twist error of a chain's parent by all intervals not rejected, radians, (frames,)."""
-        return self._offsets.get(chain, np.zeros(self.frames))
+        return self._corrections.offset(chain) if self._corrections else np.zeros(0)
 
     def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
         """Global rotations (joints, 4) and positions (joints, 3) of a frame.
@@ -241,21 +241,14 @@ class Document(QObject):
         judged by what accepting it would do.
         """
         assert self.data is not None
-        if not after:
-            return self.data.rotations[frame], self.data.positions[frame]
-        offsets = {name: o[frame : frame + 1] for name, o in self._offsets.items()}
-        if not any(o[0] for o in offsets.values()):
-            return self.data.rotations[frame], self.data.positions[frame]
-        one = self.data.motion.sliced(frame, frame + 1)
-        chains = [_at_frame(c, frame) for c in self.data.chains]
-        rotations, positions = forward_kinematics(remove_twist(one, chains, offsets))
-        return rotations[0], positions[0]
+        assert self._corrections is not None
+        corrected = self._corrections.pose(frame) if after else None
+        return corrected or (self.data.rotations[frame], self.data.positions[frame])
 
     def signals_after(self, chain: str) -> TwistSignals:
         """The chain's signals with every interval corrected that is not rejected."""
-        assert self.data is not None
-        refined = remove_twist(self.data.motion, self.data.chains, self._offsets)
-        return twist_signals(refined, self.find_chain(chain))
+        assert self._corrections is not None
+        return self._corrections.signals(self.find_chain(chain))
 
     # -- cursor and selection -----------------------------------------------------------------
 
@@ -458,7 +451,8 @@ class Document(QObject):
         )
 
     def _review_changed(self) -> None:
-        self._offsets = self._sum_of_offsets()
+        assert self._corrections is not None
+        self._corrections.update(self.review.state)
         self._follow_method()
         if self.interval_id is not None and self.interval is None:
             self.interval_id = None
@@ -473,28 +467,3 @@ class Document(QObject):
             analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
             self.data = replace(self.data, analysis=analysis, method=method)
             self.method_changed.emit()
-
-    def _sum_of_offsets(self) -> dict[str, Array]:
-        """Of chains that can be corrected: no view shows what an export cannot write."""
-        assert self.data is not None
-        motion = self.data.motion
-        free = {c.name for c in self.data.chains if not uncorrectable_joints(motion, c)}
-        chosen: dict[str, list[Interval]] = {}
-        for interval in self.review.state.chosen(undecided=True):
-            if interval.chain in free:
-                chosen.setdefault(interval.chain, []).append(interval)
-        # A dragged τ changes one chain: the sums of the others stand.
-        for chain in [c for c in self._summed if self._summed[c] != chosen.get(c)]:
-            del self._summed[chain], self._offsets[chain]
-        for chain, intervals in chosen.items():
-            if chain not in self._summed:
-                self._offsets |= offsets_by_chain(intervals, self.frames)
-                self._summed[chain] = intervals
-        return self._offsets
-
-
-def _at_frame(chain: Chain, frame: int) -> Chain:
-    """The chain with the bone axis of one frame, where it varies."""
-    if chain.axis.ndim == 1:
-        return chain
-    return replace(chain, axis=chain.axis[frame : frame + 1])
