@@ -8,12 +8,9 @@ machine weighs on both alike.
 
 from __future__ import annotations
 
-import argparse
-import json
-import shutil
 import sys
-import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +22,7 @@ from pyvistaqt import QtInteractor
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from benchmarks._frames import Figures, run
 from inspector.analysed import Analysed, analyse
 from inspector.document import Document, Show
 from inspector.theme import DARK
@@ -86,20 +84,15 @@ def repaint(view: QWidget) -> None:
     QApplication.sendEvent(view.window(), QEvent(QEvent.Type.UpdateRequest))
 
 
-def time_of(action: object, *arguments: int) -> float:
+def time_of(action: Callable[..., None], *arguments: int) -> float:
     """Milliseconds of a call."""
     start = time.perf_counter()
-    action(*arguments)  # type: ignore[operator]
+    action(*arguments)
     return 1e3 * (time.perf_counter() - start)
 
 
-def measure(clip: Path, frames: int) -> dict[str, float | str | int]:
-    """Median and 95th percentile of both windows, milliseconds; of a copy of the clip."""
-    with tempfile.TemporaryDirectory() as folder:
-        return _measure(Path(shutil.copy(clip, folder)), frames)
-
-
-def _measure(clip: Path, frames: int) -> dict[str, float | str | int]:
+def measure(clip: Path, frames: int) -> Figures:
+    """Median and 95th percentile of both windows, milliseconds."""
     data = analyse(clip)
     document = Document()
     document.show_clip(data)
@@ -156,23 +149,16 @@ def _measure(clip: Path, frames: int) -> dict[str, float | str | int]:
     }
 
 
+def is_good(figures: Figures) -> bool:
+    """Whether both targets are met."""
+    median, ratio = (float(figures[k]) for k in ("view_median_ms", "ratio"))
+    return median <= TARGET_MS and ratio <= TARGET_RATIO
+
+
 def main() -> int:
     """Print the table; exit 1 if a target is missed."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--clip", type=Path, default=CLIP)
-    parser.add_argument("--frames", type=int, default=200)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
     _app = QApplication.instance() or QApplication([])
-    result = measure(options.clip, options.frames)
-    if options.json:
-        print(json.dumps(result))
-    else:
-        for name, value in result.items():
-            print(f"{name:>16}  {value}")
-    good = result["view_median_ms"] <= TARGET_MS and result["ratio"] <= TARGET_RATIO
-    print("" if options.json else f"{'target':>16}  {'met' if good else 'MISSED'}")
-    return 0 if good else 1
+    return run(__doc__.splitlines()[0], CLIP, 200, measure, is_good)
 
 
 if __name__ == "__main__":

@@ -9,11 +9,7 @@ the lesson on and off.
 
 from __future__ import annotations
 
-import argparse
-import json
-import shutil
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -24,6 +20,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from benchmarks._frames import Figures, run
 from inspector.analysed import analyse
 from inspector.app import make_application
 from inspector.document import Document
@@ -41,13 +38,8 @@ def repaint(widget: QWidget) -> None:
     QApplication.sendEvent(widget.window(), QEvent(QEvent.Type.UpdateRequest))
 
 
-def measure(clip: Path, frames: int) -> dict[str, float | int | str]:
-    """Medians in milliseconds, of a copy of the clip."""
-    with tempfile.TemporaryDirectory() as folder:
-        return _measure(Path(shutil.copy(clip, folder)), frames)
-
-
-def _measure(clip: Path, frames: int) -> dict[str, float | int | str]:
+def measure(clip: Path, frames: int) -> Figures:
+    """Medians in milliseconds."""
     document = Document()
     document.show_clip(analyse(clip))
     viewport, timeline = Viewport(document, DARK), Timeline(document, DARK)
@@ -98,21 +90,12 @@ def _measure(clip: Path, frames: int) -> dict[str, float | int | str]:
 
 def main() -> int:
     """Print the table; exit 1 if the target is missed."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--clip", type=Path, default=CLIP)
-    parser.add_argument("--frames", type=int, default=120)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
     _app = make_application()
-    result = measure(options.clip, options.frames)
-    if options.json:
-        print(json.dumps(result))
-    else:
-        for name, value in result.items():
-            print(f"{name:>16}  {value}")
-    good = float(result["open_median_ms"]) <= TARGET_MS
-    print("" if options.json else f"{'target':>16}  {'met' if good else 'MISSED'}")
-    return 0 if good else 1
+
+    def is_good(figures: Figures) -> bool:
+        return float(figures["open_median_ms"]) <= TARGET_MS
+
+    return run(__doc__.splitlines()[0], CLIP, 120, measure, is_good)
 
 
 if __name__ == "__main__":
