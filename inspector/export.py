@@ -5,23 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QDialog,
-    QDialogButtonBox,
-    QFileDialog,
-    QFormLayout,
-    QHBoxLayout,
-    QLabel,
-    QLineEdit,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.document import Document
 from inspector.keeping import SESSION_SUFFIX
+from inspector.write_dialog import WriteDialog
 from twistcore.bvh import write_bvh
 from twistcore.chain import uncorrectable_joints
 from twistcore.compare import compare
@@ -95,24 +83,16 @@ def uncorrected(document: Document) -> str:
     return f"Not corrected, for want of three rotation channels: {'; '.join(stuck)}."
 
 
-class ExportDialog(QDialog):
+class ExportDialog(WriteDialog):
     """Where to, and what goes with it."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Export")
         clip = document.data.clip.path if document.data else Path("clip.bvh")
+        super().__init__("Export", clip.with_name(f"{clip.stem}_refined.bvh"), parent)
         intervals = document.intervals
         accepted = sum(j.decision == Decision.ACCEPTED for j in intervals)
         rejected = sum(j.decision == Decision.REJECTED for j in intervals)
         undecided = len(intervals) - accepted - rejected
-        self.path = QLineEdit(str(clip.with_name(f"{clip.stem}_refined.bvh")))
-        self.path.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
-        browse = QPushButton("Browse…")
-        browse.clicked.connect(self._browse)
-        row = QHBoxLayout()
-        row.addWidget(self.path, 1)
-        row.addWidget(browse)
         self.undecided = QCheckBox(f"Correct the {undecided} undecided ones as well")
         self.undecided.setEnabled(undecided > 0)
         self.session = QCheckBox("Session beside it, to go on or to replay the export")
@@ -126,8 +106,8 @@ class ExportDialog(QDialog):
                 "They are accepted in one step, which undo takes back." if on else ""
             )
         )
-        form = QFormLayout()
-        form.addRow("Write to", row)
+        form = self.form
+        form.addRow("Write to", self.where)
         form.addRow(
             "Intervals", QLabel(f"{accepted} accepted, {rejected} rejected, {undecided} undecided")
         )
@@ -138,23 +118,12 @@ class ExportDialog(QDialog):
             form.addRow("Tracked", QLabel(f"{count} with QuaMo, {gains} gains, afterwards"))
         form.addRow("", self.undecided)
         form.addRow("", self.warning)
-        self.replace = QCheckBox("Replace the file that is there")
-        self.path.textChanged.connect(self._path_changed)
-        self._path_changed()
         form.addRow("", self.replace)
         form.addRow("With", self.session)
         form.addRow("", self.report)
-        buttons = QDialogButtonBox(
-            QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
-        )
-        buttons.button(QDialogButtonBox.StandardButton.Save).setText("Export")
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.addLayout(form)
-        layout.addStretch(1)
-        layout.addWidget(buttons)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.end_form()
+        self.path.textChanged.connect(self._path_changed)
+        self._path_changed()
 
     def _path_changed(self) -> None:
         self.replace.setVisible(Path(self.path.text()).expanduser().exists())
@@ -169,7 +138,6 @@ class ExportDialog(QDialog):
             report=self.report.isChecked(),
         )
 
-    def _browse(self) -> None:
-        name, _ = QFileDialog.getSaveFileName(self, "Export to", self.path.text(), "BVH (*.bvh)")
-        if name:
-            self.path.setText(name)
+    def pattern(self) -> str:
+        """Clips."""
+        return "BVH (*.bvh)"

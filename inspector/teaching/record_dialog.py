@@ -4,24 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QComboBox,
-    QDialog,
-    QDialogButtonBox,
-    QFileDialog,
-    QFormLayout,
-    QHBoxLayout,
-    QLabel,
-    QLineEdit,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
 from inspector.document import Document
 from inspector.teaching.recording import FPS, RecordChoice, film_frames
+from inspector.write_dialog import WriteDialog
 
 _FORMATS = {
     ".mp4": "Film, MP4",
@@ -34,26 +21,19 @@ _SPEEDS = {"Real time": 1.0, "Half speed": 0.5, "A quarter": 0.25, "A tenth": 0.
 _AROUND_S = 0.5
 
 
-class RecordDialog(QDialog):
+class RecordDialog(WriteDialog):
     """A form; its `choice` is what is to be recorded."""
 
     def __init__(self, document: Document, seen: tuple[float, float], parent: QWidget) -> None:
         """`seen`: the frames that the plots show now."""
-        super().__init__(parent)
-        self.setWindowTitle("Record")
-        self._document = document
         assert document.data is not None
         clip = document.data.clip.path
+        wanted = clip.with_name(f"{clip.stem}_{document.chain or 'clip'}.mp4")
+        super().__init__("Record", wanted, parent)
+        self._document = document
         self.format = QComboBox()
         for suffix, text in _FORMATS.items():
             self.format.addItem(text, suffix)
-        self.path = QLineEdit(str(clip.with_name(f"{clip.stem}_{document.chain or 'clip'}.mp4")))
-        self.path.setMinimumWidth(self.fontMetrics().averageCharWidth() * 56)
-        browse = QPushButton("Browse…")
-        browse.clicked.connect(self._browse)
-        row = QHBoxLayout()
-        row.addWidget(self.path, 1)
-        row.addWidget(browse)
         self.range = QComboBox()
         for text, span in self._ranges(seen):
             self.range.addItem(text, span)
@@ -65,34 +45,23 @@ class RecordDialog(QDialog):
             self.size_box.addItem(f"{width} × {height}", (width, height))
         self.curves = QCheckBox("With the curves below the 3D view")
         self.curves.setChecked(True)
-        self.replace = QCheckBox("Replace the file that is there")
         self.length = QLabel()
         self.length.setObjectName("soft")
-        form = QFormLayout()
+        form = self.form
         form.addRow("Format", self.format)
-        form.addRow("Write to", row)
+        form.addRow("Write to", self.where)
         form.addRow("", self.replace)
         form.addRow("Frames", self.range)
         form.addRow("Speed", self.speed)
         form.addRow("Size", self.size_box)
         form.addRow("", self.curves)
         form.addRow("", self.length)
-        buttons = QDialogButtonBox(
-            QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
-        )
-        buttons.button(QDialogButtonBox.StandardButton.Save).setText("Record")
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.addLayout(form)
-        layout.addStretch(1)
-        layout.addWidget(buttons)
+        self.end_form()
         self.format.currentIndexChanged.connect(self._reformat)
         for box in (self.range, self.speed):
             box.currentIndexChanged.connect(self._describe)
         self.path.textChanged.connect(self._describe)
         self._describe()
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def choice(self) -> RecordChoice:
         """What the form says."""
@@ -145,11 +114,7 @@ class RecordDialog(QDialog):
         seconds = count / FPS[choice.path.suffix.lower()]
         self.length.setText(f"{count} pictures, {seconds:.1f} s; the camera stays as it is now.")
 
-    def _browse(self) -> None:
+    def pattern(self) -> str:
+        """Files of the chosen format."""
         suffix = str(self.format.currentData())
-        name, _ = QFileDialog.getSaveFileName(
-            self, "Record to", self.path.text(), f"{_FORMATS[suffix]} (*{suffix})"
-        )
-        if name:
-            self.path.setText(name)
-            self.replace.setChecked(True)  # the file dialog has asked already
+        return f"{_FORMATS[suffix]} (*{suffix})"

@@ -16,9 +16,8 @@ from inspector.settings import Settings
 from inspector.theme import DARK
 from inspector.viewport import Viewport
 from tests.conftest import ASSETS
-from tests.gui.pictures import FRAME, INJECTED, WALK, settle
+from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
 from tests.gui.windows import close_window, open_clip
-from twistcore.review import Decide, Decision
 
 
 @pytest.fixture(autouse=True)
@@ -75,8 +74,7 @@ def open_document(qapp, tmp_path):
 def document(open_document):
     """The walk at a frame in the middle, the left forearm selected, nothing to correct."""
     document = open_document(WALK)
-    if document.intervals:
-        document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
+    reject_all(document)
     document.select_chain("LeftForeArm")
     document.go_to(FRAME)
     return document

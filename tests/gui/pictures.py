@@ -3,9 +3,10 @@
 import numpy as np
 from PySide6.QtGui import QImage
 
+from inspector.analysed import analyse
 from tests.conftest import ASSETS
 from twistcore.detection import Interval
-from twistcore.review import Insert
+from twistcore.review import Decide, Decision, Insert
 
 WALK, INJECTED = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"
 FRAME = 100
@@ -46,6 +47,23 @@ def limb_pixels(qtbot, view, joint):
     soup.vertices[mine] = kept
     view.refresh()
     return changed(whole, without, by=8)
+
+
+def show_instead(document, view, path):
+    """Another clip of the same figure, as the view showed the first one; nothing to correct."""
+    camera = view.camera
+    document.show_clip(analyse(path))
+    reject_all(document)
+    document.select_chain("LeftForeArm")
+    document.go_to(FRAME)
+    view.set_follow(False)
+    view.camera = camera
+    view.refresh()
+
+
+def reject_all(document):
+    if document.intervals:
+        document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
 
 
 def insert_twist(document, chain="LeftForeArm", degrees=90.0):

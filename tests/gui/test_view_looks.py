@@ -10,7 +10,6 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QToolTip
 
 from benchmarks.many_clips import alive, is_level, look, measure
-from inspector.analysed import analyse
 from inspector.app import main
 from inspector.document import Show
 from inspector.theme import DARK, LIGHT
@@ -21,7 +20,16 @@ from inspector.viewport.camera import OrbitCamera, between
 from inspector.viewport.paint import Role, rgb
 from inspector.viewport.skin import build_skin, drape, roll
 from inspector.viewport.trails import end_effectors, ways
-from tests.gui.pictures import FRAME, INJECTED, WALK, changed, insert_twist, picture, settle
+from tests.gui.pictures import (
+    FRAME,
+    INJECTED,
+    WALK,
+    changed,
+    insert_twist,
+    picture,
+    settle,
+    show_instead,
+)
 from tests.gui.windows import open_clip
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
@@ -75,17 +83,10 @@ def test_a_twist_of_90_degrees_wrings_the_skin(qtbot, document, show_view, tmp_p
     view.set_style(Style.SKIN)
     view.set_triads(False)
     view.focus_chain()
-    camera = view.camera
     before = picture(qtbot, view)
     limb = skin_pixels(qtbot, view)
 
-    document.show_clip(analyse(path))
-    document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
-    document.select_chain("LeftForeArm")
-    document.go_to(FRAME)
-    view.set_follow(False)
-    view.camera = camera
-    view.refresh()
+    show_instead(document, view, path)
     after = picture(qtbot, view)
     change = changed(before, after)
     assert limb.sum() > 3000

@@ -10,18 +10,25 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
-from inspector.analysed import analyse
 from inspector.document import Document, Show
 from inspector.theme import DARK, LIGHT
 from inspector.viewport import VIEWS, Style, Viewport, driver
 from inspector.viewport.bodies import build_soup, find_bones, place
 from inspector.viewport.camera import OrbitCamera, figure_size, guess_up
 from inspector.viewport.paint import Role
-from tests.gui.pictures import FRAME, WALK, changed, insert_twist, limb_pixels, picture, settle
+from tests.gui.pictures import (
+    FRAME,
+    WALK,
+    changed,
+    insert_twist,
+    limb_pixels,
+    picture,
+    settle,
+    show_instead,
+)
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.motion import forward_kinematics
-from twistcore.review import Decide, Decision
 from twistcore.rotation import quaternion_from_axis_angle, rotate
 from twistcore.synthesis import InjectedError, inject
 
@@ -42,19 +49,11 @@ def test_a_twist_of_90_degrees_changes_the_limb_and_moves_no_joint(
     view = show_view(document)
     view.set_triads(False)
     view.focus_chain()
-    camera = view.camera
     before = picture(qtbot, view)
     joint = document.find_chain("LeftForeArm").parent
     limb = limb_pixels(qtbot, view, joint)
 
-    document.show_clip(analyse(path))
-    if document.intervals:
-        document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
-    document.select_chain("LeftForeArm")
-    document.go_to(FRAME)
-    view.set_follow(False)
-    view.camera = camera
-    view.refresh()
+    show_instead(document, view, path)
     after = picture(qtbot, view)
     limb |= limb_pixels(qtbot, view, joint)
 

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.bvh import patch_rotations, read_bvh
 from twistcore.bvh.patch import changed_rotations
-from twistcore.chain import find_chains
 from twistcore.detection import Interval, detect
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.review import (
@@ -25,12 +25,10 @@ from twistcore.review import (
     Journal,
     Redetect,
     Remove,
-    Review,
     accepted_motion,
     read_session,
     recover,
     session_bytes,
-    start_review,
     write_session,
 )
 from twistcore.review.model import (
@@ -42,15 +40,6 @@ from twistcore.review.model import (
     resized,
 )
 from twistcore.review.session import check_belongs
-
-CLIP = read_bvh(ASSETS / "walk_injected.bvh")
-CHAINS = find_chains(CLIP.motion)
-TAU = {c.name: np.radians(5.0) for c in CHAINS}
-
-
-def fresh():
-    found = detect(CLIP.motion, CHAINS, tau=TAU)
-    return Review(start_review("paper", TAU, found, [c.name for c in CHAINS]))
 
 
 def redetect(chain, degrees, drag=0):

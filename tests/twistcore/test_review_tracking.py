@@ -7,11 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh, write_bvh
-from twistcore.chain import find_chains
+from tests.twistcore.reviews import CHAINS, CLIP, fresh
+from twistcore.bvh import write_bvh
 from twistcore.cli import main
-from twistcore.detection import detect
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.quamo.refine import track_by_hand
 from twistcore.refinement import refine
@@ -19,30 +17,24 @@ from twistcore.review import (
     Decide,
     Decision,
     Journal,
-    Review,
     Track,
     Tracking,
     accepted_motion,
     read_session,
     recover,
     session_bytes,
-    start_review,
     write_session,
 )
 from twistcore.review.session import check_belongs
 from twistcore.review.tracking import check_tracking, trace, tracked_motion, weights_mark
 
-CLIP = read_bvh(ASSETS / "walk_injected.bvh")
-CHAINS = find_chains(CLIP.motion)
 JOINTS = ("LeftForeArm", "LeftHand")
 HAND = Tracking(JOINTS, kp=700.0, kd=20.0)
 LEARNED = Tracking(("LeftArm", "LeftForeArm"), learned=True, weights=weights_mark())
 
 
 def reviewed():
-    tau = {c.name: np.radians(5.0) for c in CHAINS}
-    found = detect(CLIP.motion, CHAINS, tau=tau)
-    review = Review(start_review("paper", tau, found, [c.name for c in CHAINS]))
+    review = fresh()
     review.do(Decide(tuple(j.id for j in review.state.intervals), Decision.ACCEPTED))
     return review
 

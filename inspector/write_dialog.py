@@ -1,0 +1,64 @@
+"""The form in which a person says where to write a file, and what into it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+
+class WriteDialog(QDialog):
+    """A form with a file's name; its button does what its title says.
+
+    A kind of form adds its rows to `form`, `where` and `replace` among them, then ends it.
+    """
+
+    def __init__(self, title: str, path: Path, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(title)
+        self.path = QLineEdit(str(path))
+        self.path.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
+        browse = QPushButton("Browse…")
+        browse.clicked.connect(self._browse)
+        self.where = QHBoxLayout()
+        self.where.addWidget(self.path, 1)
+        self.where.addWidget(browse)
+        self.replace = QCheckBox("Replace the file that is there")
+        self.form = QFormLayout()
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+
+    def end_form(self) -> None:
+        """Below all rows the buttons: the tab key goes in the order of making."""
+        buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
+        )
+        buttons.button(QDialogButtonBox.StandardButton.Save).setText(self.windowTitle())
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.addLayout(self.form)
+        layout.addStretch(1)
+        layout.addWidget(buttons)
+
+    def pattern(self) -> str:
+        """The files that a file dialog lists."""
+        return "All files (*)"
+
+    def _browse(self) -> None:
+        title = f"{self.windowTitle()} to"
+        name, _ = QFileDialog.getSaveFileName(self, title, self.path.text(), self.pattern())
+        if name:
+            self.path.setText(name)
+            self.replace.setChecked(True)  # the file dialog has asked already
