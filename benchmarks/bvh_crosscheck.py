@@ -48,7 +48,7 @@ def differences(path: Path) -> tuple[float, float]:
         again = Path(folder) / "again.bvh"
         again.write_bytes(rewritten(clip))
         theirs = pybvh_positions(path), pybvh_positions(again)
-    return tuple(float(np.abs(ours - t).max()) / height for t in theirs)  # type: ignore[return-value]
+    return tuple(float(np.abs(ours - t).max()) / height for t in theirs)
 
 
 def main() -> int:

@@ -83,10 +83,10 @@ class _Painted(QObject):
         """From now on."""
         self.waiting = set(self._widgets)
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 — Qt's name
         """Watch only."""
         if event.type() == QEvent.Type.Paint:
-            self.waiting.discard(watched)  # type: ignore[arg-type]
+            self.waiting.discard(watched)
         return False
 
 

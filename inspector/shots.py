@@ -190,7 +190,7 @@ def lead(window: MainWindow) -> None:
         QTest.qWait(20)
     window.next_interval()
     for judged in window.document.intervals[:-2]:
-        lively = window.document.data.signals[judged.interval.chain].strength  # type: ignore[union-attr]
+        lively = window.document.data.signals[judged.interval.chain].strength
         real = lively[judged.interval.start] > np.radians(5.0)
         (window.accept if real else window.reject)()
     window.hidden_errors.score_button.click()
@@ -219,7 +219,7 @@ def save(window: MainWindow, name: str, *, small: bool = False) -> None:
 def keep(picture: QImage, name: str) -> None:
     """Write a picture of the docs."""
     path = IMAGES / f"{name}.png"
-    picture.save(str(path), quality=0)  # type: ignore[call-overload]
+    picture.save(str(path), quality=0)
     print(path.relative_to(IMAGES.parent.parent))
 
 

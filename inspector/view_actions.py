@@ -82,27 +82,27 @@ class ViewActions(QMainWindow):
 
     def next_interval(self) -> None:
         """Go to the next interval."""
-        super().next_interval()  # type: ignore[misc]
+        super().next_interval()
         self._look()
 
     def previous_interval(self) -> None:
         """Go to the previous interval."""
-        super().previous_interval()  # type: ignore[misc]
+        super().previous_interval()
         self._look()
 
     def next_faint(self) -> None:
         """Go to the next faint candidate."""
-        super().next_faint()  # type: ignore[misc]
+        super().next_faint()
         self.viewport.focus_chain(self.settings.turn_ms)
 
     def accept(self) -> None:
         """Accept, and go to the next undecided."""
-        super().accept()  # type: ignore[misc]
+        super().accept()
         self._look()
 
     def reject(self) -> None:
         """Reject, and go to the next undecided."""
-        super().reject()  # type: ignore[misc]
+        super().reject()
         self._look()
 
     def _look(self) -> None:

@@ -101,8 +101,8 @@ class Exercise(QObject):
         self._task.finished.connect(self._ready)
         self._task.start()
 
-    def _ready(self, made: object) -> None:
-        data, self._errors = made  # type: ignore[misc]
+    def _ready(self, made: tuple[Analysed, tuple[InjectedError, ...]]) -> None:
+        data, self._errors = made
         self._task = None
         self.result = None
         self.start.setEnabled(True)

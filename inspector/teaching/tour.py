@@ -12,7 +12,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QPushButton
 
-from inspector.analysed import analyse
+from inspector.analysed import Analysed, analyse
 from inspector.background import Task
 from inspector.teaching.guide import leave_button
 from inspector.teaching.pages import read_page
@@ -91,9 +91,9 @@ class Tour(QObject):
             self._window.lesson.unlight()
         self.ended.emit()
 
-    def _ready(self, data: object) -> None:
+    def _ready(self, data: Analysed) -> None:
         self._task = None
-        self._window.aside.show(data)  # type: ignore[arg-type]
+        self._window.aside.show(data)
         guide = self._window.guide
         guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
         self._go(0)
@@ -191,9 +191,9 @@ class Tour(QObject):
         if self._window.lesson.lit != "w":
             self._window.lesson.light("w")
 
-    def _alter(self, **change: float | bool) -> None:
+    def _alter(self, **change: float | bool | None) -> None:
         lesson = self._window.lesson
-        lesson.set_what_if(replace(lesson.what_if, **change))  # type: ignore[arg-type]
+        lesson.set_what_if(replace(lesson.what_if, **change))
 
     def _opposed(self) -> bool:
         quantities = self._window.lesson.quantities

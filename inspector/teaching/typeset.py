@@ -73,7 +73,7 @@ def _outlines(texts: tuple[str, ...]) -> dict[str, Any]:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 
-    font = FontProperties(math_fontfamily="stix")  # type: ignore[no-untyped-call]
+    font = FontProperties(math_fontfamily="stix")
     out = {}
     for tex in texts:
         path = TextPath((0, 0), f"${tex}$", size=EM, prop=font)

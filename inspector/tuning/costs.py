@@ -105,7 +105,7 @@ class Costs(QObject):
         judged = (data.clip, state.method, said)
         if judged == self._judged:
             return
-        another = self._judged is None or self._judged[0] is not data.clip  # type: ignore[index]
+        another = self._judged is None or self._judged[0] is not data.clip
         self._judged = judged
         spans = [(j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in said]
         offsets = [j.interval.offset.tobytes() for j in said if j.decision == Decision.ACCEPTED]

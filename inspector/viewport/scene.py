@@ -108,7 +108,7 @@ class Scene:
             self.trails.remove()
             self.trails = None
         if on:
-            length = max(1, round(REACH * self._document.data.motion.fps))  # type: ignore[union-attr]
+            length = max(1, round(REACH * self._document.data.motion.fps))
             self.trails = Trails(self._document, length, self.renderers())
             self.trails.set_theme(self._theme, background(self._theme))
 

@@ -11,14 +11,11 @@ from pathlib import Path
 from PySide6.QtTest import QTest
 
 from inspector.app import make_application
-
-app = make_application()
-
-from inspector.export import ExportChoice  # noqa: E402
-from inspector.main_window import MainWindow  # noqa: E402
-from inspector.settings import Settings  # noqa: E402
-from twistcore.review import session_bytes  # noqa: E402
-from twistcore.review.model import resized  # noqa: E402
+from inspector.export import ExportChoice
+from inspector.main_window import MainWindow
+from inspector.settings import Settings
+from twistcore.review import session_bytes
+from twistcore.review.model import resized
 
 COMMANDS = [
     "accept",
@@ -36,6 +33,7 @@ COMMANDS = [
 
 def main() -> None:
     clip, rng = Path(sys.argv[1]), random.Random(int(sys.argv[2]))
+    _app = make_application()
     window = MainWindow(Settings(), None)
     window.show()
     window.open_path(clip)

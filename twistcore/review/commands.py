@@ -6,7 +6,7 @@ from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Protocol
+from typing import Any, Protocol
 
 from twistcore.detection import Interval
 from twistcore.review.model import (
@@ -312,13 +312,12 @@ def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tu
                 yield common, -k, -n
 
 
-def _replace(state: ReviewState, ids: tuple[int, ...], **changes: object) -> ReviewState:
+def _replace(state: ReviewState, ids: tuple[int, ...], **changes: Any) -> ReviewState:
     for interval_id in ids:
         state.find(interval_id)
     wanted = set(ids)
     return state.with_intervals(
-        replace(j, **changes) if j.id in wanted else j  # type: ignore[arg-type]
-        for j in state.intervals
+        replace(j, **changes) if j.id in wanted else j for j in state.intervals
     )
 
 

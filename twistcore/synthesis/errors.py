@@ -140,14 +140,14 @@ def inject(motion: Motion, chains: Sequence[Chain], errors: Sequence[InjectedErr
         offset = offsets.setdefault(error.chain, np.zeros(motion.frames))
         offset[error.start : error.stop] -= error.offset
     dirty = remove_twist(motion, chains, offsets)
-    leaking = [e for e in errors if e.leak is not None]
+    leaking = [(e, e.leak) for e in errors if e.leak is not None]
     if not leaking:
         return dirty
     by_name = {chain.name: chain for chain in chains}
     rotations = dirty.rotations.copy()
-    for error in leaking:
+    for error, leak in leaking:
         chain, at = by_name[error.chain], slice(error.start, error.stop)
         axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
-        turn = quaternion_from_axis_angle(axis, error.leak)  # type: ignore[arg-type]
+        turn = quaternion_from_axis_angle(axis, leak)
         rotations[at, chain.child] = normalise(multiply(turn, rotations[at, chain.child]))
     return dirty.with_rotations(rotations)
