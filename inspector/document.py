@@ -443,12 +443,10 @@ class Document(QObject):
             out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]
         return out
 
-    def accepted_motion(self, *, undecided: bool = False) -> Motion:
+    def accepted_motion(self) -> Motion:
         """The motion that an export writes."""
         assert self.data is not None
-        return accepted_motion(
-            self.data.clip, self.data.chains, self.review.state, undecided=undecided
-        )
+        return accepted_motion(self.data.clip, self.data.chains, self.review.state)
 
     def _review_changed(self) -> None:
         assert self._corrections is not None

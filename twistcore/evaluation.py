@@ -189,11 +189,11 @@ def evaluation_to_text(evaluation: Evaluation) -> str:
 
 
 def match_intervals(
-    found: Sequence[tuple[int, int]], true: Sequence[tuple[int, int]], least: float = 0.5
+    found: Sequence[tuple[int, int]], true: Sequence[tuple[int, int]]
 ) -> dict[int, int]:
     """Index in `found` → index in `true`, one to one, the best overlap first.
 
-    Intervals are [start, stop); two match where intersection over union is at least `least`.
+    Intervals are [start, stop); two match where intersection over union is at least a half.
     """
     if not found or not true:
         return {}
@@ -203,7 +203,7 @@ def match_intervals(
     matched: dict[int, int] = {}
     for flat in np.argsort(-overlap, axis=None, kind="stable"):
         i, j = (int(k) for k in np.unravel_index(flat, overlap.shape))
-        if overlap[i, j] < least:
+        if overlap[i, j] < 0.5:
             break
         if i not in matched and j not in matched.values():
             matched[i] = j

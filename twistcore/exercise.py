@@ -42,9 +42,9 @@ class Score:
 
 
 def hide_errors(
-    motion: Motion, chains: Sequence[Chain], seed: int, count: int = 2
+    motion: Motion, chains: Sequence[Chain], seed: int
 ) -> tuple[Motion, tuple[InjectedError, ...]]:
-    """The motion with errors of the paper's kind in `count` chains that share no joint.
+    """The motion with errors of the paper's kind in two chains that share no joint.
 
     The same seed hides the same errors in the same clip. Chains that could not be corrected are
     left out; a motion without any comes back as it is.
@@ -54,7 +54,7 @@ def hide_errors(
     targets: list[Chain] = []
     for k in rng.permutation(len(free)):
         joints = {j for c in targets for j in (c.parent, c.child)}
-        if len(targets) < count and not joints & {free[k].parent, free[k].child}:
+        if len(targets) < 2 and not joints & {free[k].parent, free[k].child}:
             targets.append(free[k])
     errors = draw_errors(targets, motion.frames, rng, PROTOCOLS["P0"], fps=motion.fps)
     return inject(motion, chains, errors), errors

@@ -117,11 +117,6 @@ class Motion:
         )
 
 
-def global_rotations(motion: Motion) -> Array:
-    """Rotations of every joint into the world, shape (frames, joints, 4)."""
-    return forward_kinematics(motion)[0]
-
-
 def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
     """Global rotations (frames, joints, 4) and positions (frames, joints, 3) of every joint."""
     joints = len(motion.skeleton)

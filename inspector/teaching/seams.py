@@ -37,9 +37,9 @@ def turning(speed: float) -> Array:
     return quaternion_from_axis_angle(AXIS, 2.0 * np.pi * speed * eased)
 
 
-def followers(q_hat: Array, gains: Gains | None = None) -> tuple[Follower, ...]:
+def followers(q_hat: Array) -> tuple[Follower, ...]:
     """Quaternion, axis-angle, Euler XYZ raw and wrapped, first-order: all with the same gains."""
-    gains = gains or Gains()
+    gains = Gains()
     by_name = {r.name: r for r in REPRESENTATIONS}
     found = [("Quaternion", _quaternion(q_hat, gains, EXACT))]
     found += [(name, track_coordinates(q_hat, DT, by_name[name], gains)) for name in _TRACKED]

@@ -169,12 +169,6 @@ class Scene:
         vtk.SetViewAngle(float(np.degrees(VIEW_ANGLE)))
         vtk.SetClippingRange(near, reach)
 
-    def hide_bodies(self, hidden: bool) -> None:
-        """For tests and measurements: everything but the ground goes."""
-        figures = [f for f in (self._solid, self._ghost, self._other) if f is not None]
-        for piece in (*(p for f in figures for p in f.pieces), self._triads):
-            piece.show(not hidden)
-
     def remove(self) -> None:
         """Take everything out of the plotter."""
         self.set_trails(False)

@@ -16,7 +16,7 @@ from twistcore.detection import DETECTORS
 from twistcore.review import Decision, Insert
 from twistcore.review.model import constant
 
-LEFT, RIGHT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton, Qt.MouseButton.NoButton
+LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twistcore.chain import Chain
-from twistcore.detection.consistency import ChainAnalysis, ConsistencyAnalysis, ConsistencyDetector
+from twistcore.detection.consistency import ChainAnalysis, ConsistencyDetector
 from twistcore.motion import Motion
 from twistcore.rotation import geodesic_angle
 
@@ -51,11 +51,9 @@ class NaturalEvent:
     kind: str
 
 
-def natural_events(
-    motion: Motion, chains: Sequence[Chain], analysis: ConsistencyAnalysis | None = None
-) -> tuple[NaturalEvent, ...]:
+def natural_events(motion: Motion, chains: Sequence[Chain]) -> tuple[NaturalEvent, ...]:
     """All events of an un-injected clip by the rule above, by chain and frame."""
-    analysis = analysis or ConsistencyDetector().analyse(motion, chains)
+    analysis = ConsistencyDetector().analyse(motion, chains)
     events: list[NaturalEvent] = []
     for chain in chains:
         found = [

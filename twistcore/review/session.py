@@ -112,11 +112,9 @@ def session_from_document(document: Any) -> Session:
         raise FormatError(f"{error} is missing or of the wrong kind") from None
 
 
-def accepted_motion(
-    clip: Clip, chains: Sequence[Chain], state: ReviewState, *, undecided: bool = False
-) -> Motion:
+def accepted_motion(clip: Clip, chains: Sequence[Chain], state: ReviewState) -> Motion:
     """The motion corrected by the accepted intervals, then tracked: what an export writes."""
-    refined = refine(clip.motion, chains, state.chosen(undecided=undecided))
+    refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking)
 
 

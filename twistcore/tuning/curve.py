@@ -129,7 +129,6 @@ def tau_curve(
     method: str = DEFAULT_METHOD,
     seeds: Sequence[int] = (0, 1, 2),
     protocols: Sequence[str] = PROTOCOLS,
-    grid: Array = GRID,
 ) -> TauCurve:
     """The curve of one chain in one clip without errors of its own.
 
@@ -138,9 +137,9 @@ def tau_curve(
     """
     detector = DETECTORS[method]
     clean = clean or detector.analyse(motion, chains)
-    alarms = np.array([len(_applied(clean, chain, t)) for t in grid], dtype=float)
+    alarms = np.array([len(_applied(clean, chain, t)) for t in GRID], dtype=float)
     limb = connected(chain, chains)  # an error in one limb changes nothing in another
-    repaired = np.zeros(len(grid))
+    repaired = np.zeros(len(GRID))
     total = 0
     for seed in seeds:
         for protocol in map(parse_protocol, protocols):
@@ -152,10 +151,10 @@ def tau_curve(
             dirty = detector.analyse(inject(motion, limb, errors), limb)
             truth, wrong = _truth(errors, motion.frames)
             total += int(wrong.sum())
-            repaired += [_repaired(_applied(dirty, chain, t), truth, wrong) for t in grid]
+            repaired += [_repaired(_applied(dirty, chain, t), truth, wrong) for t in GRID]
     noise = (clean.automatic_tau(chain.name),)
     minutes = motion.frames * motion.frame_time / 60.0
-    return TauCurve(grid, repaired, total, alarms, minutes, noise)
+    return TauCurve(GRID, repaired, total, alarms, minutes, noise)
 
 
 def _applied(analysis: Analysis, chain: Chain, tau: float) -> list[Interval]:
