@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from inspector.keeping import session_path
+from inspector.keeping import kept_session, set_aside
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, resolve_tau
@@ -53,20 +53,18 @@ class ClipMissingError(TwistError):
 
 
 def analyse(path: Path, profile: Profile | None = None) -> Analysed:
-    """Read and analyse a clip, with the session beside it; raises TwistError.
+    """Read and analyse a clip, with the session kept of it; raises TwistError.
 
     profile: τ for a clip without a session, which has its own. Safe to call in any thread.
     """
-    beside = session_path(path)
-    if not beside.exists():
+    session = kept_session(path)
+    if session is None:
         return analysed(read_bvh(path), profile)
     try:
-        return analyse_session(beside, path)
+        return analyse_session(session, path)
     except FormatError as error:
-        aside = beside.with_name(beside.name + ".damaged")
-        beside.replace(aside)
-        data = analysed(read_bvh(path), profile)
-        return replace(data, notes=(f"{error}. It was set aside as {aside.name}.",))
+        note = set_aside(session, str(error))
+        return replace(analysed(read_bvh(path), profile), notes=(note,))
 
 
 def analysed(clip: Clip, profile: Profile | None = None) -> Analysed:

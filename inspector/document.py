@@ -135,6 +135,12 @@ class Document(QObject):
             self.message.emit(f"Going on with {data.session.name}.", False)
         chain_notes = dict.fromkeys(w for c in data.chains for w in c.warnings)
         told = [f"{data.clip.name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
+        if self.keeper.away is not None:
+            told.insert(
+                0,
+                f"{data.clip.name} lies in a folder that cannot be written: "
+                f"your decisions are kept in {self.keeper.away}.",
+            )
         if not data.chains:
             told.append(
                 f"{data.clip.name}: no chain of parent, child and grandchild; nothing to detect."
@@ -149,7 +155,6 @@ class Document(QObject):
             self.message.emit(" ".join(told[:3]) + more, False)
         for note in data.notes:
             self.message.emit(note, True)
-
         if self.keeper.read_only:
             self.message.emit(
                 f"{data.clip.name} is open in another window: you can look, not save.", True
@@ -162,7 +167,7 @@ class Document(QObject):
             f"The last review of this clip ended without saving; {steps} kept.",
             (
                 ("Restore", lambda: self.restore(leftover)),
-                ("Discard", lambda: leftover.path.unlink(missing_ok=True)),
+                ("Discard", lambda: self.keeper.forget(leftover)),
             ),
         )
 

@@ -146,7 +146,7 @@ class FileActions(QMainWindow):
         if self.document.data is not None:
             self.queue.refresh(self.document.data.clip.path)
         if path := self.document.keeper.session_file:
-            self.statusBar().showMessage(f"Saved {path.name}", 4000)
+            self.statusBar().showMessage(f"Saved {path}", 4000)
         return True
 
     def locate_clip(self, session: Path) -> None:

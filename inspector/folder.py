@@ -14,7 +14,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
 
-from inspector.keeping import session_path
+from inspector.keeping import kept_session
 from inspector.survey_worker import work
 from twistcore.batch import ClipSurvey
 from twistcore.tuning import Profile
@@ -280,9 +280,12 @@ def _spawn() -> _Worker:
 
 
 def decided_in(clip: Path) -> tuple[int, int] | None:
-    """Intervals decided, of all, by the session beside a clip; None without a readable one."""
+    """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
+    session = kept_session(clip)
+    if session is None:
+        return None
     try:
-        document = json.loads(session_path(clip).read_text(encoding="utf-8"))
+        document = json.loads(session.read_text(encoding="utf-8"))
         decisions = [i["decision"] for i in document["intervals"]]
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -1,9 +1,14 @@
-"""Nothing decided is lost: the session beside the clip, its journal, and the lock on both."""
+"""Nothing decided is lost: the session beside the clip, its journal, and the lock on both.
+
+Where the clip's folder cannot be written, they are in a folder of the person's own: the refuge.
+"""
 
 from __future__ import annotations
 
+import errno
 import hashlib
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,11 +24,34 @@ from twistcore.review.journal import command_to_json, state_entry
 SESSION_SUFFIX = ".twist.json"
 _JOURNAL_SUFFIX = ".journal"
 _IDLE_MS = 300  # a drag that pauses this long is put on disk
+_NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 
 def session_path(clip: Path) -> Path:
     """Where a clip's session lies unless the person says otherwise."""
     return clip.with_name(clip.stem + SESSION_SUFFIX)
+
+
+def refuge_path(clip: Path) -> Path:
+    """Where the session lies if the clip's folder cannot be written."""
+    mark = hashlib.sha256(str(clip.resolve()).encode()).hexdigest()[:12]
+    folder = platformdirs.user_state_path("twist-inspector", appauthor=False)
+    return folder / f"{clip.stem}-{mark}{SESSION_SUFFIX}"
+
+
+def kept_session(clip: Path) -> Path | None:
+    """The session that there is of a clip; what is in the refuge is newer than what it kept out."""
+    return next((p for p in (refuge_path(clip), session_path(clip)) if p.exists()), None)
+
+
+def set_aside(path: Path, why: str) -> str:
+    """Rename a file that is of no use; returns the sentence that says so."""
+    aside = path.with_name(path.name + ".damaged")
+    try:
+        path.replace(aside)
+    except OSError as error:
+        return f"{why}. It cannot be set aside ({error.strerror})."
+    return f"{why}. It was set aside as {aside.name}."
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +75,7 @@ class Keeper(QObject):
         super().__init__(parent)
         self.session_file: Path | None = None
         self.read_only = False
+        self.away: Path | None = None  # the refuge, where the clip's folder cannot be written
         self._clip: Clip | None = None
         self._review: Review | None = None
         self._journal: Journal | None = None
@@ -71,7 +100,7 @@ class Keeper(QObject):
         self.read_only = not self._take_lock()
         if self.read_only:
             return None
-        for path in (self.journal_path, self._refuge()):
+        for path in self._journal_paths():
             if path.exists():
                 return self._leftover(path)
         return None
@@ -102,7 +131,14 @@ class Keeper(QObject):
         self._review = review
         self._start_journal()
         if self._journal is not None and leftover.path != self._journal.path:
+            self.forget(leftover)
+
+    def forget(self, leftover: Leftover) -> None:
+        """Delete what an earlier run left."""
+        try:
             leftover.path.unlink(missing_ok=True)
+        except OSError as error:
+            self.trouble.emit(f"{leftover.path}: not deleted ({error.strerror}).")
 
     # -- recording ----------------------------------------------------------------------------
 
@@ -142,18 +178,27 @@ class Keeper(QObject):
         """Write the session file; a sentence if that failed, else ''."""
         if self._clip is None or self._review is None:
             return ""
-        path = self.session_file or session_path(self._clip.path)
+        wanted = self.session_file or session_path(self._clip.path)
         if self.read_only:
-            return f"{path.name} is open in another window; this one cannot save it."
+            return f"{wanted.name} is open in another window; this one cannot save it."
         self.flush()
-        try:
-            write_session(path, self._clip, self._review.state)
-        except OSError as error:
-            return f"{path}: not saved ({error.strerror}). Your decisions stay in the journal."
-        self.session_file = path
-        self._review.mark_saved()
-        self.give_up()
-        return ""
+        refuge = refuge_path(self._clip.path)
+        for path in (wanted, refuge):
+            try:
+                if path == refuge:
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                write_session(path, self._clip, self._review.state)
+            except OSError as error:
+                last = error
+                if error.errno in _NOT_ALLOWED:
+                    continue
+                break
+            self.session_file = path
+            self._review.mark_saved()
+            self.give_up()
+            return ""
+        kept = "in the journal" if self._journal is not None else "in this window only"
+        return f"{wanted}: not saved ({last.strerror}). Your decisions stay {kept}."
 
     # -- paths and lock -----------------------------------------------------------------------
 
@@ -164,46 +209,45 @@ class Keeper(QObject):
         path = self.session_file or session_path(self._clip.path)
         return path.with_name(path.name + _JOURNAL_SUFFIX)
 
-    def _refuge(self) -> Path:
-        """Where the journal goes if the clip's folder cannot be written."""
+    def _journal_paths(self) -> tuple[Path, Path]:
+        """Where the journal is to be, and where it goes if that folder cannot be written."""
         assert self._clip is not None
-        mark = hashlib.sha256(str(self._clip.path.resolve()).encode()).hexdigest()[:12]
-        folder = platformdirs.user_state_path("twist-inspector", appauthor=False)
-        return folder / f"{self._clip.path.stem}-{mark}{_JOURNAL_SUFFIX}"
+        refuge = refuge_path(self._clip.path)
+        return self.journal_path, refuge.with_name(refuge.name + _JOURNAL_SUFFIX)
 
     def _take_lock(self) -> bool:
-        path = self.journal_path
-        lock = QLockFile(str(path.with_name(path.name + ".lock")))
-        lock.setStaleLockTime(0)  # never by age: Qt looks whether the process is still alive
-        if lock.tryLock(0):
-            self._lock = lock
-            return True
-        # A folder that cannot be written cannot be locked either: nobody else writes there.
-        return lock.error() != QLockFile.LockError.LockFailedError
+        wanted, refuge = self._journal_paths()
+        self.away = None
+        for path in (wanted, refuge):
+            if path == refuge:
+                with suppress(OSError):
+                    path.parent.mkdir(parents=True, exist_ok=True)
+            lock = QLockFile(str(path.with_name(path.name + ".lock")))
+            lock.setStaleLockTime(0)  # never by age: Qt looks whether the process is still alive
+            if lock.tryLock(0):
+                self._lock = lock
+                self.away = path.parent if path != wanted else None
+                return True
+            if lock.error() == QLockFile.LockError.LockFailedError:
+                return False
+        return True  # nowhere to write: nobody else can either
 
     def _leftover(self, path: Path) -> Leftover | None:
         try:
             recovered = recover(path)
         except TwistError as error:
-            self._set_aside(path, str(error))
+            self.trouble.emit(set_aside(path, str(error)))
             return None
         assert self._clip is not None
         if recovered.session.sha256 != self._clip.sha256:
-            self._set_aside(path, f"{path.name} belongs to another version of the clip")
+            why = f"{path.name} belongs to another version of the clip"
+            self.trouble.emit(set_aside(path, why))
             return None
         if recovered.damaged:
             self.trouble.emit(
                 f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
             )
         return Leftover(path, recovered)
-
-    def _set_aside(self, path: Path, why: str) -> None:
-        aside = path.with_name(path.name + ".damaged")
-        try:
-            path.replace(aside)
-            self.trouble.emit(f"{why}. It was set aside as {aside.name}.")
-        except OSError as error:
-            self.trouble.emit(f"{why}, and cannot be set aside ({error.strerror}).")
 
     # -- the journal --------------------------------------------------------------------------
 
@@ -226,8 +270,8 @@ class Keeper(QObject):
         if self.read_only or self._clip is None or self._review is None:
             return
         state = self._review.state_before_last if before_last else self._review.state
-        refuge = self._refuge()
-        for path in (self.journal_path, refuge):
+        wanted, refuge = self._journal_paths()
+        for path in (wanted, refuge):
             try:
                 if path == refuge:
                     path.parent.mkdir(parents=True, exist_ok=True)

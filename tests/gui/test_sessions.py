@@ -1,7 +1,10 @@
 """Nothing decided is lost: sessions, settings, and what an earlier run left behind."""
 
 import json
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -135,3 +138,40 @@ def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, monkeypatch, pat
     assert not (tmp_path / "out.bvh").exists()
     assert decisions(window)[0] == Decision.ACCEPTED
     assert window.save_session()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the folder's permissions are POSIX's")
+def test_in_a_folder_that_cannot_be_written_a_review_is_kept_elsewhere(path, tmp_path):
+    folder, state = tmp_path / "given", tmp_path / "mine"
+    folder.mkdir()
+    clip = path.rename(folder / path.name)
+    script = Path(__file__).with_name("unwritable_review.py")
+    words = [sys.executable, str(script), str(clip)]
+    if os.geteuid() == 0:  # permissions do not bind root, unless it gives that up
+        if shutil.which("setpriv") is None:
+            pytest.skip("root writes everywhere")
+        words = ["setpriv", "--bounding-set=-dac_override", *words]
+    root = str(Path(__file__).parents[2])
+
+    def review():
+        folder.chmod(0o555)
+        environment = {**os.environ, "PYTHONPATH": root, "XDG_STATE_HOME": str(state)}
+        done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+        folder.chmod(0o755)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.splitlines()
+
+    told, verdicts, saved = review()
+    assert "a folder that cannot be written" in told
+    assert (verdicts, saved) == ("0", "True")
+    told, verdicts, saved = review()
+    assert told.startswith("Going on with walk-")
+    assert (verdicts, saved) == ("1", "True")
+    assert [p.name for p in folder.iterdir()] == [clip.name]
+    assert [p.suffixes for p in (state / "twist-inspector").iterdir()] == [[".twist", ".json"]]
+
+    shutil.rmtree(state)
+    (folder / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
+    told, verdicts, saved = review()
+    assert "cannot be set aside" in told
+    assert (verdicts, saved) == ("0", "True")

@@ -1,0 +1,32 @@
+"""A verdict on a clip whose folder cannot be written: `unwritable_review.py CLIP`.
+
+Prints what the window says, how many verdicts it opened with, and whether the next one was saved.
+"""
+
+import sys
+from pathlib import Path
+
+from PySide6.QtTest import QTest
+
+from inspector.app import make_application
+from inspector.main_window import MainWindow
+from inspector.settings import Settings
+from twistcore.review import Decision
+
+
+def main() -> None:
+    _app = make_application()
+    window = MainWindow(Settings(turn_ms=0), None)
+    window.show()
+    window.open_path(Path(sys.argv[1]))
+    while window.document.data is None:
+        QTest.qWait(5)
+    print(window.bar.label.text())
+    print(sum(j.decision == Decision.ACCEPTED for j in window.document.intervals))
+    window.next_interval()
+    window.accept()
+    print(window.save_session())
+    window.close()
+
+
+main()
