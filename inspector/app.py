@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import signal
 import sys
@@ -43,6 +44,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     window.show()
     if complaint:
         window.bar.show_message(complaint, True)
+    # What the program is made of never becomes garbage; looking through all of it again and again
+    # would hold the window up, 0.15 s each time.
+    gc.freeze()
     if arguments.file:
         window.open_path(arguments.file)
     script = None

@@ -41,6 +41,7 @@ from inspector.quality import QualityActions
 from inspector.review_actions import ReviewActions
 from inspector.settings import Settings, save_settings
 from inspector.steady import SteadyLabel
+from inspector.surface import own_surface
 from inspector.teaching.actions import TeachActions
 from inspector.tuning import TuningActions, TuningPanel
 from inspector.video.actions import VideoActions
@@ -160,12 +161,14 @@ class MainWindow(
         self.decided = SteadyLabel()
         for label in (self.position, self.decided):
             self.statusBar().addPermanentWidget(label)
+        own_surface(self.statusBar())
 
     def _dock(self, title: str, content: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
         dock = QDockWidget(title, self)
         dock.setObjectName(title.lower())
         dock.setWidget(content)
         self.addDockWidget(area, dock)
+        own_surface(dock)
         return dock
 
     def _connect(self) -> None:

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from inspector.analysed import Analysed
 from inspector.document import Document
+from inspector.panels.cells import RowDelegate
 from inspector.panels.rows import Index, Row, RowModel
 from inspector.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
@@ -106,6 +107,7 @@ class ChainsPanel(QWidget):
         self._model = _ChainModel(document, theme)
         self.table = QTableView()
         self.table.setModel(self._model)
+        self.table.setItemDelegate(RowDelegate(self._model, self.table))
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.table.setShowGrid(False)

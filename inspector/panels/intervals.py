@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.document import Document
+from inspector.panels.cells import RowDelegate
 from inspector.panels.rows import SORT_ROLE, Index, Row, RowModel
 from inspector.steady import SteadyLabel
 from inspector.theme import Theme
@@ -186,6 +187,7 @@ class IntervalsPanel(QWidget):
     def _make_table(self) -> QTableView:
         table = QTableView()
         table.setModel(self._proxy)
+        table.setItemDelegate(RowDelegate(self._model, table, self._proxy))
         table.setSortingEnabled(True)
         table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
         table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)

@@ -11,6 +11,10 @@ from PySide6.QtGui import QColor
 
 Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE = Qt.ItemDataRole.UserRole
+_LEFT, _RIGHT = (
+    side | Qt.AlignmentFlag.AlignVCenter
+    for side in (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
+)
 _FEW = 64  # rows that come and go one by one; more of them make a new table
 
 
@@ -162,7 +166,7 @@ class RowModel(QAbstractTableModel):
             if role == Qt.ItemDataRole.ToolTipRole and self.head_tips:
                 return self.head_tips[section]
             if role == Qt.ItemDataRole.TextAlignmentRole:
-                return self._alignment(section)
+                return self.alignment(section)
         return None
 
     def data(self, index: Index, role: int = 0) -> Any:
@@ -171,7 +175,7 @@ class RowModel(QAbstractTableModel):
             return None
         column = index.column()
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return self._alignment(column)
+            return self.alignment(column)
         if role == Qt.ItemDataRole.DisplayRole:
             return self.row(index.row()).texts[column]
         if role == Qt.ItemDataRole.ForegroundRole:
@@ -179,8 +183,7 @@ class RowModel(QAbstractTableModel):
             return None if colour is None else QColor(colour)
         if role == Qt.ItemDataRole.CheckStateRole and column == 0:
             tick = self.row(index.row()).tick
-            state = Qt.CheckState.Checked if tick else Qt.CheckState.Unchecked
-            return None if tick is None else state
+            return None if tick is None else self.tick(tick)
         if role == Qt.ItemDataRole.ToolTipRole:
             tips = self.row(index.row()).tips
             return tips[column % len(tips)] if tips else None
@@ -189,6 +192,10 @@ class RowModel(QAbstractTableModel):
             return (row.sort or row.texts)[column]
         return None
 
-    def _alignment(self, column: int) -> Qt.AlignmentFlag:
-        side = Qt.AlignmentFlag.AlignRight if column in self.right else Qt.AlignmentFlag.AlignLeft
-        return side | Qt.AlignmentFlag.AlignVCenter
+    def alignment(self, column: int) -> Qt.AlignmentFlag:
+        """Figures stand on the right."""
+        return _RIGHT if column in self.right else _LEFT
+
+    def tick(self, on: bool) -> Qt.CheckState:
+        """A tick as Qt calls it."""
+        return Qt.CheckState.Checked if on else Qt.CheckState.Unchecked

@@ -175,13 +175,12 @@ class FrontLayer(Layer):
         metrics = QFontMetricsF(font)
         painter.setFont(font)
         room = self._view.width() - 6.0
-        width = sum(metrics.horizontalAdvance(text) for text, _ in self.title)
+        advances = [metrics.horizontalAdvance(text) for text, _ in self.title]
         back = QColor(theme.surface)
         back.setAlpha(215)
-        painter.fillRect(QRectF(1.0, 1.0, min(width + 8.0, room), high - 1.0), back)
+        painter.fillRect(QRectF(1.0, 1.0, min(sum(advances) + 8.0, room), high - 1.0), back)
         x = 5.0
-        for text, role in self.title:
-            advance = metrics.horizontalAdvance(text)
+        for (text, role), advance in zip(self.title, advances, strict=True):
             if x + advance > room:
                 break
             painter.setPen(QColor(getattr(theme, role)))

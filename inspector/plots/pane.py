@@ -16,6 +16,7 @@ from inspector.plots.canvas import Canvas, TauLine
 from inspector.plots.curves import from_root_scale, root_scale, thinned
 from inspector.plots.gestures import TimeView
 from inspector.plots.layers import BackLayer, FrontLayer, Scenery
+from inspector.plots.line import Line
 from inspector.theme import Theme, figures_font
 from twistcore.rotation import Array
 
@@ -136,7 +137,7 @@ class Pane(Canvas):
         self._zero = pg.InfiniteLine(pos=0.0, angle=0)
         self._zero.setZValue(-50)
         self.addItem(self._zero, ignoreBounds=True)
-        self.curves = {s.name: pg.PlotCurveItem() for s in styles}
+        self.curves = {s.name: Line(self.view) for s in styles}
         self.values: dict[str, tuple[Array, NDArray[np.int64]]] = {}
         for curve in self.curves.values():
             self.addItem(curve, ignoreBounds=True)
@@ -194,14 +195,14 @@ class Pane(Canvas):
             if style.dashed:
                 pen.setDashPattern([5.0, 3.0])
             curve = self.curves[style.name]
-            curve.setPen(pen)
-            curve.opts["antialias"] = self._smooth
+            curve.pen, curve.smooth = pen, self._smooth
 
     def light(self, first: str | None) -> None:
         """Draw the curves whose names begin so boldly; None: none of them."""
         if first != self._lit:
             self._lit = first
             self._set_pens()
+            self.touch()
 
     def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
         """Give a line its values, degrees, (frames,), NaN where nothing is drawn.
@@ -215,7 +216,7 @@ class Pane(Canvas):
         """Hand over what is in view only: pyqtgraph's own thinning drops what lies by a gap."""
         y, seams = self.values[name]
         x, y = thinned(y, seams, *self.view.viewRange()[0], int(self.view.width()))
-        self.curves[name].setData(x, y, connect="finite", skipFiniteCheck=False)
+        self.curves[name].show_points(x, y)
 
     def _thin_all(self, *_: object) -> None:
         for name in self.values:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QLine, QRect, Qt
-from PySide6.QtGui import QBrush, QColor, QFont, QPainter, QPen
+import pyqtgraph as pg
+from PySide6.QtCore import QRect, Qt
+from PySide6.QtGui import QBrush, QColor, QFont, QPainter, QPainterPath, QPen
 
 from inspector.theme import Theme, mixed
 from twistcore.review import Decision, Judged
@@ -57,14 +58,16 @@ class Regions:
                     covered = _united(each, width)
                     hidden = crowded and not strong
                     self._groups.append(_Group(decision, strong, covered, [] if hidden else each))
-        self._shapes: dict[int, list[tuple[_Group, list[QRect], list[QLine]]]] = {}
+        self._height = 0
+        self._shapes: list[tuple[_Group, list[QRect], QPainterPath]] = []
 
     def paint(
         self, painter: QPainter, theme: Theme, height: int, glyphs: QFont | None, top: int
     ) -> None:
         """Fills, borders, and with a font the signs of the decisions below `top`."""
-        for group, rects, lines in self._shapes_at(height):
-            _paint_group(painter, theme, group, rects, lines, height)
+        painter.setClipRect(QRect(0, 0, self._width, height))
+        for group, rects, lines in self._shapes_of(height):
+            _paint_group(painter, theme, group, rects, lines, self._width, height)
             if glyphs is not None:
                 painter.setFont(glyphs)
                 for left, right in group.each:
@@ -73,19 +76,19 @@ class Regions:
                         sign = _GLYPHS[group.decision]
                         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, sign)
 
-    def _shapes_at(self, height: int) -> list[tuple[_Group, list[QRect], list[QLine]]]:
-        """Fills and borders; plots of one height share them."""
-        if height not in self._shapes:
-            end = self._width - 1
-            self._shapes[height] = [
+    def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
+        """Fills and borders of at least this height: lower plots cut those of higher ones off."""
+        if height > self._height:
+            self._height = height
+            self._shapes = [
                 (
                     group,
                     [QRect(left, 0, right - left, height) for left, right in group.covered],
-                    [QLine(x, 0, x, height) for pair in group.each for x in pair if 0 < x < end],
+                    _uprights(_inside(group.each, self._width), height),
                 )
                 for group in self._groups
             ]
-        return self._shapes[height]
+        return self._shapes
 
 
 def _paint_group(
@@ -93,7 +96,8 @@ def _paint_group(
     theme: Theme,
     group: _Group,
     rects: list[QRect],
-    lines: list[QLine],
+    lines: QPainterPath,
+    width: int,
     height: int,
 ) -> None:
     name = getattr(theme, str(group.decision))
@@ -110,10 +114,11 @@ def _paint_group(
     pen = QPen(QColor(name), 2.0 if strong else 1.0, _BORDERS[group.decision])
     pen.setCapStyle(Qt.PenCapStyle.FlatCap)
     painter.setPen(pen)
-    painter.drawLines(lines)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawPath(lines)
     if strong:
-        for line in lines:
-            painter.fillRect(QRect(line.x1() - 2, height // 2 - 9, 5, 18), QColor(name))
+        for x in _inside(group.each, width):
+            painter.fillRect(QRect(x - 2, height // 2 - 9, 5, 18), QColor(name))
 
 
 def _places(regions: Sequence[Judged], first: float, last: float, width: int) -> _Spans:
@@ -126,6 +131,17 @@ def _places(regions: Sequence[Judged], first: float, last: float, width: int) ->
     places[:, 1] = np.maximum(places[:, 1], places[:, 0] + 2)
     pairs: _Spans = np.clip(places, 0, width).tolist()
     return pairs
+
+
+def _inside(places: _Spans, width: int) -> list[int]:
+    """The borders that are not the view's own."""
+    return [x for pair in places for x in pair if 0 < x < width - 1]
+
+
+def _uprights(at: Sequence[int], height: int) -> QPainterPath:
+    """Upright lines, made in one go: an object for each would take longer than drawing it."""
+    x = np.repeat(np.array(at, dtype=np.float64), 2)
+    return pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
 
 
 def _united(places: _Spans, width: int) -> _Spans:

@@ -300,19 +300,19 @@ def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
     button = taught.teaching.equations.buttons["theta_p"]
     taught.teaching.scroll.ensureWidgetVisible(button)
     pane = taught.timeline.panes["theta"]
-    width = pane.curves["p_after"].opts["pen"].widthF()
+    width = pane.curves["p_after"].pen.widthF()
     other = near(picture(qtbot, taught.viewport), colour("swing", DARK))
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     assert taught.lesson.lit == "theta_p"
     assert button.isChecked()
-    assert pane.curves["p_after"].opts["pen"].widthF() > 2 * width
-    assert pane.curves["c_after"].opts["pen"].widthF() == width
+    assert pane.curves["p_after"].pen.widthF() > 2 * width
+    assert pane.curves["c_after"].pen.widthF() == width
     lit = picture(qtbot, taught.viewport)
     assert near(lit, colour("twist", DARK)) > 40
     assert near(lit, colour("swing", DARK)) < 0.3 * other
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     assert taught.lesson.lit == ""
-    assert pane.curves["p_after"].opts["pen"].widthF() == width
+    assert pane.curves["p_after"].pen.widthF() == width
 
 
 def test_side_by_side_split_and_close_with_the_gizmo(qtbot, taught):
