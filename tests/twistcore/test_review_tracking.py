@@ -1,6 +1,7 @@
 """Tracking as a step of the review: after the correction, undone, journalled, replayed."""
 
 import json
+import re
 from contextlib import closing
 from dataclasses import replace
 
@@ -30,7 +31,13 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.session import check_belongs
-from twistcore.review.tracking import check_tracking, trace, tracked_motion, weights_mark
+from twistcore.review.tracking import (
+    DEMONSTRATION,
+    check_tracking,
+    trace,
+    tracked_motion,
+    weights_mark,
+)
 
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")
 CHAINS = find_chains(CLIP.motion)
@@ -191,6 +198,16 @@ def test_traces_are_those_of_the_run_that_is_exported():
     dot = abs(float(found.rotations[t - 1, joint] @ refined.rotations[t, joint]))
     sine = np.sqrt(max(1.0 - dot * dot, 0.0))
     assert traces.parts[100, 0, 0] == pytest.approx(700.0 * sine, rel=1e-5)
+
+
+def test_the_demonstration_says_what_the_table_of_the_docs_says():
+    page = (ASSETS.parent / "docs" / "quamo.md").read_text(encoding="utf-8")
+    row = re.search(r"\| track, then detect and refine \|([^\n]*)", page)[1]
+    found, small = (float(cell.strip(" %")) for cell in row.split("|")[:2])
+    errors = re.search(r"(\d+) CMU clips, three seeds, (\d+) errors", page)
+    assert f"{errors[2]} errors put into {errors[1]} clips" in DEMONSTRATION
+    assert f"{found:.0f} % were found" in DEMONSTRATION
+    assert f"(5-15°: {small:.0f} %)" in DEMONSTRATION
 
 
 def test_learned_traces_are_at_25_hz_and_vary():

@@ -51,10 +51,14 @@ class Controller(Protocol):
 
 
 class HandGains:
-    """The same gains in every frame; refuses what would diverge at the clip's frame time."""
+    """The same gains in every frame; refuses what would diverge at the clip's frame time.
+
+    gains: None for those of :meth:`Gains.by_hand` at the clip's frame time.
+    """
 
     def __init__(self, gains: Gains | None = None) -> None:
-        self.constant = gains or Gains()
+        self._given = gains
+        self._used = gains or Gains()
         self._checked = 0.0
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
@@ -64,9 +68,10 @@ class HandGains:
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:  # noqa: ARG002
         """The constant gains; UnstableGainsError if they diverge at dt."""
         if dt != self._checked:
-            check_stability(self.constant, dt)
-            self._checked = dt
-        return self.constant
+            gains = self._given or Gains.by_hand(dt)
+            check_stability(gains, dt)
+            self._used, self._checked = gains, dt
+        return self._used
 
 
 @dataclass(frozen=True, eq=False)
