@@ -16,7 +16,7 @@ from inspector.background import Task
 from inspector.keeping import Keeper, Leftover
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import DETECTORS, Interval, resolve_tau
-from twistcore.motion import Motion, forward_kinematics
+from twistcore.motion import forward_kinematics
 from twistcore.refinement import offsets_by_chain, remove_twist
 from twistcore.review import (
     CarryOver,
@@ -27,7 +27,6 @@ from twistcore.review import (
     Judged,
     Redetect,
     Review,
-    accepted_motion,
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
@@ -449,13 +448,6 @@ class Document(QObject):
             candidates = self.data.analysis.intervals(chain.name, 0.5 * state.tau[chain.name])
             out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]
         return out
-
-    def accepted_motion(self, *, undecided: bool = False) -> Motion:
-        """The motion that an export writes."""
-        assert self.data is not None
-        return accepted_motion(
-            self.data.clip, self.data.chains, self.review.state, undecided=undecided
-        )
 
     def _review_changed(self) -> None:
         self._offsets = self._sum_of_offsets()

@@ -24,7 +24,8 @@ from inspector import theme as themes
 from inspector.actions import build_actions, shortcuts_markdown
 from inspector.bundled import SAMPLE
 from inspector.document import Document
-from inspector.export import ExportChoice, ExportDialog, export
+from inspector.export import ExportChoice, ExportDialog
+from inspector.exporter import Exporter
 from inspector.folder import FolderQueue
 from inspector.go_actions import GoActions
 from inspector.keeping import SESSION_SUFFIX
@@ -54,7 +55,6 @@ from inspector.video.reader import SUFFIXES
 from inspector.view_actions import OF_THE_FIGURE, ViewActions
 from inspector.viewport import Viewport
 from twistcore import __version__
-from twistcore.errors import TwistError
 from twistcore.review import Decision
 
 _STATE_VERSION = 2
@@ -78,6 +78,7 @@ class MainWindow(
         super().__init__()
         self.settings, self._settings_file = settings, settings_file
         self.document = Document(self)
+        self.exporter = Exporter(self.document, self)
         self._take_settings()
         self.player = Player(self.document, self)
         self.queue = FolderQueue(parent=self)
@@ -178,6 +179,7 @@ class MainWindow(
     def _connect(self) -> None:
         document = self.document
         document.message.connect(self.bar.show_message)
+        self.exporter.message.connect(self.bar.show_message)
         document.question.connect(self.bar.ask)
         document.locate.connect(self.locate_clip)
         document.opening.connect(self._opening)
@@ -292,14 +294,9 @@ class MainWindow(
         dialog.open()
 
     def export(self, choice: ExportChoice) -> None:
-        """Write what was chosen and say what changed."""
+        """Write what was chosen in the background; the message bar says what changed."""
         self.detail.commit()
-        try:
-            self.bar.show_message(export(self.document, choice), False)
-        except TwistError as error:
-            self.bar.show_message(str(error), True)
-        except OSError as error:
-            self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
+        self.exporter.start(choice)
 
     def _opening(self, name: str) -> None:
         self.bar.hide()
@@ -540,8 +537,8 @@ class MainWindow(
         super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Ask about unsaved decisions, remember the layout, let the 3D view go."""
-        if not self._may_leave():
+        """Finish an export, ask about unsaved decisions, keep the layout, let the 3D view go."""
+        if not self.exporter.finish() or not self._may_leave():
             event.ignore()
             return
         self.player.pause()

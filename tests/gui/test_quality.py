@@ -243,6 +243,7 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
     track(qtbot, quality, "LeftForeArm", "RightLeg")
     out = tmp_path / "out.bvh"
     window.export(ExportChoice(out, report=False))
+    assert window.exporter.finish()
     again = tmp_path / "again.bvh"
     session = tmp_path / "out.twist.json"
     clip = window.document.data.clip.path

@@ -53,6 +53,11 @@ def opened(qtbot, window):
     return window
 
 
+def export(window, choice):
+    window.export(choice)
+    window.exporter.finish()
+
+
 def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
     qtbot.keyClick(window, key, modifier)
     qtbot.wait(5)
@@ -90,7 +95,7 @@ def test_a_review_by_keyboard_then_export_equals_apply(qtbot, opened, tmp_path, 
     assert edited.edited
     assert edited.interval.start == opened.document.frame
     out = tmp_path / "out.bvh"
-    opened.export(ExportChoice(out))
+    export(opened, ExportChoice(out))
     assert "joint moved" in opened.bar.label.text()
     replayed = tmp_path / "replayed.bvh"
     session = tmp_path / "out.twist.json"
@@ -106,7 +111,7 @@ def test_a_review_by_keyboard_then_export_equals_apply(qtbot, opened, tmp_path, 
 
 
 def test_nothing_accepted_exports_the_same_bytes(opened, tmp_path):
-    opened.export(ExportChoice(tmp_path / "same.bvh", session=False, report=False))
+    export(opened, ExportChoice(tmp_path / "same.bvh", session=False, report=False))
     assert (tmp_path / "same.bvh").read_bytes() == DIRTY.read_bytes()
     assert [p.name for p in tmp_path.iterdir() if p.suffix == ".bvh"] == ["same.bvh"]
 
@@ -280,7 +285,7 @@ def test_a_skeleton_without_a_chain_opens_and_says_so(qtbot, window, tmp_path):
             action.trigger()
     qtbot.wait(50)
     window.player.pause()
-    window.export(ExportChoice(tmp_path / "out.bvh"))
+    export(window, ExportChoice(tmp_path / "out.bvh"))
     assert (tmp_path / "out.bvh").read_bytes() == STICK
 
 
@@ -301,7 +306,7 @@ def test_a_joint_without_three_rotations_is_shown_but_not_written(qtbot, window,
     open_clip(qtbot, window, path)
     window.intervals.table.selectAll()
     window.accept()
-    window.export(ExportChoice(tmp_path / "out.bvh"))
+    export(window, ExportChoice(tmp_path / "out.bvh"))
     before, after = read_bvh(path), read_bvh(tmp_path / "out.bvh")
     changed = (before.values != after.values).any(axis=0)
     hand = before.channels[before.motion.skeleton.index("LeftHand")].rotation
@@ -314,13 +319,13 @@ def test_the_source_is_never_overwritten(qtbot, window, tmp_path):
     path = tmp_path / "walk.bvh"
     shutil.copy(DIRTY, path)
     open_clip(qtbot, window, path)
-    window.export(ExportChoice(path))
+    export(window, ExportChoice(path))
     assert "never overwritten" in window.bar.label.text()
     assert path.read_bytes() == DIRTY.read_bytes()
 
 
 def test_an_export_into_nowhere_is_told(opened, tmp_path):
-    opened.export(ExportChoice(tmp_path / "no" / "where.bvh"))
+    export(opened, ExportChoice(tmp_path / "no" / "where.bvh"))
     assert opened.bar.isVisible()
     assert "not written" in opened.bar.label.text()
 
@@ -334,6 +339,7 @@ def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
     dialog.path.setText(str(tmp_path / "by_dialog.bvh"))
     assert dialog.undecided.text().startswith("Correct the 7 undecided")
     dialog.accept()
+    assert opened.exporter.finish()
     assert (tmp_path / "by_dialog.bvh").exists()
 
 
@@ -523,7 +529,7 @@ def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, tmp_path, monkey
         window.accept()
         assert "journal cannot be written" in window.bar.label.text()
         assert not window.save_session()
-        window.export(ExportChoice(tmp_path / "out.bvh"))
+        export(window, ExportChoice(tmp_path / "out.bvh"))
         assert "No space left" in window.bar.label.text()
     assert not (tmp_path / "out.bvh").exists()
     assert decisions(window)[0] == Decision.ACCEPTED

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -24,7 +24,10 @@ from twistcore.quamo.state_space import (
 )
 from twistcore.rotation import Array, normalise
 
+Tell = Callable[[float], None]
+
 LOST_AFTER = 5  # frames
+_TELL_EVERY = 25  # frames
 _LOST_COSINE = np.cos(np.radians(90.0) / 2.0)
 
 
@@ -152,6 +155,11 @@ class Track:
     steps: tuple[Step, ...] = ()
 
 
+def nobody(share: float) -> None:
+    """Tells nobody how far it is."""
+    del share
+
+
 def track(
     q_hat: Array,
     r_hat: Array,
@@ -161,8 +169,12 @@ def track(
     integration: str = EXACT,
     substeps: int = 1,
     keep_steps: bool = False,
+    tell: Tell = nobody,
 ) -> Track:
-    """Step through a whole clip; the same bits as calling :class:`Tracker` frame by frame."""
+    """Step through a whole clip; the same bits as calling :class:`Tracker` frame by frame.
+
+    tell: called with the share that is done, now and then; what it raises ends the tracking.
+    """
     tracker = Tracker(controller, integration=integration, substeps=substeps)
     q, r = np.empty(q_hat.shape), np.empty(r_hat.shape)
     snapped = np.zeros(q_hat.shape[:-1], dtype=np.bool_)
@@ -172,6 +184,8 @@ def track(
         q[frame], r[frame], snapped[frame] = step.state.q, step.state.r, step.snapped
         if keep_steps:
             steps.append(step)
+        if frame % _TELL_EVERY == 0:
+            tell(frame / len(q_hat))
     return Track(q, r, snapped, tuple(steps))
 
 
