@@ -112,4 +112,5 @@ class Demo(_Script):
         assert data is not None
         self._folder.mkdir(parents=True, exist_ok=True)
         self.window.export(ExportChoice(self._folder / f"{data.clip.path.stem}_refined.bvh"))
+        self.window.exporter.finish()
         print(self.window.bar.label.text())

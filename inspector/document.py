@@ -17,7 +17,6 @@ from inspector.corrections import Corrections
 from inspector.keeping import Keeper, Leftover
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import DETECTORS, Interval, resolve_tau
-from twistcore.motion import Motion
 from twistcore.review import (
     CarryOver,
     Command,
@@ -27,7 +26,6 @@ from twistcore.review import (
     Judged,
     Redetect,
     Review,
-    accepted_motion,
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
@@ -447,11 +445,6 @@ class Document(QObject):
             candidates = self.data.analysis.intervals(chain.name, 0.5 * state.tau[chain.name])
             out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]
         return out
-
-    def accepted_motion(self) -> Motion:
-        """The motion that an export writes."""
-        assert self.data is not None
-        return accepted_motion(self.data.clip, self.data.chains, self.review.state)
 
     def _review_changed(self) -> None:
         assert self._corrections is not None

@@ -10,12 +10,13 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 from inspector.document import Document
 from inspector.keeping import SESSION_SUFFIX
 from inspector.write_dialog import WriteDialog
-from twistcore.bvh import write_bvh
-from twistcore.chain import uncorrectable_joints
+from twistcore.bvh import Clip, write_bvh
+from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.compare import compare
 from twistcore.errors import TwistError
+from twistcore.quamo.tracker import Tell, nobody
 from twistcore.report import Report, write_report
-from twistcore.review import Decision, write_session
+from twistcore.review import Decision, ReviewState, accepted_motion, write_session
 
 
 @dataclass(frozen=True)
@@ -29,10 +30,21 @@ class ExportChoice:
     report: bool = True
 
 
-def export(document: Document, choice: ExportChoice) -> str:
-    """Write everything chosen; returns the sentence that says what was changed.
+@dataclass(frozen=True, eq=False)
+class Export:
+    """What is written, whatever the person does meanwhile; left_out: what cannot be corrected."""
 
-    Raises TwistError where the source would be overwritten, OSError where the disk says no.
+    choice: ExportChoice
+    clip: Clip
+    chains: tuple[Chain, ...]
+    state: ReviewState
+    left_out: str
+
+
+def prepare(document: Document, choice: ExportChoice) -> Export:
+    """Accept what is to be accepted and keep the review as it is now.
+
+    Raises TwistError where the source, or a file that is none of ours, would be overwritten.
     """
     data = document.data
     assert data is not None
@@ -44,26 +56,32 @@ def export(document: Document, choice: ExportChoice) -> str:
     if choice.undecided:
         # One step of the history: so the session says what the export did, and replays it.
         document.accept_undecided()
-    refined = document.accepted_motion()
     document.exported.add(choice.path)
+    return Export(choice, clip, tuple(data.chains), document.review.state, uncorrected(document))
+
+
+def write(export: Export, tell: Tell = nobody) -> str:
+    """Correct, track and write everything chosen; returns the sentence that says what was changed.
+
+    tell: called with the share of the tracking that is done. Raises OSError where the disk says no.
+    """
+    choice, clip, state = export.choice, export.clip, export.state
+    refined = accepted_motion(clip, export.chains, state, tell=tell)
     jumps = write_bvh(clip, refined, choice.path)
     if choice.session:
-        write_session(
-            choice.path.with_name(choice.path.stem + SESSION_SUFFIX), clip, document.review.state
-        )
+        write_session(choice.path.with_name(choice.path.stem + SESSION_SUFFIX), clip, state)
     if choice.report:
-        write_report(choice.path.parent, Report(clip, data.chains, document.review.state, refined))
+        write_report(choice.path.parent, Report(clip, export.chains, state, refined))
     change = compare(clip.motion, refined)
-    left_out = uncorrected(document)
     if not change.joints:
-        why = left_out or "nothing was accepted."
+        why = export.left_out or "nothing was accepted."
         return f"{choice.path.name}: written byte for byte as the source; {why}"
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})
     return (
         f"{choice.path.name}: {change.frames} frames of {joints} joints changed by up to "
         f"{largest:.1f}°; no joint moved by more than {change.max_position_of_height:.0e} "
-        f"of the height; every other byte is the source's. {left_out}"
+        f"of the height; every other byte is the source's. {export.left_out}"
         + (f" {len(jumps)} channel steps of more than 180° stay: {jumps[0]}." if jumps else "")
     ).strip()
 

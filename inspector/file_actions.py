@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QDockWidget, QFileDialog, QMainWindow, QMenu, QMes
 
 from inspector.bundled import SAMPLE
 from inspector.document import Document
-from inspector.export import ExportChoice, ExportDialog, export
+from inspector.export import ExportChoice, ExportDialog
+from inspector.exporter import Exporter
 from inspector.folder import FolderQueue
 from inspector.keeping import SESSION_SUFFIX
 from inspector.message_bar import MessageBar
@@ -19,7 +20,6 @@ from inspector.panels import DetailCard
 from inspector.settings import Settings
 from inspector.teaching.aside import Aside
 from inspector.video.reader import SUFFIXES
-from twistcore.errors import TwistError
 
 
 class FileActions(QMainWindow):
@@ -27,6 +27,7 @@ class FileActions(QMainWindow):
 
     document: Document
     settings: Settings
+    exporter: Exporter
     queue: FolderQueue
     bar: MessageBar
     detail: DetailCard
@@ -165,14 +166,9 @@ class FileActions(QMainWindow):
         dialog.open()
 
     def export(self, choice: ExportChoice) -> None:
-        """Write what was chosen and say what changed."""
+        """Write what was chosen in the background; the message bar says what changed."""
         self.detail.commit()
-        try:
-            self.bar.show_message(export(self.document, choice), False)
-        except TwistError as error:
-            self.bar.show_message(str(error), True)
-        except OSError as error:
-            self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
+        self.exporter.start(choice)
 
     def _may_leave(self) -> bool:
         """True once unsaved decisions are saved or knowingly given up."""

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 from inspector import theme as themes
 from inspector.actions import build_actions
 from inspector.document import Document
+from inspector.exporter import Exporter
 from inspector.file_actions import FileActions
 from inspector.folder import FolderQueue
 from inspector.go_actions import GoActions
@@ -73,6 +74,7 @@ class MainWindow(
         super().__init__()
         self.settings, self._settings_file = settings, settings_file
         self.document = Document(self)
+        self.exporter = Exporter(self.document, self)
         self._take_settings()
         self.player = Player(self.document, self)
         self.queue = FolderQueue(parent=self)
@@ -174,6 +176,7 @@ class MainWindow(
     def _connect(self) -> None:
         document = self.document
         document.message.connect(self.bar.show_message)
+        self.exporter.message.connect(self.bar.show_message)
         document.question.connect(self.bar.ask)
         document.locate.connect(self.locate_clip)
         document.opening.connect(self._opening)
@@ -273,8 +276,8 @@ class MainWindow(
         super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Ask about unsaved decisions, remember the layout, let the 3D view go."""
-        if not self._may_leave():
+        """Finish an export, ask about unsaved decisions, keep the layout, let the 3D view go."""
+        if not self.exporter.finish() or not self._may_leave():
             event.ignore()
             return
         self.player.pause()

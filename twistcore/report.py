@@ -20,6 +20,7 @@ from twistcore.compare import compare
 from twistcore.markers import blender_markers
 from twistcore.motion import Motion
 from twistcore.review.model import Decision, Judged, ReviewState
+from twistcore.review.session import tracking_to_json
 
 SCHEMA = "twistcore.report/1"
 _COLUMNS = (
@@ -36,6 +37,7 @@ _COLUMNS = (
     "reviewer",
     "decided_at",
     "note",
+    "tracked_after",
 )
 
 
@@ -71,7 +73,10 @@ def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
 
 
 def report_to_json(report: Report) -> dict[str, Any]:
-    """The report as one document; degrees, seconds and frames."""
+    """The report as one document; degrees, seconds and frames.
+
+    tracking: what was tracked with QuaMo after the correction, as in a session, or null.
+    """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
     return {
@@ -93,7 +98,8 @@ def report_to_json(report: Report) -> dict[str, Any]:
             }
             for chain in report.chains
         ],
-        "intervals": [_row(j, motion.fps) for j in state.intervals],
+        "intervals": [_row(j, report) for j in state.intervals],
+        "tracking": state.tracking and tracking_to_json(state.tracking),
         "changed": {
             "frames": difference.frames,
             "joints": sorted({j.joint for j in difference.joints}),
@@ -105,17 +111,29 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def intervals_csv(report: Report) -> str:
-    """One line an interval, the columns of the table; degrees and seconds."""
+    """One line an interval, the columns of the table; degrees and seconds.
+
+    tracked_after: joints of the interval's chain that were tracked after the correction.
+    """
     out = io.StringIO()
     writer = csv.DictWriter(out, _COLUMNS, lineterminator="\n")
     writer.writeheader()
     for judged in report.state.intervals:
-        writer.writerow(_row(judged, report.clip.motion.fps))
+        writer.writerow(_row(judged, report) | {"tracked_after": _tracked(judged, report)})
     return out.getvalue()
 
 
-def _row(judged: Judged, fps: float) -> dict[str, Any]:
-    interval = judged.interval
+def _tracked(judged: Judged, report: Report) -> str:
+    tracking, names = report.state.tracking, report.clip.motion.skeleton.names
+    chain = next((c for c in report.chains if c.name == judged.interval.chain), None)
+    if tracking is None or chain is None:
+        return ""
+    ends = (names[chain.parent], names[chain.child])
+    return " ".join(name for name in ends if name in tracking.joints)
+
+
+def _row(judged: Judged, report: Report) -> dict[str, Any]:
+    interval, fps = judged.interval, report.clip.motion.fps
     return {
         "id": judged.id,
         "chain": interval.chain,

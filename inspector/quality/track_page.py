@@ -28,6 +28,7 @@ from inspector.plots.traces import Line, TracePlot
 from inspector.quality.tracking import Tracked
 from inspector.theme import Theme
 from inspector.tuning.caption import Caption
+from twistcore.quamo import Gains
 from twistcore.review import Tracking
 from twistcore.review.tracking import DEMONSTRATION, WARNING, knows_learned, weights_mark
 
@@ -35,7 +36,7 @@ _GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka"
 _GAIN_ROLES = ("before", "after", "accepted")
 _PARTS = ("P", "D", "bias", "acc.")
 _PART_ROLES = ("before", "after", "undecided", "accepted")
-_HIGHEST = 5000.0
+_HIGHEST = 10000.0  # above what any frame rate asks for
 
 
 class TrackPage(QWidget):
@@ -60,7 +61,7 @@ class TrackPage(QWidget):
         self.warning = Caption()
         self.boxes: dict[str, QDoubleSpinBox] = {}
         self._letters = LetterKeys(self)
-        start = Tracking(("",))
+        self._usual: dict[str, float] = {}
         row = QHBoxLayout()
         row.setSpacing(4)
         self.hand, self.learned = QRadioButton("Hand"), QRadioButton("Learned")
@@ -72,16 +73,16 @@ class TrackPage(QWidget):
         for symbol, name, _, unit in _GAINS:
             box = QDoubleSpinBox()
             box.setRange(0.0, _HIGHEST)
-            box.setDecimals(0)
+            box.setDecimals(1 if name == "kd" else 0)
             box.setSingleStep(5.0 if name == "kd" else 50.0)
             box.setPrefix(f"{symbol} ")
-            box.setValue(getattr(start, name))
             box.setToolTip(
                 f"Gain of hands{f', {unit[1:]}' if unit else ''}".replace(", s", ", 1/s")
             )
             self._letters.watch(box)
             self.boxes[name] = box
             row.addWidget(box)
+        self._show_usual(Gains())
         self.hand.setChecked(True)
         self.hand.toggled.connect(self._enable)
         row.addStretch(1)
@@ -159,11 +160,21 @@ class TrackPage(QWidget):
         able = data is not None and knows_learned(data.motion)
         self.learned.setEnabled(able)
         tracking = data.review.state.tracking if data else None
+        if data is not None:
+            self._show_usual(Gains.by_hand(data.motion.frame_time))
         (self.learned if tracking and tracking.learned and able else self.hand).setChecked(True)
         if tracking and not tracking.learned:
-            for name, box in self.boxes.items():
-                box.setValue(getattr(tracking, name))
+            self._usual = {}
+            self._show_usual(tracking)
         self._enable()
+
+    def _show_usual(self, gains: Gains | Tracking) -> None:
+        """The gains that go with the clip, unless a person has chosen others."""
+        if any(self.boxes[name].value() != value for name, value in self._usual.items()):
+            return
+        for name, box in self.boxes.items():
+            box.setValue(float(getattr(gains, name)))
+            self._usual[name] = box.value()
 
     def _enable(self) -> None:
         for box in self.boxes.values():

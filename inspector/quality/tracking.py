@@ -15,9 +15,10 @@ from twistcore.detection.cuts import leading_frames
 from twistcore.motion import forward_kinematics
 from twistcore.quamo.metrics import Quality
 from twistcore.quamo.refine import quality_before_and_after
+from twistcore.quamo.tracker import Tell
 from twistcore.refinement import refine
 from twistcore.review import Track, Tracking
-from twistcore.review.tracking import Traces, trace, tracked_motion
+from twistcore.review.tracking import Traces, traced_motion
 from twistcore.rotation import Array
 
 _SETTLE_MS = 250  # decisions come one after the other: track again when the hand rests
@@ -170,11 +171,9 @@ class Tracked(QObject):
         self.changed.emit()
 
 
-def _work(data: Analysed, wanted: _Wanted, tell: object) -> Result:
-    assert callable(tell)
+def _work(data: Analysed, wanted: _Wanted, tell: Tell) -> Result:
     refined = refine(data.motion, data.chains, wanted.intervals)
-    traces = trace(refined, wanted.tracking, tell)
-    found = tracked_motion(refined, wanted.tracking)
+    found, traces = traced_motion(refined, wanted.tracking, tell)
     tell(1.0)
     rotations, positions = forward_kinematics(found)
     first = leading_frames(refined)

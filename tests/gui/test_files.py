@@ -10,12 +10,12 @@ from PySide6.QtWidgets import QApplication
 from inspector.export import ExportChoice, ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import open_clip
+from tests.gui.windows import export, open_clip
 from twistcore.bvh import read_bvh
 
 
 def test_nothing_accepted_exports_the_same_bytes(opened, tmp_path):
-    opened.export(ExportChoice(tmp_path / "same.bvh", session=False, report=False))
+    export(opened, ExportChoice(tmp_path / "same.bvh", session=False, report=False))
     assert (tmp_path / "same.bvh").read_bytes() == INJECTED.read_bytes()
     assert [p.name for p in tmp_path.iterdir() if p.suffix == ".bvh"] == ["same.bvh"]
 
@@ -102,7 +102,7 @@ def test_a_skeleton_without_a_chain_opens_and_says_so(qtbot, window, tmp_path):
             action.trigger()
     qtbot.wait(50)
     window.player.pause()
-    window.export(ExportChoice(tmp_path / "out.bvh"))
+    export(window, ExportChoice(tmp_path / "out.bvh"))
     assert (tmp_path / "out.bvh").read_bytes() == STICK
 
 
@@ -123,7 +123,7 @@ def test_a_joint_without_three_rotations_is_shown_but_not_written(qtbot, window,
     open_clip(qtbot, window, path)
     window.intervals.table.selectAll()
     window.accept()
-    window.export(ExportChoice(tmp_path / "out.bvh"))
+    export(window, ExportChoice(tmp_path / "out.bvh"))
     before, after = read_bvh(path), read_bvh(tmp_path / "out.bvh")
     changed = (before.values != after.values).any(axis=0)
     hand = before.channels[before.motion.skeleton.index("LeftHand")].rotation
@@ -136,13 +136,13 @@ def test_the_source_is_never_overwritten(qtbot, window, tmp_path):
     path = tmp_path / "walk.bvh"
     shutil.copy(INJECTED, path)
     open_clip(qtbot, window, path)
-    window.export(ExportChoice(path))
+    export(window, ExportChoice(path))
     assert "never overwritten" in window.bar.label.text()
     assert path.read_bytes() == INJECTED.read_bytes()
 
 
 def test_an_export_into_nowhere_is_told(opened, tmp_path):
-    opened.export(ExportChoice(tmp_path / "no" / "where.bvh"))
+    export(opened, ExportChoice(tmp_path / "no" / "where.bvh"))
     assert opened.bar.isVisible()
     assert "not written" in opened.bar.label.text()
 
@@ -156,4 +156,5 @@ def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
     dialog.path.setText(str(tmp_path / "by_dialog.bvh"))
     assert dialog.undecided.text().startswith("Correct the 7 undecided")
     dialog.accept()
+    assert opened.exporter.finish()
     assert (tmp_path / "by_dialog.bvh").exists()

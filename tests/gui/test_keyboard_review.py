@@ -84,6 +84,7 @@ def test_three_clips_by_keyboard_alone(qtbot, window, tmp_path, capsys):
         QTest.keyClick(window.findChild(ExportDialog), Qt.Key.Key_Return)
         out, again = tmp_path / f"{name}_refined.bvh", tmp_path / f"{name}_again.bvh"
         qtbot.waitUntil(out.exists)
+        assert window.exporter.finish()
         session = tmp_path / f"{name}.twist.json"
         assert twistcore(["apply", str(session), str(path), "-o", str(again)]) == 0
         capsys.readouterr()

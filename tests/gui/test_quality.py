@@ -1,6 +1,7 @@
 """The quality tab in the real window: evidence, tracking, its picture, and the lesson beside it."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,8 +17,9 @@ from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.motion import forward_kinematics
 from twistcore.quality import joint_quality
-from twistcore.review import Decide, Decision, Tracking
-from twistcore.review.tracking import tracked_motion
+from twistcore.quamo import Gains
+from twistcore.review import Decide, Decision
+from twistcore.review.tracking import DEMONSTRATION, tracked_motion
 
 
 @pytest.fixture
@@ -118,12 +120,12 @@ def test_it_never_runs_unasked_and_the_warning_stands_there(qtbot, window, quali
     assert quality.tracked.result is None
     assert window.document.review.state.tracking is None
     assert "smears" in quality.page.warning.text()
-    assert "53 %" in quality.page.warning.text()
+    assert DEMONSTRATION in quality.page.warning.text()
 
 
 def test_tracking_is_a_step_of_the_review_that_undo_takes_back(qtbot, window, quality):
     track(qtbot, quality, "LeftForeArm", "LeftHand")
-    tracking = Tracking(("LeftForeArm", "LeftHand"))
+    tracking = quality.page.tracking(("LeftForeArm", "LeftHand"))
     assert window.document.review.state.tracking == tracking
     assert window.document.review.undo_text == "Track 2 joints"
     expected = tracked_motion(shown_motion(window.document), tracking)
@@ -153,7 +155,8 @@ def test_a_rejected_interval_is_tracked_anew_with_its_error(qtbot, window, quali
     ids = tuple(j.id for j in window.document.intervals)
     window.document.do(Decide(ids, Decision.REJECTED))
     qtbot.waitUntil(lambda: quality.tracked.result is not first, timeout=10_000)
-    raw = tracked_motion(window.document.data.motion, Tracking(("LeftForeArm",)))
+    tracking = quality.page.tracking(("LeftForeArm",))
+    raw = tracked_motion(window.document.data.motion, tracking)
     rotations, _ = forward_kinematics(raw)
     np.testing.assert_array_equal(quality.tracked.result.rotations, rotations)
 
@@ -177,6 +180,21 @@ def test_gains_that_would_diverge_are_refused_in_a_sentence(qtbot, window, quali
     qtbot.wait(30)
     assert "unstable at 120 Hz" in window.bar.label.text()
     assert window.document.review.state.tracking is None
+
+
+def test_gains_of_the_page_follow_the_clips_rate_until_a_person_chooses(qtbot, window, quality):
+    page = quality.page
+    assert page.boxes["kp"].value() == round(Gains.by_hand(1.0 / 120.0).kp)
+    assert page.boxes["kd"].value() == round(Gains.by_hand(1.0 / 120.0).kd, 1)
+    data = window.document.data
+    slower = replace(data, clip=replace(data.clip, frame_time=0.04))
+    for chosen, expected in ((None, 600.0), (900.0, 900.0)):
+        if chosen:
+            page.boxes["kp"].setValue(chosen)
+        window.document.show_clip(slower)
+        qtbot.waitUntil(lambda: quality.evidence.known is not None, timeout=10_000)
+        qtbot.wait(50)
+        assert page.boxes["kp"].value() == expected
 
 
 def test_learned_gains_are_traced_at_the_playhead(qtbot, window, quality):
@@ -215,6 +233,7 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
     track(qtbot, quality, "LeftForeArm", "RightLeg")
     out = tmp_path / "out.bvh"
     window.export(ExportChoice(out, report=False))
+    assert window.exporter.finish()
     again = tmp_path / "again.bvh"
     session = tmp_path / "out.twist.json"
     clip = window.document.data.clip.path

@@ -14,7 +14,7 @@ from inspector.export import ExportChoice
 from inspector.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import close_window, decisions, open_clip, press
+from tests.gui.windows import close_window, decisions, export, open_clip, press
 from twistcore.review import Decision
 
 
@@ -133,7 +133,7 @@ def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, monkeypatch, pat
         window.accept()
         assert "journal cannot be written" in window.bar.label.text()
         assert not window.save_session()
-        window.export(ExportChoice(tmp_path / "out.bvh"))
+        export(window, ExportChoice(tmp_path / "out.bvh"))
         assert "No space left" in window.bar.label.text()
     assert not (tmp_path / "out.bvh").exists()
     assert decisions(window)[0] == Decision.ACCEPTED

@@ -14,7 +14,7 @@ from inspector.palette import CommandPalette
 from inspector.panels import HistoryPanel
 from inspector.preferences import Preferences
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import decisions, press
+from tests.gui.windows import decisions, export, press
 from twistcore.bvh import read_bvh
 from twistcore.cli import main as twistcore
 from twistcore.review import Decision
@@ -48,7 +48,7 @@ def test_a_review_by_keyboard_then_export_equals_apply(qtbot, opened, tmp_path, 
     assert edited.edited
     assert edited.interval.start == opened.document.frame
     out = tmp_path / "out.bvh"
-    opened.export(ExportChoice(out))
+    export(opened, ExportChoice(out))
     assert "joint moved" in opened.bar.label.text()
     replayed = tmp_path / "replayed.bvh"
     session = tmp_path / "out.twist.json"

@@ -28,3 +28,9 @@ def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
 
 def decisions(window):
     return [j.decision for j in window.document.intervals]
+
+
+def export(window, choice):
+    """Export and wait until it is written, or refused."""
+    window.export(choice)
+    window.exporter.finish()

@@ -42,14 +42,13 @@ def real(tmp_path_factory):
         return json.loads(stream.getvalue())
 
     with contextlib.redirect_stdout(io.StringIO()):
-        main(["refine", dirty, "-o", out, "--report", str(folder), "--method", "paper"])
+        main(["refine", dirty, "-o", out, "--method", "paper"])
     documents = [
         printed("detect", dirty, "--json", "--explain", "--method", "paper"),
         printed("info", walk, "--json"),
         json.loads(Path(truth).read_text()),
         printed("evaluate", "--truth", truth, "--clean", walk, "--refined", out, "--json"),
         printed("diff", walk, dirty, "--json"),
-        json.loads((folder / "walk_injected.report.json").read_text()),
         *session_documents(dirty),
         *benchmark_documents(folder),
         *quamo_documents(folder, printed),
@@ -94,15 +93,26 @@ def session_documents(path):
     from twistcore.bvh import read_bvh
     from twistcore.chain import find_chains
     from twistcore.detection import detect
-    from twistcore.review import Review, Track, Tracking, session_bytes, start_review
+    from twistcore.report import Report, report_to_json
+    from twistcore.review import (
+        Review,
+        Track,
+        Tracking,
+        accepted_motion,
+        session_bytes,
+        start_review,
+    )
 
     clip = read_bvh(path)
     chains = find_chains(clip.motion)
     found = [i for i in detect(clip.motion, chains, "paper") if len(set(i.offset)) == 1]
-    review = Review(start_review("paper", {"LeftArm": 0.1}, found, []))
+    tau = {c.name: 0.1 for c in chains}
+    review = Review(start_review("paper", tau, found, [c.name for c in chains]))
     plain = session_bytes(clip, review.state)
     review.do(Track(Tracking(("LeftForeArm",))))
-    return json.loads(plain), json.loads(session_bytes(clip, review.state))
+    refined = accepted_motion(clip, chains, review.state)
+    report = report_to_json(Report(clip, chains, review.state, refined))
+    return json.loads(plain), json.loads(session_bytes(clip, review.state)), report
 
 
 @pytest.mark.parametrize("schema", EXAMPLES)

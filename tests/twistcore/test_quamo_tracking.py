@@ -78,13 +78,44 @@ def test_acceleration_term_starts_in_the_second_step_and_is_scaled_to_the_rate()
     assert omega_after(3, 0.01) == pytest.approx(expected * 0.25 * 16.0)
 
 
+def seconds_behind(dt, controller):
+    """Of a joint that turns steadily at 0.5 rad/s and of a root that moves steadily at 1 m/s."""
+    time = dt * np.arange(int(10.0 / dt))
+    q = quaternion_from_axis_angle(Z, 0.5 * time)[:, None]
+    r = time[:, None] * np.array([1.0, 0.0, 0.0])
+    found = track(q, r, dt, controller)
+    return geodesic_angle(found.q[-1], q[-1]).item() / 0.5, (r[-1] - found.r[-1])[0]
+
+
 @pytest.mark.parametrize("dt", [0.04, 1.0 / 120.0])
 def test_a_steady_turn_is_followed_two_kd_over_kp_less_a_frame_behind(dt):
-    frames = 400
-    q = quaternion_from_axis_angle(Z, 0.5 * dt * np.arange(frames))[:, None]
-    found = track(q, np.zeros((frames, 3)), dt, HandGains()).q
-    behind = geodesic_angle(found[-1], q[-1]) / 0.5
-    assert behind == pytest.approx(2.0 * 15.0 / 600.0 - dt, rel=1e-3)
+    joint, root = seconds_behind(dt, HandGains(Gains(kp=600.0, kd=15.0)))
+    assert joint == pytest.approx(2.0 * 15.0 / 600.0 - dt, rel=1e-3)
+    assert root == pytest.approx(12.0 / 200.0 - dt, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("rate", "joint_ms", "root_ms"), [(25, 10.0, 20.0), (60, 12.9, 18.8), (120, 14.0, 18.4)]
+)
+def test_gains_of_hands_follow_the_rate_so_that_the_lag_stays_short(rate, joint_ms, root_ms):
+    joint, root = seconds_behind(1.0 / rate, HandGains())
+    assert 1000.0 * joint == pytest.approx(joint_ms, abs=0.1)
+    assert 1000.0 * root == pytest.approx(root_ms, abs=0.1)
+
+
+@pytest.mark.parametrize("rate", [0.5, 5, 10, 24, 25, 30, 60, 120, 240, 1000])
+def test_gains_of_hands_are_stable_at_every_rate(rate):
+    gains = Gains.by_hand(1.0 / rate)
+    check_stability(gains, 1.0 / rate)
+    assert 2.0 * gains.kd / gains.kp - 1.0 / rate < 0.015
+    still = np.tile(quaternion_from_axis_angle(Z, 1.0), (200, 1))[:, None]
+    still[0] = [1.0, 0.0, 0.0, 0.0]
+    found = track(still, np.zeros((200, 3)), 1.0 / rate, HandGains())
+    assert geodesic_angle(found.q[-1], still[-1]).item() < 0.02
+
+
+def test_gains_of_hands_at_25_hz_are_the_specified_ones():
+    assert vars(Gains.by_hand(0.04)) == vars(Gains())
 
 
 def test_the_angular_velocity_is_bounded():

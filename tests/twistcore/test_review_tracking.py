@@ -1,8 +1,11 @@
 """Tracking as a step of the review: after the correction, undone, journalled, replayed."""
 
+import csv
 import json
+import re
 from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +16,7 @@ from twistcore.cli import main
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.quamo.refine import track_by_hand
 from twistcore.refinement import refine
+from twistcore.report import Report, write_report
 from twistcore.review import (
     Decide,
     Decision,
@@ -25,8 +29,14 @@ from twistcore.review import (
     session_bytes,
     write_session,
 )
-from twistcore.review.session import check_belongs
-from twistcore.review.tracking import check_tracking, trace, tracked_motion, weights_mark
+from twistcore.review.session import check_belongs, tracking_to_json
+from twistcore.review.tracking import (
+    DEMONSTRATION,
+    check_tracking,
+    traced_motion,
+    tracked_motion,
+    weights_mark,
+)
 
 JOINTS = ("LeftForeArm", "LeftHand")
 HAND = Tracking(JOINTS, kp=700.0, kd=20.0)
@@ -170,7 +180,7 @@ def test_a_session_that_cannot_be_replayed_here_says_why(tmp_path, tracking, why
 
 def test_traces_are_those_of_the_run_that_is_exported():
     refined = refine(CLIP.motion, CHAINS, reviewed().state.chosen())
-    traces = trace(refined, HAND)
+    motion, traces = traced_motion(refined, HAND)
     assert traces.names == JOINTS
     assert traces.frames.tolist() == list(range(2, CLIP.motion.frames))
     np.testing.assert_array_equal(traces.gains[..., 0], 700.0)
@@ -178,6 +188,7 @@ def test_traces_are_those_of_the_run_that_is_exported():
     assert (traces.parts[..., 2:] == 0.0).all()
     # κP e of the second step, from what was exported one frame before.
     found = tracked_motion(refined, HAND)
+    np.testing.assert_array_equal(motion.rotations, found.rotations)
     joint = refined.skeleton.index("LeftForeArm")
     t = int(traces.frames[100])
     dot = abs(float(found.rotations[t - 1, joint] @ refined.rotations[t, joint]))
@@ -185,8 +196,52 @@ def test_traces_are_those_of_the_run_that_is_exported():
     assert traces.parts[100, 0, 0] == pytest.approx(700.0 * sine, rel=1e-5)
 
 
+def test_the_demonstration_says_what_the_table_of_the_docs_says():
+    page = (Path(__file__).parents[2] / "docs" / "quamo.md").read_text(encoding="utf-8")
+    row = re.search(r"\| track, then detect and refine \|([^\n]*)", page)[1]
+    found, small = (float(cell.strip(" %")) for cell in row.split("|")[:2])
+    errors = re.search(r"(\d+) CMU clips, three seeds, (\d+) errors", page)
+    assert f"{errors[2]} errors put into {errors[1]} clips" in DEMONSTRATION
+    assert f"{found:.0f} % were found" in DEMONSTRATION
+    assert f"(5-15°: {small:.0f} %)" in DEMONSTRATION
+
+
+@pytest.mark.parametrize(
+    ("tracking", "said"),
+    [
+        (HAND, "gains of hands κP 700, κD 20, κA 0"),
+        (LEARNED, f"learned gains (networks {weights_mark()})"),
+    ],
+)
+def test_the_report_says_what_was_tracked_and_that_it_came_afterwards(tmp_path, tracking, said):
+    review = reviewed()
+    review.do(Track(tracking))
+    refined = accepted_motion(CLIP, CHAINS, review.state)
+    write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
+    page = (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
+    assert f"after the correction: {', '.join(tracking.joints)}, {said}." in page
+    document = json.loads((tmp_path / "walk_injected.report.json").read_text())
+    assert document["tracking"] == tracking_to_json(tracking)
+    with (tmp_path / "walk_injected.intervals.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    ends = {c.name: {CLIP.motion.skeleton.names[j] for j in (c.parent, c.child)} for c in CHAINS}
+    for row in rows:
+        assert set(row["tracked_after"].split()) == ends[row["chain"]] & set(tracking.joints)
+    assert any(row["tracked_after"] for row in rows)
+
+
+def test_the_report_of_a_review_that_tracks_nothing_has_no_word_of_it(tmp_path):
+    review = reviewed()
+    refined = accepted_motion(CLIP, CHAINS, review.state)
+    write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
+    assert json.loads((tmp_path / "walk_injected.report.json").read_text())["tracking"] is None
+    assert "QuaMo" not in (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
+
+
 def test_learned_traces_are_at_25_hz_and_vary():
-    traces = trace(CLIP.motion, LEARNED)
+    motion, traces = traced_motion(CLIP.motion, LEARNED)
+    expected = tracked_motion(CLIP.motion, LEARNED).rotations
+    np.testing.assert_array_equal(motion.rotations, expected)
     assert np.diff(traces.frames) == pytest.approx(4.8, abs=0.01)
     assert np.ptp(traces.gains[:, 0, 0]) > 10.0
     assert (traces.gains >= 0.0).all()

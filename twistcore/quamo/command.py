@@ -44,6 +44,7 @@ def refine(arguments: argparse.Namespace) -> int:
     refuse_overwrite([arguments.output], [arguments.clip])
     motion = clip.motion
     unit = 1.0 if arguments.clip.suffix == ".npz" else arguments.unit  # poses are in metres
+    how = f"{arguments.gains} gains"
     try:
         joints = chosen_joints(motion.skeleton, arguments.joints)
         first = leading_frames(motion)
@@ -54,7 +55,8 @@ def refine(arguments: argparse.Namespace) -> int:
                 motion, joints, network, unit=unit, place=arguments.root_position, first=first
             )
         else:
-            gains = _hand_gains(arguments)
+            gains = _hand_gains(arguments, motion.frame_time)
+            how += f", κP {gains.kp:.4g}, κD {gains.kd:.3g}, κA {gains.ka:g}"
             found = track_by_hand(motion, joints, gains, place=arguments.root_position, first=first)
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
@@ -62,7 +64,7 @@ def refine(arguments: argparse.Namespace) -> int:
     tell_jumps(arguments.output, write_bvh(clip, found.motion, arguments.output))
     for sentence in snap_sentences(found.snapped, motion.skeleton.names):
         print(f"{arguments.clip}: {sentence}", file=sys.stderr)
-    print(f"{arguments.output}: {len(joints)} joints tracked with {arguments.gains} gains")
+    print(f"{arguments.output}: {len(joints)} joints tracked with {how}")
     if first:
         print(f"  frames before {first} are no capture and were left as they are")
     given, made = (m.sliced(first, m.frames) for m in (motion, found.motion))
@@ -88,9 +90,9 @@ def _read(arguments: argparse.Namespace) -> Clip:
     return read_bvh(arguments.clip, fps=arguments.fps)
 
 
-def _hand_gains(arguments: argparse.Namespace) -> Gains:
+def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains:
     given = {k: getattr(arguments, k) for k in ("kp", "kd", "ka")}
-    return replace(Gains(), **{k: v for k, v in given.items() if v is not None})
+    return replace(Gains.by_hand(dt), **{k: v for k, v in given.items() if v is not None})
 
 
 def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:

@@ -15,16 +15,23 @@ from twistcore.quamo.network import Network
 from twistcore.quamo.resample import corrected, resampled, sample_times
 from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
-from twistcore.quamo.tracker import HandGains, track
+from twistcore.quamo.tracker import HandGains, Step, Tell, nobody, track
 from twistcore.rotation import Array
 
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A tracked motion; snapped: joints set onto the input, (frames, joints of the skeleton)."""
+    """A tracked motion; snapped: joints set onto the input, (frames, joints of the skeleton).
+
+    steps: every step, if asked for; at: when each was, in frames of the clip (not whole at 25 Hz);
+    joints: the skeleton's index of each joint of a step.
+    """
 
     motion: Motion
     snapped: NDArray[np.bool_]
+    steps: tuple[Step, ...]
+    at: Array
+    joints: NDArray[np.int64]
 
 
 def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np.int64]:
@@ -59,11 +66,14 @@ def track_by_hand(
     *,
     place: bool = False,
     first: int = 0,
+    keep_steps: bool = False,
+    tell: Tell = nobody,
 ) -> Tracked:
-    """Hand gains at the clip's own rate.
+    """Hand gains at the clip's own rate, those that follow the rate if none are given.
 
-    place: track the root's place as well; first: where to start, earlier frames stay (a T-pose).
-    Raises UnstableGainsError where the gains diverge at this rate.
+    place: track the root's place as well; first: where to start, earlier frames stay (a T-pose);
+    tell: called with the share that is done. Raises UnstableGainsError where the gains diverge at
+    this rate.
     """
     rotations, positions = motion.rotations.copy(), motion.positions
     root = (
@@ -71,14 +81,23 @@ def track_by_hand(
         if place and motion.positioned
         else np.zeros((motion.frames - first, 3))
     )
-    found = track(motion.rotations[first:, joints], root, motion.frame_time, HandGains(gains))
+    found = track(
+        motion.rotations[first:, joints],
+        root,
+        motion.frame_time,
+        HandGains(gains),
+        keep_steps=keep_steps,
+        tell=tell,
+    )
     rotations[first:, joints] = found.q
     snapped = np.zeros(rotations.shape[:2], dtype=np.bool_)
     snapped[first:, joints] = found.snapped
     if place:
         positions = positions.copy()
         positions[first:, 0] = found.r
-    return Tracked(replace(motion, rotations=rotations, positions=positions), snapped)
+    tracked = replace(motion, rotations=rotations, positions=positions)
+    at = np.arange(first, motion.frames, dtype=np.float64)
+    return Tracked(tracked, snapped, found.steps, at, joints)
 
 
 def track_learned(
@@ -89,11 +108,14 @@ def track_learned(
     unit: float | None = None,
     place: bool = False,
     first: int = 0,
+    keep_steps: bool = False,
+    tell: Tell = nobody,
 ) -> Tracked:
     """Gains of a network: the clip at 25 Hz is tracked, the correction carried back.
 
     A frame waits for the next sample of 25 Hz. unit: metres in one unit of the clip. All 24 joints
     are tracked, since the network looks at the whole body, and only `joints` are changed.
+    tell: called with the share that is done.
     """
     topology = find_topology(motion.skeleton)
     scale = metres_per_unit(motion.skeleton, unit)
@@ -104,7 +126,15 @@ def track_learned(
     times = sample_times(len(q), motion.frame_time)
     q_in, r_in = resampled(q, r, times)
     controller = network.started(q_in, r_in)
-    found = track(q_in, r_in, NETWORK_DT, controller, integration=network.integration)
+    found = track(
+        q_in,
+        r_in,
+        NETWORK_DT,
+        controller,
+        integration=network.integration,
+        keep_steps=keep_steps,
+        tell=tell,
+    )
     q_new, r_new = corrected(q, r, times, q_in, r_in, found.q, found.r)
     restored = topology.restored(q_new, part.rotations)
     rotations = motion.rotations.copy()
@@ -115,9 +145,10 @@ def track_learned(
         positions = positions.copy()
         positions[first:, 0] = r_new / scale
     snapped = np.zeros(rotations.shape[:2], dtype=np.bool_)
-    at = first + np.ceil(times - 1e-9).astype(np.intp)
-    snapped[at[:, None], topology.joints] = found.snapped
-    return Tracked(replace(motion, rotations=rotations, positions=positions), snapped)
+    shown_at = first + np.ceil(times - 1e-9).astype(np.intp)
+    snapped[shown_at[:, None], topology.joints] = found.snapped
+    tracked = replace(motion, rotations=rotations, positions=positions)
+    return Tracked(tracked, snapped, found.steps, first + times, topology.joints)
 
 
 def quality_before_and_after(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -24,7 +24,10 @@ from twistcore.quamo.state_space import (
 )
 from twistcore.rotation import Array, normalise
 
+Tell = Callable[[float], None]
+
 LOST_AFTER = 5  # frames
+_TELL_EVERY = 25  # frames
 _LOST_COSINE = np.cos(np.radians(90.0) / 2.0)
 
 
@@ -51,10 +54,14 @@ class Controller(Protocol):
 
 
 class HandGains:
-    """The same gains in every frame; refuses what would diverge at the clip's frame time."""
+    """The same gains in every frame; refuses what would diverge at the clip's frame time.
+
+    gains: None for those of :meth:`Gains.by_hand` at the clip's frame time.
+    """
 
     def __init__(self, gains: Gains | None = None) -> None:
-        self.constant = gains or Gains()
+        self._given = gains
+        self._used = gains or Gains()
         self._checked = 0.0
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
@@ -64,9 +71,10 @@ class HandGains:
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:  # noqa: ARG002
         """The constant gains; UnstableGainsError if they diverge at dt."""
         if dt != self._checked:
-            check_stability(self.constant, dt)
-            self._checked = dt
-        return self.constant
+            gains = self._given or Gains.by_hand(dt)
+            check_stability(gains, dt)
+            self._used, self._checked = gains, dt
+        return self._used
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +155,11 @@ class Track:
     steps: tuple[Step, ...] = ()
 
 
+def nobody(share: float) -> None:
+    """Tells nobody how far it is."""
+    del share
+
+
 def track(
     q_hat: Array,
     r_hat: Array,
@@ -156,8 +169,12 @@ def track(
     integration: str = EXACT,
     substeps: int = 1,
     keep_steps: bool = False,
+    tell: Tell = nobody,
 ) -> Track:
-    """Step through a whole clip; the same bits as calling :class:`Tracker` frame by frame."""
+    """Step through a whole clip; the same bits as calling :class:`Tracker` frame by frame.
+
+    tell: called with the share that is done, now and then; what it raises ends the tracking.
+    """
     tracker = Tracker(controller, integration=integration, substeps=substeps)
     q, r = np.empty(q_hat.shape), np.empty(r_hat.shape)
     snapped = np.zeros(q_hat.shape[:-1], dtype=np.bool_)
@@ -167,6 +184,8 @@ def track(
         q[frame], r[frame], snapped[frame] = step.state.q, step.state.r, step.snapped
         if keep_steps:
             steps.append(step)
+        if frame % _TELL_EVERY == 0:
+            tell(frame / len(q_hat))
     return Track(q, r, snapped, tuple(steps))
 
 

@@ -18,6 +18,7 @@ from twistcore.chain import Chain
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.motion import Motion
+from twistcore.quamo.tracker import Tell, nobody
 from twistcore.refinement import refine
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking
 from twistcore.review.tracking import check_tracking, tracked_motion
@@ -112,10 +113,15 @@ def session_from_document(document: Any) -> Session:
         raise FormatError(f"{error} is missing or of the wrong kind") from None
 
 
-def accepted_motion(clip: Clip, chains: Sequence[Chain], state: ReviewState) -> Motion:
-    """The motion corrected by the accepted intervals, then tracked: what an export writes."""
+def accepted_motion(
+    clip: Clip, chains: Sequence[Chain], state: ReviewState, *, tell: Tell = nobody
+) -> Motion:
+    """The motion corrected by the accepted intervals, then tracked: what an export writes.
+
+    tell: called with the share of the tracking that is done.
+    """
     refined = refine(clip.motion, chains, state.chosen())
-    return refined if state.tracking is None else tracked_motion(refined, state.tracking)
+    return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
 
 
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -15,12 +15,17 @@ from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
 from twistcore.quamo.network import Network, read_network
-from twistcore.quamo.refine import chosen_joints, joints_of_24, track_by_hand, track_learned
-from twistcore.quamo.resample import resampled, sample_times
+from twistcore.quamo.refine import (
+    Tracked,
+    chosen_joints,
+    joints_of_24,
+    track_by_hand,
+    track_learned,
+)
 from twistcore.quamo.stability import check_stability
-from twistcore.quamo.state_space import EXACT, NETWORK_DT, Gains
+from twistcore.quamo.state_space import Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
-from twistcore.quamo.tracker import Controller, HandGains, Step, Tracker
+from twistcore.quamo.tracker import Step, Tell, nobody
 from twistcore.quamo.weights import weights_file
 from twistcore.review.model import Tracking
 from twistcore.rotation import Array
@@ -29,13 +34,11 @@ WARNING = (
     "Tracking smears level shifts, removes none and may hide twist errors: decide on the intervals "
     "first, it comes after their correction."
 )
-
-
+# Measured by benchmarks/quamo_before_detection.py; the table is in docs/quamo.md.
 DEMONSTRATION = (
-    "Of 820 errors put into 40 clips 53 % were found when tracked first (5-15°: 10 %), all when "
+    "Of 820 errors put into 40 clips 58 % were found when tracked first (5-15°: 50 %), all when "
     "detected first."
 )
-_TELL_EVERY = 25  # frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,68 +96,39 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
         )
 
 
-def tracked_motion(motion: Motion, tracking: Tracking) -> Motion:
+def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell = nobody) -> Motion:
     """The motion with the joints tracked; frames of a T-pose at the start stay.
 
-    Raises TwistError as :func:`check_tracking`.
+    tell: called with the share that is done. Raises TwistError as :func:`check_tracking`.
     """
+    return _tracked(motion, tracking, tell, keep_steps=False).motion
+
+
+def traced_motion(motion: Motion, tracking: Tracking, tell: Tell = nobody) -> tuple[Motion, Traces]:
+    """The same motion, and what the tracker did at every step of that run."""
+    found = _tracked(motion, tracking, tell, keep_steps=True)
+    joints = chosen_joints(motion.skeleton, tracking.joints)
+    columns = np.array([found.joints.tolist().index(j) for j in joints.tolist()])
+    names = tuple(motion.skeleton.names[j] for j in joints)
+    # The first frame is the start itself, not a step.
+    return found.motion, Traces(found.at[1:], *_rows(found.steps[1:], columns), names)
+
+
+def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool) -> Tracked:
     check_tracking(motion, tracking)
     joints, first = chosen_joints(motion.skeleton, tracking.joints), leading_frames(motion)
     if tracking.learned:
-        return track_learned(motion, joints, _network(weights_file()), first=first).motion
-    return track_by_hand(motion, joints, _gains(tracking), first=first).motion
-
-
-def _nobody(share: float) -> None:
-    del share
-
-
-def trace(motion: Motion, tracking: Tracking, tell: Callable[[float], None] = _nobody) -> Traces:
-    """What the tracker does at every step; tell: called with the share that is done."""
-    check_tracking(motion, tracking)
-    joints, first = chosen_joints(motion.skeleton, tracking.joints), leading_frames(motion)
-    part = motion.sliced(first, motion.frames)
-    if not tracking.learned:
-        q, places = part.rotations[:, joints], np.zeros((part.frames, 3))
-        times = np.arange(part.frames, dtype=np.float64)
-        controller: Controller = HandGains(_gains(tracking))
-        steps = _steps(q, places, part.frame_time, controller, tell)
-        shown = np.arange(len(joints))
-    else:
-        topology = find_topology(motion.skeleton)
         network = _network(weights_file())
-        times = sample_times(part.frames, part.frame_time)
-        scale = metres_per_unit(motion.skeleton)
-        q, places = resampled(topology.reduced(part.rotations), scale * part.positions[:, 0], times)
-        controller = network.started(q, places)
-        steps = _steps(q, places, NETWORK_DT, controller, tell, network.integration)
-        shown = np.array([topology.joints.tolist().index(j) for j in joints.tolist()])
-    names = tuple(motion.skeleton.names[j] for j in joints)
-    return Traces(first + times[1:], *_rows(steps, shown), names)
+        return track_learned(motion, joints, network, first=first, keep_steps=keep_steps, tell=tell)
+    gains = _gains(tracking)
+    return track_by_hand(motion, joints, gains, first=first, keep_steps=keep_steps, tell=tell)
 
 
 def _gains(tracking: Tracking) -> Gains:
     return replace(Gains(), kp=tracking.kp, kd=tracking.kd, ka=tracking.ka)
 
 
-def _steps(
-    q: Array,
-    places: Array,
-    dt: float,
-    controller: Controller,
-    tell: Callable[[float], None],
-    integration: str = EXACT,
-) -> list[Step]:
-    tracker = Tracker(controller, integration=integration)
-    steps = []
-    for frame in range(len(q)):
-        steps.append(tracker.step(q[frame], places[frame], dt))
-        if frame % _TELL_EVERY == 0:
-            tell(frame / len(q))
-    return steps[1:]
-
-
-def _rows(steps: list[Step], shown: NDArray[np.intp]) -> tuple[Array, Array]:
+def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array]:
     gains = np.zeros((len(steps), len(shown), 3))
     parts = np.zeros((len(steps), len(shown), 4))
     for row, step in enumerate(steps):

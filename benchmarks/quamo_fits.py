@@ -1,0 +1,242 @@
+"""The best filters, regressions and oracles that benchmarks.quamo_bounds puts beside QuaMo."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from twistcore.quamo.data import Sequence24
+from twistcore.quamo.metrics import in_contact, root_aligned, second_difference
+from twistcore.quamo.noise import SMOOTH_SECONDS, Noise
+from twistcore.quamo.state_space import NETWORK_DT, exponential, logarithm
+from twistcore.quamo.tables import Method, noisy_clip
+from twistcore.quamo.topology import ANKLES, TOES
+from twistcore.rotation import Array, conjugate, multiply
+
+FIT_SEEDS = (100, 101)  # of the noise that is fitted on
+PATH_TAPS, ROOT_TAPS = 20, 50  # frames of the past: 0.8 s and 2 s
+ROUNDS, SMALLEST_MM, RIDGE = 4, 0.5, 1e-3
+
+
+class LeaveOneOut:
+    """Least squares on the clips of other subjects: normal equations kept subject by subject."""
+
+    def __init__(self, ridge: float) -> None:
+        self._ridge = ridge
+        self._sums: dict[str, tuple[Array, Array]] = {}
+        self._solved: dict[tuple[str, bool], Array] = {}
+
+    def add(self, subject: str, x: Array, y: Array) -> None:
+        """Rows x (…, rows, inputs) and what they should give, y (…, rows, outputs)."""
+        turned = np.swapaxes(x, -1, -2)
+        before = self._sums.get(subject, (0.0, 0.0))
+        self._sums[subject] = (before[0] + turned @ x, before[1] + turned @ y)
+
+    def weights(self, subject: str, *, own: bool = False) -> Array:
+        """(…, inputs, outputs) fitted on all others, or with `own` on this subject alone."""
+        if (subject, own) not in self._solved:
+            kept = [v for k, v in self._sums.items() if (k == subject) is own]
+            xx, xy = sum(k[0] for k in kept), sum(k[1] for k in kept)
+            size = np.trace(xx, axis1=-2, axis2=-1)[..., None, None] / xx.shape[-1]
+            xx = xx + (self._ridge * size + 1e-12) * np.eye(xx.shape[-1])
+            self._solved[subject, own] = np.linalg.solve(xx, xy)
+        return self._solved[subject, own]
+
+
+# -- places: the best linear filter of each joint's own path -----------------------------------
+
+
+def own_path(places: Array) -> Array:
+    """The root as it is and the other joints against it, (frames, 24, 3)."""
+    return np.concatenate([places[:, :1], root_aligned(places)[:, 1:]], axis=1)
+
+
+def neighbours(x: Array, ahead: int) -> Array:
+    """What x (frames, 24, 3) was before and is `ahead` frames later, against now: (…, 3, taps)."""
+    at = np.arange(len(x))
+    shifts = [k for k in range(-PATH_TAPS, ahead + 1) if k]
+    near = [x[np.clip(at + k, 0, len(x) - 1)] - x for k in shifts]
+    return np.stack(near, axis=-1)
+
+
+class PathFilter:
+    """A joint's mean distance + weight · its mean Accel, least over all filters of its own path.
+
+    One set of taps a joint for all three axes. Means of norms and not of squares, as the metrics:
+    found by least squares that are weighted anew with the inverse of what is left.
+    """
+
+    def __init__(self, clips: Sequence[Sequence24], noise: Noise, ahead: int) -> None:
+        self._ahead = ahead
+        rows = []
+        for clip in clips:
+            given = own_path(clip.places_mm(*noisy_clip(clip, noise, FIT_SEEDS[0])))
+            left = own_path(clip.places_mm(clip.q, clip.r)) - given
+            rows.append((neighbours(given, ahead), left))
+        self._terms = [
+            tuple(np.concatenate(side).astype(np.float32) for side in zip(*term, strict=True))
+            for term in (rows, [tuple(map(second_difference, row)) for row in rows])
+        ]
+        self._subjects = [
+            np.repeat([c.subject for c in clips], [len(c.q) - cut for c in clips]) for cut in (0, 2)
+        ]
+
+    def taps(self, held_out: str, weight: float) -> Array:
+        """(24, taps), fitted without a subject."""
+        taps: Array | None = None
+        for _ in range(ROUNDS):
+            xx: Array | float = 0.0
+            xy: Array | float = 0.0
+            for (x, y), subjects, share in zip(
+                self._terms, self._subjects, (1.0, weight), strict=True
+            ):
+                # At first as if all were left: the input's own error.
+                left = y if taps is None else y - np.einsum("fjat,jt->fja", x, taps)
+                away = np.maximum(np.linalg.norm(left, axis=-1), SMALLEST_MM)
+                w = share * (subjects != held_out)[:, None] / away
+                weighted = (x * w[..., None, None]).transpose(1, 3, 0, 2)
+                weighted = weighted.reshape(*weighted.shape[:2], -1)
+                xx = xx + weighted @ x.transpose(1, 0, 2, 3).reshape(24, -1, x.shape[-1])
+                xy = xy + weighted @ y.transpose(1, 0, 2).reshape(24, -1, 1)
+            taps = np.linalg.solve(xx + RIDGE * np.eye(x.shape[-1]), xy)[..., 0]
+        assert taps is not None
+        return taps
+
+    def filtered(self, places: Array, taps: Array) -> Array:
+        """Noisy places, filtered, (frames, 24, 3)."""
+        path = own_path(places)
+        path = path + np.einsum("fjat,jt->fja", neighbours(path, self._ahead), taps)
+        return np.concatenate([path[:, :1], path[:, :1] + path[:, 1:]], axis=1)
+
+
+# -- the root: the best linear filter of r̂, alone and with steps of the feet -------------------
+
+Steps = Callable[[Sequence24, Array, Array], Array]  # a clip, q̂, r̂ -> the root by its feet, (f, 3)
+
+
+def history(x: Array) -> Array:
+    """What x (frames, 3) was against now, (3, frames, taps)."""
+    frames = len(x)
+    near = [np.maximum(np.arange(frames) - k, 0) for k in range(1, ROOT_TAPS + 1)]
+    return np.moveaxis(np.stack([x[at] - x for at in near], axis=-1), 1, 0)
+
+
+def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None = None) -> Method:
+    """The filter of r̂ in each axis; steps: also of r̂ less the way that the feet say was gone."""
+    fit = LeaveOneOut(1e-4)
+
+    def inputs(clip: Sequence24, q_hat: Array, r_hat: Array) -> Array:
+        known = [history(r_hat)]
+        if steps is not None:
+            known.append(history(r_hat - steps(clip, q_hat, r_hat)))
+        return np.concatenate(known, axis=-1)
+
+    for clip in clips:
+        for seed in FIT_SEEDS:
+            q_hat, r_hat = noisy_clip(clip, noise, seed)
+            fit.add(clip.subject, inputs(clip, q_hat, r_hat), (clip.r - r_hat).T[..., None])
+
+    def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+        taps = fit.weights(clip.subject)
+        found = r_hat.copy()
+        for k in range(r_hat.shape[1]):
+            found[:, k] += (inputs(clip, q_hat[:, k], r_hat[:, k]) @ taps)[..., 0].T
+        return q_hat, found
+
+    return run
+
+
+def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
+    """The way of the root if a foot on the ground stands still; in the air r̂'s own steps.
+
+    Without the true contacts the lower foot is on the ground, and the other within 3 cm of it.
+    """
+
+    def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> Array:
+        q = clip.q if true_pose else q_hat
+        places = clip.places_mm(q, np.zeros_like(clip.r))
+        feet = 0.5 * (places[:, ANKLES] + places[:, TOES])
+        if true_contact:
+            down = in_contact(clip.places_mm(clip.q, clip.r))
+        else:
+            down = feet[..., 1] < feet[..., 1].min(axis=1, keepdims=True) + 30.0
+        both = (down[1:] & down[:-1])[..., None]
+        count = both.sum(axis=1)
+        by_feet = -(np.diff(feet, axis=0) * both).sum(axis=1) / np.maximum(count, 1) / 1000.0
+        step = np.where(count > 0, by_feet, np.diff(r_hat, axis=0))
+        return np.concatenate([np.zeros((1, 3)), np.cumsum(step, axis=0)])
+
+    return run
+
+
+def known_way(noise: Noise) -> Method:
+    """Oracle: every step of the root is known and the noise's covariance; only where it began not.
+
+    The place is then the generalised mean of r̂ − way so far. With K = LLᵀ its prefixes are those
+    of L⁻¹, so that one factorisation serves all frames.
+    """
+
+    def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+        times = NETWORK_DT * np.arange(len(clip.r))
+        apart = (times[:, None] - times) / (2.0 * SMOOTH_SECONDS)
+        smooth, white = np.mean(noise.level.root_smooth), noise.level.root_white
+        low = np.linalg.cholesky(smooth**2 * np.exp(-(apart**2)) + white**2 * np.eye(len(times)))
+        away = r_hat - clip.r[:, None]
+        ones = solve_triangular(low, np.ones(len(times)), lower=True)[:, None, None]
+        given = solve_triangular(low, away.reshape(len(away), -1), lower=True).reshape(away.shape)
+        return q_hat, clip.r[:, None] + np.cumsum(ones * given, 0) / np.cumsum(ones**2, 0)
+
+    return run
+
+
+# -- poses: what is known of them without looking at motion ------------------------------------
+
+
+def without_offset(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+    """Oracle: every joint's mean error over the clip is taken off."""
+    error = logarithm(multiply(clip.q[:, None], conjugate(q_hat)))
+    return multiply(exponential(error.mean(axis=0)), q_hat), r_hat
+
+
+def shrunk(clips: Sequence[Sequence24], noise: Noise, width: float) -> Method:
+    """Each joint drawn towards the others' mean, their covariance taken `width` times as large."""
+
+    def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+        seen = np.concatenate([logarithm(c.q[:, 1:]) for c in clips if c.subject != clip.subject])
+        mean = seen.mean(axis=0)
+        spread = width * np.einsum("fja,fjb->jab", seen - mean, seen - mean) / len(seen)
+        share = spread @ np.linalg.inv(spread + np.radians(noise.level.smooth) ** 2 * np.eye(3))
+        out = q_hat.copy()
+        off = logarithm(q_hat[..., 1:, :]) - mean
+        out[..., 1:, :] = exponential(mean + np.einsum("jab,...jb->...ja", share, off))
+        return out, r_hat
+
+    return run
+
+
+def pose_regression(
+    clips: Sequence[Sequence24], noise: Noise, ridge: float, *, own: bool = False
+) -> Method:
+    """Every joint's error linear in the whole noisy pose; own: fitted on the subject itself."""
+    fit = LeaveOneOut(ridge)
+
+    def inputs(q_hat: Array) -> Array:
+        pose = logarithm(q_hat[..., 1:, :]).reshape(*q_hat.shape[:-2], -1)
+        return np.concatenate([pose, np.ones((*pose.shape[:-1], 1))], axis=-1)
+
+    for clip in clips:
+        for seed in FIT_SEEDS:
+            q_hat, _ = noisy_clip(clip, noise, seed)
+            error = logarithm(multiply(clip.q, conjugate(q_hat)))[:, 1:]
+            fit.add(clip.subject, inputs(q_hat), error.reshape(len(error), -1))
+
+    def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+        step = np.zeros((*q_hat.shape[:-1], 3))
+        step[..., 1:, :] = (inputs(q_hat) @ fit.weights(clip.subject, own=own)).reshape(
+            *q_hat.shape[:-2], -1, 3
+        )
+        return multiply(exponential(step), q_hat), r_hat
+
+    return run

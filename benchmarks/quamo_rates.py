@@ -1,0 +1,80 @@
+"""Hand gains at other frame rates: python -m benchmarks.quamo_rates FOLDER.
+
+Every fourth clip at its native 120 Hz and at 60 Hz, with the synthetic noise drawn at that rate, is
+tracked with the gains for 25 Hz and with those that follow the rate. Metrics at 25 Hz against the
+truth, ratios output / input; jitter is the mean third difference of places at the clip's own rate.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from twistcore.bvh import read_bvh
+from twistcore.quamo import Gains, HandGains, track
+from twistcore.quamo.metrics import METRICS, errors, quality
+from twistcore.quamo.noise import LEVELS, Noise, noisy
+from twistcore.quamo.resample import resampled, sample_times
+from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
+from twistcore.rotation import Array
+from twistcore.synthesis import generator
+
+EVERY, STEPS = 4, (1, 2)  # of the clips; of the frames
+ROWS = {"for 25 Hz: κP 600, κD 15": HandGains(Gains()), "following the rate": HandGains()}
+SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel", "FS")
+
+
+def motions(folder: Path) -> Iterator[tuple[str, Array, Array, Array, float]]:
+    """Name, rotations and root places of the 24 joints, offsets, frame time; metres."""
+    for path in sorted(folder.glob("*.bvh"))[::EVERY]:
+        motion = read_bvh(path).motion
+        motion = motion.sliced(1, motion.frames)
+        topology = find_topology(motion.skeleton)
+        yield (
+            path.stem,
+            topology.reduced(motion.rotations),
+            CMU_UNIT * motion.translation(0),
+            CMU_UNIT * topology.offsets,
+            motion.frame_time,
+        )
+
+
+def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
+    """Ratios of METRICS and of jitter by row; longer clips weigh more."""
+    sums = {name: np.zeros(len(METRICS) + 1) for name in ("input", *ROWS)}
+    for name, q_all, r_all, offsets, native in motions(folder):
+        q, r, dt = q_all[::step], r_all[::step], step * native
+        times = sample_times(len(q), dt)
+        q_hat, r_hat = noisy(q, r, Noise(LEVELS[level]), generator(0, name), dt=dt)
+        truth = 1000.0 * places_24(offsets, *resampled(q, r, times))
+        for row in sums:
+            found = (q_hat, r_hat)
+            if row in ROWS:
+                tracked = track(q_hat, r_hat, dt, ROWS[row])
+                found = (tracked.q, tracked.r)
+            at_25 = 1000.0 * places_24(offsets, *resampled(*found, times))
+            jitter = quality(1000.0 * places_24(offsets, *found)).jitter
+            sums[row] += len(q) * np.array([*errors(at_25, truth).values(), jitter])
+    return {row: sums[row] / sums["input"] for row in ROWS}
+
+
+def main() -> None:
+    """Print a row a rate, level and choice of gains."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    arguments = parser.parse_args()
+    print("| rate, noise | gains | " + " | ".join((*SHOWN, "jitter")) + " |")
+    print("|---|---|" + "---|" * (len(SHOWN) + 1))
+    for step in STEPS:
+        for level in LEVELS:
+            for row, ratio in measured(arguments.folder, level, step).items():
+                cells = [ratio[METRICS.index(m)] for m in SHOWN] + [ratio[-1]]
+                told = " | ".join(f"{v:.2f}" for v in cells)
+                print(f"| {120 // step} Hz, {level} | {row} | {told} |")
+
+
+if __name__ == "__main__":
+    main()
