@@ -44,9 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     window.show()
     if complaint:
         window.bar.show_message(complaint, True)
-    # What the program is made of never becomes garbage; looking through all of it again and again
-    # would hold the window up, 0.15 s each time.
-    gc.freeze()
+    keep_for_good()
     if arguments.file:
         window.open_path(arguments.file)
     script = None
@@ -64,6 +62,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     wake.timeout.connect(lambda: None)
     code = app.exec()
     return script.code if script else code
+
+
+def keep_for_good() -> None:
+    """Say that what is there now, the program itself, never becomes garbage.
+
+    To look through all of it again and again would hold the window up, 0.15 s each time.
+    """
+    gc.freeze()
 
 
 def has_screen() -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
 from inspector.document import Document
@@ -46,7 +47,7 @@ class HistoryPanel(QWidget):
         while self._document.review.position < wanted and self._document.review.redo_text:
             self._document.redo()
 
-    def showEvent(self, event: object) -> None:
+    def showEvent(self, event: QShowEvent) -> None:
         """Colours follow the theme."""
         self._refresh()
-        super().showEvent(event)  # type: ignore[arg-type]
+        super().showEvent(event)
