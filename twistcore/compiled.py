@@ -1,7 +1,7 @@
 """Compiled loops, once they pay: numba (extra `fast`) takes half a second to begin.
 
 Until then, and wherever numba is missing or cannot work, the numpy code does the same to the bit,
-three to six times slower. Nothing is imported before :func:`warm` or a lot of text needs it.
+two to five times slower. Nothing is imported before :func:`warm` or a lot of text needs it.
 """
 
 from __future__ import annotations
