@@ -1,7 +1,7 @@
 """Compiled loops, once they pay: numba (extra `fast`) takes half a second to begin.
 
 Until then, and wherever numba is missing or cannot work, the numpy code does the same to the bit,
-three to six times slower. Nothing is imported before :func:`warm` or a lot of text needs it.
+two to five times slower. Nothing is imported before :func:`warm` or a lot of text needs it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ BREAK_EVEN = 150_000_000  # bytes
 
 @dataclass(frozen=True)
 class Loops:
-    """The compiled functions of :mod:`twistcore.kernels`; all of them release the GIL."""
+    """The compiled functions of :mod:`twistcore.kernels` and the scanner; all release the GIL."""
 
     scan: Any
     find_tokens: Any
@@ -75,8 +75,11 @@ def _compiled(*, cache: bool) -> Loops | None:
 
         if numba.config.DISABLE_JIT:
             return None
+        from twistcore.scanning import scan
+
         jit = numba.njit(nogil=True, cache=cache)
-        found = Loops(*(jit(getattr(kernels, name)) for name in Loops.__dataclass_fields__))
+        plain = {**vars(kernels), "scan": scan}
+        found = Loops(**{name: jit(plain[name]) for name in Loops.__dataclass_fields__})
         _call_each(found)
     # Whatever goes wrong with it (an unwritable or damaged cache, a numba that is too old for this
     # Python), reading goes on: it is only slower.

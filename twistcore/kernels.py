@@ -17,69 +17,7 @@ from twistcore.rotation import Array
 _Bytes = NDArray[np.uint8]
 _Integers = NDArray[np.int64]
 
-_ONE, _TEN, _NONE = np.uint64(1), np.uint64(10), np.uint64(0)
-_MOST_DIGITS = np.uint64(19)  # 10¹⁹ < 2⁶⁴
-_EXACT = np.uint64(2**53)
-
-
-def scan(
-    x: _Bytes, powers: Array, values: Array, lines: _Integers, odd: _Integers
-) -> tuple[int, int, int]:
-    """The numbers of a block of text: how many, how many line breaks, how many odd tokens.
-
-    powers: 10⁰ … 10²². values: room for every number; lines: how many had been read at each break;
-    odd: (index of the value, start, end) of every token that is left to float(): not an integer up
-    to 2⁵³ times or over one of the powers, whose product or quotient is correctly rounded.
-    """
-    n, i = np.uint64(len(x)), _NONE
-    count = breaks = others = 0
-    while True:
-        while i < n and (x[i] == 32 or 9 <= x[i] <= 13):
-            if x[i] == 10 or x[i] == 13:
-                lines[breaks] = count
-                breaks += 1
-            i += _ONE
-        if i >= n:
-            return count, breaks, others
-        start = i
-        negative = x[i] == 45
-        if negative:
-            i += _ONE
-        whole, digits, power = _NONE, _NONE, np.int64(0)
-        while i < n and np.uint8(x[i] - 48) < 10:
-            whole = whole * _TEN + np.uint64(x[i] - 48)
-            digits += _ONE
-            i += _ONE
-        if i < n and x[i] == 46:
-            i += _ONE
-            point = i
-            while i < n and np.uint8(x[i] - 48) < 10:
-                whole = whole * _TEN + np.uint64(x[i] - 48)
-                i += _ONE
-            digits += i - point
-            power = -np.int64(i - point)
-        plain = _NONE < digits <= _MOST_DIGITS and whole <= _EXACT
-        if i < n and x[i] | 32 == 101:
-            i += _ONE
-            below = i < n and x[i] == 45
-            if i < n and (x[i] == 45 or x[i] == 43):
-                i += _ONE
-            exponent, first = np.int64(0), i
-            while i < n and np.uint8(x[i] - 48) < 10:
-                if exponent < 1000:
-                    exponent = exponent * 10 + np.int64(x[i] - 48)
-                i += _ONE
-            plain = plain and i > first
-            power += -exponent if below else exponent
-        if plain and -23 < power < 23 and (i >= n or x[i] == 32 or 9 <= x[i] <= 13):
-            value = whole * powers[power] if power > 0 else whole / powers[-power]
-            values[count] = -value if negative else value
-        else:
-            while i < n and not (x[i] == 32 or 9 <= x[i] <= 13):
-                i += _ONE
-            odd[others, 0], odd[others, 1], odd[others, 2] = count, start, i
-            others += 1
-        count += 1
+_ONE, _NONE = np.uint64(1), np.uint64(0)
 
 
 def find_tokens(x: _Bytes, wanted: _Integers, found: _Integers) -> None:

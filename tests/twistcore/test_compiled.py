@@ -82,6 +82,39 @@ def test_any_bytes(both, odd, text):
     assert_same(fast, slow)
 
 
+def numbers_of_every_length():
+    """One of each sign, count of digits before the point and count of decimals."""
+    rng = np.random.default_rng(5)
+    for sign in ("", "-", "+"):
+        for whole in range(10):
+            for behind in range(11):
+                digits = "".join(map(str, rng.integers(0, 10, whole + behind)))
+                if digits:
+                    yield f"{sign}{digits[:whole]}.{digits[whole:]}"
+                    yield f"{sign}{digits[:whole]}{digits[whole:]}"
+
+
+@pytest.mark.parametrize("usual", ["1.5", "-23.123456"])
+@pytest.mark.parametrize("gap", [" ", "\n", "\r\n", "\t", "  ", "\v"])
+def test_numbers_of_every_length_among_usual_ones(both, usual, gap):
+    tokens = [t for odd in numbers_of_every_length() for t in (usual, odd, usual)]
+    fast, slow = both(lambda: read(gap.join(tokens).encode()))
+    assert_same(fast, slow)
+    np.testing.assert_array_equal(fast[0], bits(np.array([float(t) for t in tokens])))
+
+
+def test_any_byte_anywhere_in_a_usual_number(both):
+    texts = (b"1.5 -23.123456 7.000001\n0.25 1.125 ", b"12.34567812 -1.0 123456.5\t9.9 0.0 0.5 ")
+    damaged = [
+        text[:at] + bytes([byte]) + text[at + 1 :] + b"1.5 " * 9
+        for text in texts
+        for at in range(len(text))
+        for byte in range(256)
+    ]
+    for fast, slow in zip(*both(lambda: [read(text) for text in damaged]), strict=True):
+        assert_same(fast, slow)
+
+
 @pytest.mark.parametrize("name", ["walk", "dance", "basketball"])
 def test_motion_and_kinematics_of_a_clip(both, name):
     def run():
