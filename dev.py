@@ -37,8 +37,6 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 STAMP = VENV / "twist-inspector.stamp"
 OUT = ROOT / "out"
-# pytest alone: the windows of the tests in one process, all else in another.
-ALL_TESTS = ["-n", "2", "--dist", "loadgroup"]
 OLDEST_PYTHON = (3, 11)
 
 # What Qt and VTK load from the system, and the Debian package that brings it. They are looked up
@@ -349,9 +347,9 @@ def tell_results(began: float) -> None:
 
 
 def command_test(args: list[str]) -> int:
-    """Run pytest; all tests in two processes, one of them with the windows."""
+    """Run pytest."""
     with screen() as env:
-        return start([str(PYTHON), "-m", "pytest", *(args or ALL_TESTS)], env)
+        return start([str(PYTHON), "-m", "pytest", *args], env)
 
 
 def command_check(args: list[str]) -> int:

@@ -20,13 +20,6 @@ shutil.copytree(Path(__file__).parent.parent / "assets", ASSETS, dirs_exist_ok=T
 atexit.register(shutil.rmtree, ASSETS, ignore_errors=True)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """With several processes (-n 2 --dist loadgroup) all windows are one's: they share a screen."""
-    for item in items:
-        if "gui" in item.path.parts:
-            item.add_marker(pytest.mark.xdist_group("gui"))
-
-
 @pytest.fixture(scope="session")
 def walk() -> Clip:
     return read_bvh(ASSETS / "walk.bvh")

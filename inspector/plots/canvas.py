@@ -2,22 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import pyqtgraph as pg
 from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QGraphicsGridLayout, QGraphicsItem, QSizePolicy, QWidget
+
+_PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column; the view's is 0, 1
 
 
-class Canvas(pg.PlotWidget):
-    """A plot widget that repaints when it is told to `touch`.
+class Canvas(pg.GraphicsView):
+    """A view with its axes, which repaints when it is told to `touch`.
 
     Left to itself every graphics scene repaints its window at once and alone: four plots, four
-    repaints, each of which puts the whole window together with the 3D view.
+    repaints. pyqtgraph's own plot also makes forty widgets for a menu that nobody sees.
     """
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
+    def __init__(
+        self,
+        axes: Mapping[str, pg.AxisItem],
+        view: pg.ViewBox | None = None,
+        parent: QWidget | None = None,
+    ) -> None:
+        """axes: by side, 'left', 'bottom', 'right'; without a view, one that no mouse moves."""
+        super().__init__(parent)
         self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)
+        self.enableMouse(False)
+        self.view = view or pg.ViewBox(enableMenu=False, enableMouse=False)
+        self.view.disableAutoRange()
+        self.axes = dict(axes)
+        plot = pg.GraphicsWidget()
+        self.grid = QGraphicsGridLayout(plot)
+        self.grid.setContentsMargins(0, 2, 8, 0)
+        self.grid.setSpacing(0)
+        self.grid.addItem(self.view, 0, 1)
+        for side, axis in self.axes.items():
+            axis.linkToView(self.view)
+            axis.enableAutoSIPrefix(False)
+            axis.setZValue(-1000)
+            axis.setFlag(QGraphicsItem.GraphicsItemFlag.ItemNegativeZStacksBehindParent)
+            self.grid.addItem(axis, *_PLACES[side])
+        self.grid.setRowStretchFactor(0, 1)
+        self.grid.setColumnStretchFactor(1, 1)
+        self.setCentralItem(plot)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setFrameShape(self.Shape.NoFrame)
+
+    def addItem(self, item: pg.GraphicsObject) -> None:
+        """Put something into the view; the range does not follow it."""
+        self.view.addItem(item, ignoreBounds=True)
 
     def touch(self) -> None:
         """Be painted with the window's next repaint."""

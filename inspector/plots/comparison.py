@@ -53,7 +53,7 @@ class OtherDetector(Pane):
         self._line = pg.InfiniteLine(
             angle=0, label="", labelOpts={"position": 0.985, "anchors": [(1.0, 1.15), (1.0, 1.15)]}
         )
-        self.addItem(self._line, ignoreBounds=True)
+        self.addItem(self._line)
 
     @property
     def method(self) -> str:

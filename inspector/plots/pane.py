@@ -10,7 +10,7 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QRectF, Qt
 from PySide6.QtGui import QColor, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QWidget
 
 from inspector.plots.canvas import Canvas, TauLine
 from inspector.plots.curves import from_root_scale, root_scale, thinned
@@ -113,57 +113,44 @@ class Pane(Canvas):
         parent: QWidget | None = None,
     ) -> None:
         self.key = key
-        self.view = TimeView()
-        self.view.key = key
+        view = TimeView()
+        view.key = key
         degrees = RootAxis("left") if root else DegreesAxis("left")
-        super().__init__(
-            parent=parent,
-            viewBox=self.view,
-            axisItems={"left": degrees, "bottom": FrameAxis("bottom")},
-            enableMenu=False,
-        )
+        super().__init__({"left": degrees, "bottom": FrameAxis("bottom")}, view, parent)
         self.root = root
         self._styles = styles
         self._smooth = False
         self._lit: str | None = None
         self.scenery = scenery
-        plot = self.getPlotItem()
-        plot.hideButtons()
-        plot.layout.setContentsMargins(0, 2, 8, 0)
         self._bottom_shown = True
         self.set_scale()
-        for side in ("left", "bottom"):
-            plot.getAxis(side).enableAutoSIPrefix(False)
         self._zero = pg.InfiniteLine(pos=0.0, angle=0)
         self._zero.setZValue(-50)
-        self.addItem(self._zero, ignoreBounds=True)
+        self.addItem(self._zero)
         self.curves = {s.name: Line(self.view) for s in styles}
         self.values: dict[str, tuple[Array, NDArray[np.int64]]] = {}
         for curve in self.curves.values():
-            self.addItem(curve, ignoreBounds=True)
-        self.view.disableAutoRange()
+            self.addItem(curve)
         self.view.sigResized.connect(self._thin_all)
         self.back = BackLayer(self.view, scenery, shade=shade, glyphs=glyphs)
         self.front = FrontLayer(self.view, scenery)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumHeight(40)
-        self.setFrameShape(self.Shape.NoFrame)
 
     def set_scale(self) -> None:
         """Take the scenery's scale of type and lines."""
         scale = self.scenery.scale
         for side in ("left", "bottom"):
-            axis = self.getPlotItem().getAxis(side)
+            axis = self.axes[side]
             axis.type_scale = scale
             axis.setStyle(tickFont=self.scenery.font(), tickLength=-4, autoExpandTextSpace=False)
-        self.getPlotItem().getAxis("left").setWidth(_AXIS_WIDTH * scale)
+        self.axes["left"].setWidth(_AXIS_WIDTH * scale)
         self.set_bottom(shown=self._bottom_shown)
 
     def set_theme(self, theme: Theme) -> None:
         """Colours of paper, axes and lines."""
         self.setBackground(theme.surface)
         for side in ("left", "bottom"):
-            axis = self.getPlotItem().getAxis(side)
+            axis = self.axes[side]
             axis.setPen(QPen(QColor(theme.line), 1.0))
             axis.setTextPen(QColor(theme.soft))
         self._zero.setPen(_cosmetic(theme.line, 1.0))
@@ -233,7 +220,7 @@ class Pane(Canvas):
 
     def count_from(self, first: int) -> None:
         """Call the first frame `first`."""
-        axis = self.getAxis("bottom")
+        axis = self.axes["bottom"]
         axis.first = first
         axis.picture = None
         self.touch()
@@ -251,7 +238,7 @@ class Pane(Canvas):
 
     def set_bottom(self, *, shown: bool) -> None:
         """Frame numbers, for the lowest plot of a column; the others keep only the line."""
-        axis = self.getPlotItem().getAxis("bottom")
+        axis = self.axes["bottom"]
         axis.setStyle(showValues=shown)
         axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)
         self._bottom_shown = shown

@@ -11,7 +11,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QWidget
 
 from inspector.plots.canvas import Canvas
 from inspector.plots.pane import FrameAxis, RootAxis
@@ -70,41 +70,29 @@ class TracePlot(Canvas):
         left = RootAxis("left") if root else _UnitAxis("left")
         if isinstance(left, _UnitAxis):
             left.unit = unit
-        super().__init__(
-            parent=parent, axisItems={"left": left, "bottom": FrameAxis("bottom")}, enableMenu=False
-        )
+        super().__init__({"left": left, "bottom": FrameAxis("bottom")}, parent=parent)
         self._lines: Sequence[Line] = ()
         self.curves: list[pg.PlotCurveItem] = []
         self._dots = pg.ScatterPlotItem(symbol="o", size=3, pen=None)
-        plot = self.getPlotItem()
-        plot.hideButtons()
-        plot.setMouseEnabled(x=False, y=False)
-        plot.vb.disableAutoRange()
-        plot.layout.setContentsMargins(0, 2, 8, 0)
-        plot.getAxis("left").setWidth(_AXIS_WIDTH)
-        plot.getAxis("bottom").setHeight(_AXIS_HEIGHT)
-        for side in ("left", "bottom"):
-            axis = plot.getAxis(side)
+        self.axes["left"].setWidth(_AXIS_WIDTH)
+        self.axes["bottom"].setHeight(_AXIS_HEIGHT)
+        for axis in self.axes.values():
             axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
-            axis.enableAutoSIPrefix(False)
         self.playhead = pg.InfiniteLine(angle=90)
         self.playhead.setZValue(20)
         self._level = pg.InfiniteLine(angle=0)
         self._level.hide()
         for item in (self.playhead, self._level, self._dots):
-            self.addItem(item, ignoreBounds=True)
+            self.addItem(item)
         self.scene().sigMouseClicked.connect(self._clicked)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumHeight(56)
-        self.setFrameShape(self.Shape.NoFrame)
         self.set_theme(theme)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self.theme = theme
         self.setBackground(theme.surface)
-        for side in ("left", "bottom"):
-            axis = self.getPlotItem().getAxis(side)
+        for axis in self.axes.values():
             axis.setPen(QPen(QColor(theme.line), 1.0))
             axis.setTextPen(QColor(theme.soft))
         self.playhead.setPen(pg.mkPen(theme.accent, width=1.5))
@@ -117,7 +105,7 @@ class TracePlot(Canvas):
         # Items are kept: one taken out of a scene that is yet to be painted may be painted still.
         while len(self.curves) < len(lines):
             self.curves.append(pg.PlotCurveItem())
-            self.addItem(self.curves[-1], ignoreBounds=True)
+            self.addItem(self.curves[-1])
         dots: list[Line] = [line for line in lines if line.dots]
         for curve, line in zip_longest(self.curves, lines):
             if line is None:
@@ -135,10 +123,9 @@ class TracePlot(Canvas):
 
     def show_range(self, frames: int, low: float, high: float) -> None:
         """All frames, and these values."""
-        view = self.getPlotItem().vb
-        view.setXRange(-0.5, max(frames - 0.5, 0.5), padding=0.0)
+        self.view.setXRange(-0.5, max(frames - 0.5, 0.5), padding=0.0)
         high = high if high > low else low + 1.0
-        view.setYRange(low, high, padding=0.06)
+        self.view.setYRange(low, high, padding=0.06)
         self.touch()
 
     def fit(self, frames: int, low: float = 0.0) -> None:
@@ -160,12 +147,12 @@ class TracePlot(Canvas):
 
     def count_from(self, first: int) -> None:
         """Call the first frame `first`."""
-        axis = self.getPlotItem().getAxis("bottom")
+        axis = self.axes["bottom"]
         axis.first = first
         axis.picture = None
         self.touch()
 
     def _clicked(self, event: Any) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
-            at = self.getPlotItem().vb.mapSceneToView(event.scenePos()).x()
+            at = self.view.mapSceneToView(event.scenePos()).x()
             self.asked.emit(round(at))

@@ -8,7 +8,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QWidget
 
 from inspector.plots.canvas import Canvas, TauLine
 from inspector.theme import Theme, figures_font
@@ -95,29 +95,17 @@ class TauPlot(Canvas):
     dropped = Signal()
 
     def __init__(self, theme: Theme, left: pg.AxisItem, parent: QWidget | None = None) -> None:
-        super().__init__(
-            parent=parent,
-            axisItems={
-                "left": left,
-                "bottom": _DegreesAxis("bottom"),
-                "right": _WholeAxis("right"),
-            },
-            enableMenu=False,
-        )
+        bottom, right = _DegreesAxis("bottom"), _WholeAxis("right")
+        super().__init__({"left": left, "bottom": bottom, "right": right}, parent=parent)
         self.theme = theme
-        plot = self.getPlotItem()
-        plot.hideButtons()
-        plot.setMouseEnabled(x=False, y=False)
-        plot.layout.setContentsMargins(0, 2, 2, 0)
-        plot.getAxis("bottom").setHeight(_AXIS_HEIGHT)
-        plot.showAxis("right")
-        for side in ("left", "bottom", "right"):
-            self._dress(plot.getAxis(side))
-        for side in ("left", "right"):
-            plot.getAxis(side).setWidth(_AXIS_WIDTH)
-        plot.getAxis("right").setStyle(showValues=False, tickLength=0)
-        plot.vb.disableAutoRange()
-        plot.vb.setXRange(np.log10(LOWEST), np.log10(HIGHEST), padding=0.03)
+        self.grid.setContentsMargins(0, 2, 2, 0)
+        for axis in self.axes.values():
+            axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
+        bottom.setHeight(_AXIS_HEIGHT)
+        for axis in (left, right):
+            axis.setWidth(_AXIS_WIDTH)
+        right.setStyle(showValues=False, tickLength=0)
+        self.view.setXRange(np.log10(LOWEST), np.log10(HIGHEST), padding=0.03)
         self.floor_line = pg.InfiniteLine(angle=90)
         self.tau_line = TauLine(angle=90)
         self.tau_line.changed.connect(self.touch)
@@ -125,31 +113,23 @@ class TauPlot(Canvas):
         self.tau_line.setCursor(Qt.CursorShape.SizeHorCursor)
         self.tau_line.setZValue(30)
         self.floor_line.setZValue(20)
-        self.addItem(self.floor_line, ignoreBounds=True)
-        self.addItem(self.tau_line, ignoreBounds=True)
+        self.addItem(self.floor_line)
+        self.addItem(self.tau_line)
         self.tau_line.sigDragged.connect(lambda line: self.asked.emit(10 ** line.value(), True))
         self.tau_line.sigPositionChangeFinished.connect(self.dropped)
         self.scene().sigMouseClicked.connect(self._clicked)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumHeight(70)
-        self.setFrameShape(self.Shape.NoFrame)
-
-    @staticmethod
-    def _dress(axis: pg.AxisItem) -> None:
-        axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
-        axis.enableAutoSIPrefix(False)
 
     def _clicked(self, event: Any) -> None:
         if event.double() and event.button() == Qt.MouseButton.LeftButton:
-            at = self.getPlotItem().vb.mapSceneToView(event.scenePos()).x()
+            at = self.view.mapSceneToView(event.scenePos()).x()
             self.asked.emit(float(np.clip(10**at, LOWEST, HIGHEST)), False)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self.theme = theme
         self.setBackground(theme.surface)
-        for side in ("left", "bottom", "right"):
-            axis = self.getPlotItem().getAxis(side)
+        for axis in self.axes.values():
             axis.setPen(QPen(QColor(theme.line), 1.0))
             axis.setTextPen(QColor(theme.soft))
         self.tau_line.setPen(pg.mkPen(theme.tau, width=_LINE_WIDTH))
@@ -181,7 +161,7 @@ class Histogram(TauPlot):
             for _ in range(3)
         )
         for item in (self.m, self.below, self.above):
-            self.addItem(item, ignoreBounds=True)
+            self.addItem(item)
         self.set_theme(theme)
 
     def set_theme(self, theme: Theme) -> None:
@@ -204,7 +184,7 @@ class Histogram(TauPlot):
         shown = np.log1p(_counted(m)) if m is not None else np.zeros(len(_BINS) - 1)
         self.m.setData(_BINS, shown)
         top = float(max(np.log1p(self._counts).max(), shown.max(), np.log1p(3)))
-        self.getPlotItem().vb.setYRange(0.0, 1.08 * top, padding=0.0)
+        self.view.setYRange(0.0, 1.08 * top, padding=0.0)
         self._split()
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
@@ -227,22 +207,21 @@ class CostPlot(TauPlot):
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(theme, _PercentAxis("left"), parent)
-        plot = self.getPlotItem()
         self._alarms_view = pg.ViewBox(enableMenu=False, enableMouse=False)
-        plot.scene().addItem(self._alarms_view)
-        plot.getAxis("right").linkToView(self._alarms_view)
-        plot.getAxis("right").setStyle(showValues=True, tickLength=-4)
-        self._alarms_view.setXLink(plot.vb)
-        plot.vb.sigResized.connect(self._fit)
+        self.scene().addItem(self._alarms_view)
+        self.axes["right"].linkToView(self._alarms_view)
+        self.axes["right"].setStyle(showValues=True, tickLength=-4)
+        self._alarms_view.setXLink(self.view)
+        self.view.sigResized.connect(self._fit)
         self.alarms = pg.PlotCurveItem([0.0, 1.0], [0.0], stepMode="center", fillLevel=0.0)
         self._alarms_view.addItem(self.alarms)
         self.fsr = pg.PlotCurveItem()
         self.fsr.setZValue(10)
-        self.addItem(self.fsr, ignoreBounds=True)
+        self.addItem(self.fsr)
         self.mark = pg.ScatterPlotItem(symbol="t", size=11)
         self.mark.setZValue(25)
-        self.addItem(self.mark, ignoreBounds=True)
-        plot.vb.setYRange(0.0, 100.0, padding=0.08)
+        self.addItem(self.mark)
+        self.view.setYRange(0.0, 100.0, padding=0.08)
         self._fit()
         self.set_theme(theme)
 
@@ -257,8 +236,8 @@ class CostPlot(TauPlot):
             self.alarms.setPen(pg.mkPen(theme.rejected, width=1.0))
             self.mark.setBrush(pg.mkBrush(theme.accepted))
             self.mark.setPen(pg.mkPen(theme.surface, width=1.0))
-            self.getPlotItem().getAxis("left").setTextPen(QColor(theme.after))
-            self.getPlotItem().getAxis("right").setTextPen(QColor(theme.rejected))
+            self.axes["left"].setTextPen(QColor(theme.after))
+            self.axes["right"].setTextPen(QColor(theme.rejected))
 
     def show_curve(self, curve: TauCurve | None) -> None:
         """The curve of a chain, or of several added up; None: not measured yet."""
@@ -278,8 +257,8 @@ class CostPlot(TauPlot):
         self.mark.setData([float(np.log10(np.degrees(tau)))], [100.0 * curve.at(tau)[0]])
 
     def _fit(self) -> None:
-        self._alarms_view.setGeometry(self.getPlotItem().vb.sceneBoundingRect())
-        self._alarms_view.linkedViewChanged(self.getPlotItem().vb, pg.ViewBox.XAxis)
+        self._alarms_view.setGeometry(self.view.sceneBoundingRect())
+        self._alarms_view.linkedViewChanged(self.view, pg.ViewBox.XAxis)
 
 
 def _counted(degrees: Array) -> Array:

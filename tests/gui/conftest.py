@@ -6,6 +6,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
@@ -17,7 +18,7 @@ from inspector.theme import DARK
 from inspector.viewport import Viewport
 from tests.conftest import ASSETS
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
-from tests.gui.windows import close_window, open_clip
+from tests.gui.windows import close_window, open_clip, wait_until_active
 
 
 @pytest.fixture(autouse=True)
@@ -89,7 +90,7 @@ def show_view(qtbot):
         view = Viewport(document, theme)
         view.resize(*size)
         view.show()
-        qtbot.waitExposed(view)
+        assert QTest.qWaitForWindowExposed(view, 10_000)
         opened.append(view)
         settle(qtbot, view)
         return view
@@ -111,7 +112,7 @@ def show_window(qtbot):
         if size is not None:
             window.resize(*size)
         window.show()
-        qtbot.waitExposed(window)
+        wait_until_active(window)
         shown.append(window)
         return window
 

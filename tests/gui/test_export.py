@@ -11,6 +11,7 @@ from inspector.export import ExportChoice
 from inspector.main_window import MainWindow
 from inspector.settings import Settings
 from tests.conftest import ASSETS
+from tests.gui.windows import wait_until_active
 from twistcore.bvh import write_bvh
 from twistcore.errors import TwistError
 from twistcore.review import Track, Tracking, accepted_motion
@@ -22,7 +23,7 @@ HAND = Tracking(("LeftForeArm", "LeftHand"), kp=3000.0, kd=33.0)
 def window(qtbot, tmp_path):
     window = MainWindow(Settings(theme="light", turn_ms=0), None)
     window.show()
-    qtbot.waitExposed(window)
+    wait_until_active(window)
     with qtbot.waitSignal(window.document.opened, timeout=10_000):
         window.open_path(type(ASSETS)(shutil.copy(ASSETS / "walk_injected.bvh", tmp_path)))
     window.document.accept_undecided()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 from inspector.export import ExportChoice, ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import export, open_clip
+from tests.gui.windows import export, open_clip, wait_until_active
 from twistcore.bvh import read_bvh
 
 
@@ -152,7 +152,7 @@ def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
     opened.accept()
     opened.export_dialog()
     dialog = opened.findChild(ExportDialog)
-    qtbot.waitExposed(dialog)
+    wait_until_active(dialog)
     dialog.path.setText(str(tmp_path / "by_dialog.bvh"))
     assert dialog.undecided.text().startswith("Correct the 7 undecided")
     dialog.accept()

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 
 from inspector.export import ExportDialog
 from tests.conftest import ASSETS
+from tests.gui.windows import wait_until_active
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main as twistcore
@@ -30,7 +31,7 @@ def injected(folder, name):
 def type_into_file_dialog(qtbot, window, path):
     qtbot.waitUntil(lambda: window.findChild(QFileDialog) is not None)
     dialog = window.findChild(QFileDialog)
-    qtbot.waitExposed(dialog)
+    wait_until_active(dialog)
     line = dialog.findChild(QLineEdit)
     line.setCompleter(None)  # its list would take the Return
     line.setText(str(path))

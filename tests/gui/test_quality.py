@@ -12,7 +12,7 @@ from inspector.export import ExportChoice
 from inspector.teaching.seams import followers, turning
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED, changed, picture
-from tests.gui.windows import open_clip
+from tests.gui.windows import open_clip, wait_until_active
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.motion import forward_kinematics
@@ -88,7 +88,7 @@ def test_another_column_sorts_and_draws_its_curve_and_the_selection_stays(qtbot,
 
 def test_a_click_in_the_curve_goes_to_the_frame_and_the_playhead_follows(qtbot, window, quality):
     plot = quality.plot
-    scene = plot.getPlotItem().vb.mapViewToScene(QPointF(120.0, 0.0))
+    scene = plot.view.mapViewToScene(QPointF(120.0, 0.0))
     place = plot.mapFromScene(QPointF(scene.x(), plot.viewport().height() / 2))
     QTest.mouseClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=place)
     qtbot.wait(30)
@@ -248,7 +248,7 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
 def test_five_trackers_follow_a_joint_through_the_seam(qtbot, window):
     window.actions_by_id["why_quaternions"].trigger()
     lesson = window.five_trackers
-    qtbot.waitExposed(lesson)
+    wait_until_active(lesson)
     furthest = {name: f.distance.max() for name, f in lesson.found.items()}
     assert list(furthest) == list(lesson.plots)
     assert furthest["Quaternion"] < 5.0

@@ -50,8 +50,8 @@ def taus(window):
 
 def at(plot, degrees):
     """Place in a plot's viewport of a τ, half way up."""
-    low, high = plot.getPlotItem().vb.viewRange()[1]
-    scene = plot.getPlotItem().vb.mapViewToScene(QPointF(np.log10(degrees), 0.5 * (low + high)))
+    low, high = plot.view.viewRange()[1]
+    scene = plot.view.mapViewToScene(QPointF(np.log10(degrees), 0.5 * (low + high)))
     return QPointF(plot.mapFromScene(scene))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from inspector.document import Document, Show
@@ -300,7 +301,7 @@ def test_nothing_is_left_after_closing(qtbot, analysed):
         view = Viewport(document, DARK)
         view.resize(320, 240)
         view.show()
-        qtbot.waitExposed(view)
+        assert QTest.qWaitForWindowExposed(view, 10_000)
         document.show_clip(analysed)
         settle(qtbot, view)
         views += [weakref.ref(view), weakref.ref(view.view.ren_win), weakref.ref(view.scene)]

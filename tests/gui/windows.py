@@ -3,6 +3,13 @@
 from pathlib import Path
 
 from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+
+def wait_until_active(window):
+    """On the screen and with the keyboard: keys sent before are lost."""
+    window.activateWindow()
+    assert QTest.qWaitForWindowActive(window, 10_000)
 
 
 def open_clip(qtbot, window, path):
