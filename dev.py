@@ -37,6 +37,7 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 STAMP = VENV / "twist-inspector.stamp"
 OUT = ROOT / "out"
+PACKAGES = ["inspector", "twistcore"]
 OLDEST_PYTHON = (3, 11)
 
 # What Qt and VTK load from the system, and the Debian package that brings it. They are looked up
@@ -181,7 +182,7 @@ def install_project(uv: str | None) -> None:
     """Install the project, editable, with its tools: by uv where possible, else by pip."""
     say("Installing the Python packages (several hundred MB the first time)")
     python, target = str(PYTHON), ["--editable", f"{ROOT}[dev]"]
-    with_uv = ["pip", "install", "--python", python, *target]
+    with_uv = ["pip", "install", "--compile-bytecode", "--python", python, *target]
     if uv and not quietly([uv, *with_uv]):
         return
     pip = [python, "-m", "pip"]
@@ -208,6 +209,9 @@ def ensure_venv() -> None:
     if not venv_version():
         make_venv(uv)
     install_project(uv)
+    # Compiled now, as pip does with what it installs: else the first start takes twice as long,
+    # and every start where Python is told to keep nothing.
+    quietly([str(PYTHON), "-m", "compileall", "-q", *(str(ROOT / p) for p in PACKAGES)])
     STAMP.write_text(fingerprint(), "utf-8")  # last: an interrupted set-up is repeated
 
 
