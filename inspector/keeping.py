@@ -40,8 +40,13 @@ def refuge_path(clip: Path) -> Path:
 
 
 def kept_session(clip: Path) -> Path | None:
-    """The session that there is of a clip; what is in the refuge is newer than what it kept out."""
-    return next((p for p in (refuge_path(clip), session_path(clip)) if p.exists()), None)
+    """The session that there is of a clip, the newer one if the refuge has one too."""
+    there = [p for p in (refuge_path(clip), session_path(clip)) if p.exists()]
+    return max(there, key=_written, default=None)
+
+
+def _written(path: Path) -> int:
+    return path.stat().st_mtime_ns
 
 
 def set_aside(path: Path, why: str) -> str:
@@ -100,9 +105,10 @@ class Keeper(QObject):
         self.read_only = not self._take_lock()
         if self.read_only:
             return None
-        for path in self._journal_paths():
-            if path.exists():
-                return self._leftover(path)
+        there = [path for path in reversed(self._journal_paths()) if path.exists()]
+        for path in sorted(there, key=_written, reverse=True):
+            if (leftover := self._leftover(path)) is not None:
+                return leftover
         return None
 
     def end(self) -> None:
@@ -129,7 +135,7 @@ class Keeper(QObject):
     def continue_with(self, review: Review, leftover: Leftover) -> None:
         """Go on with a recovered review; its journal is replaced by one that begins with it."""
         self._review = review
-        self._start_journal()
+        self._start_journal(answered=leftover.path)
         if self._journal is not None and leftover.path != self._journal.path:
             self.forget(leftover)
 
@@ -265,8 +271,11 @@ class Keeper(QObject):
             self._journal.close()
             self._journal = None
 
-    def _start_journal(self, *, before_last: bool = False) -> None:
-        """Begin a journal with the review as it is, or as it was before its last command."""
+    def _start_journal(self, *, before_last: bool = False, answered: Path | None = None) -> None:
+        """Begin a journal with the review as it is, or as it was before its last command.
+
+        What an earlier run left is kept under another name, unless it was answered.
+        """
         if self.read_only or self._clip is None or self._review is None:
             return
         state = self._review.state_before_last if before_last else self._review.state
@@ -275,8 +284,7 @@ class Keeper(QObject):
             try:
                 if path == refuge:
                     path.parent.mkdir(parents=True, exist_ok=True)
-                if path.exists() and self._journal is None and before_last:
-                    # Decided without answering the offer to restore: the old one is not lost.
+                if path.exists() and self._journal is None and path != answered:
                     path.replace(path.with_name(path.name + ".unanswered"))
                 if self._journal is not None:
                     self._journal.close()

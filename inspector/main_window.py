@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QByteArray, Qt
-from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import (
     QApplication,
     QDockWidget,
@@ -102,6 +102,7 @@ class MainWindow(
         layout.addWidget(self.viewport, 1)
         layout.addWidget(self.transport)
         self.setCentralWidget(centre)
+        own_surface(self.viewport)
         self.chains = ChainsPanel(self.document, self.theme)
         self.intervals = IntervalsPanel(self.document, self.theme)
         self.detail = DetailCard(self.document)
@@ -137,6 +138,8 @@ class MainWindow(
         for name in OF_THE_FIGURE:
             self.actions_by_id[name].setEnabled(self.viewport.view is not None)
         self.presenting = Presentation(self, self.viewport, self.timeline, _PRESENTED)
+        leave = self.actions_by_id["presentation"]
+        self.presenting.escaped.connect(lambda: leave.setChecked(False))
         self.timeline.toggles["other"].toggled.connect(
             self.actions_by_id["both_detectors"].setChecked
         )
@@ -163,14 +166,12 @@ class MainWindow(
         self.decided = SteadyLabel()
         for label in (self.position, self.decided):
             self.statusBar().addPermanentWidget(label)
-        own_surface(self.statusBar())
 
     def _dock(self, title: str, content: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
         dock = QDockWidget(title, self)
         dock.setObjectName(title.lower())
         dock.setWidget(content)
         self.addDockWidget(area, dock)
-        own_surface(dock)
         return dock
 
     def _connect(self) -> None:
@@ -267,13 +268,6 @@ class MainWindow(
             self.five_trackers.set_theme(theme)
 
     # -- Qt events ----------------------------------------------------------------------------
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Escape ends a presentation."""
-        if event.key() == Qt.Key.Key_Escape and self.presenting.on:
-            self.actions_by_id["presentation"].setChecked(False)
-            return
-        super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Finish an export, ask about unsaved decisions, keep the layout, let the 3D view go."""

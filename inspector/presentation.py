@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QByteArray, Qt
+from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStatusBar, QToolBar
 
 from inspector.plots import Timeline
@@ -29,6 +30,11 @@ class Presentation:
         self._kept = kept
         self._layout: QByteArray | None = None
         self._full = False
+        self._escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), window)
+        # A floating dock is a window of its own; Escape ends the presentation from there, too.
+        self._escape.setContext(Qt.ShortcutContext.ApplicationShortcut)
+        self._escape.setEnabled(False)
+        self.escaped = self._escape.activated
 
     @property
     def on(self) -> bool:
@@ -49,6 +55,7 @@ class Presentation:
             bar.hide()
         window.menuBar().hide()
         self._scale(_SCALE)
+        self._escape.setEnabled(True)
         window.showFullScreen()
         curves = [d for d in window.findChildren(QDockWidget) if d.objectName() == "curves"]
         height = round(_CURVES_SHARE * window.height())
@@ -61,10 +68,11 @@ class Presentation:
         window, layout = self._window, self._layout
         self._layout = None
         self._scale(1.0)
+        self._escape.setEnabled(False)
         window.menuBar().show()
         window.statusBar().show()
         if not self._full:
-            window.showNormal()
+            window.setWindowState(window.windowState() & ~Qt.WindowState.WindowFullScreen)
         window.restoreState(layout)
 
     def _scale(self, scale: float) -> None:

@@ -1,8 +1,8 @@
-"""Parts of the window that reach the screen without the 3D view.
+"""The 3D view gets a surface of its own, so that the rest of the window reaches the screen by itself.
 
 Qt puts a window with an OpenGL view in it together by OpenGL, all of it, whatever has changed:
-with software OpenGL 8 ms, a third of the time from a moved τ to its plots. A part with a surface of
-its own is copied to the screen as it was painted.
+with software OpenGL 8 ms, a third of the time from a moved τ to its plots. With the view apart,
+everything else is copied to the screen as it was painted.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QWidget
 
 
-def own_surface(widget: QWidget) -> None:
+def own_surface(view: QWidget) -> None:
     """Give a part of a window its own surface, where that is known to work: X11."""
     if QGuiApplication.platformName() == "xcb":
-        widget.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
-        widget.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)
+        # Not its siblings and parents as well: menus would leave their picture between them.
+        QGuiApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
+        view.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
+        view.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMainWindow
 
 from inspector.document import Document
@@ -129,4 +130,5 @@ class ViewActions(QMainWindow):
 
     def full_screen(self, on: bool) -> None:
         """Full screen or not."""
-        self.showFullScreen() if on else self.showNormal()
+        full, now = Qt.WindowState.WindowFullScreen, self.windowState()
+        self.setWindowState(now | full if on else now & ~full)  # maximised before: so afterwards

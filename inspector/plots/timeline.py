@@ -460,9 +460,9 @@ class Timeline(QWidget):
     def hint(self, judged: Judged | None, frame: float) -> str:
         """What a tool tip says of a place."""
         if judged is not None:
-            i = judged.interval
+            i, first = judged.interval, self.document.first_frame
             lines = [
-                f"{i.chain}  frames {i.start}–{i.stop - 1} ({i.frames})",
+                f"{i.chain}  frames {i.start + first}–{i.stop - 1 + first} ({i.frames})",
                 f"δ {np.degrees(i.delta):+.1f}°, {judged.decision}",
             ]
             if not judged.supported:

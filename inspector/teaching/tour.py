@@ -52,9 +52,9 @@ class Tour(QObject):
         self.back, self.show_me = QPushButton("Back"), QPushButton("Show me")
         self.forward, self.leave = QPushButton("Next"), leave_button("the tour")
         for button, slot in (
-            (self.back, lambda: self._go(self.at - 1)),
+            (self.back, lambda: self._turn(-1)),
             (self.show_me, self._show),
-            (self.forward, lambda: self._go(self.at + 1)),
+            (self.forward, lambda: self._turn(1)),
             (self.leave, self.end),
         ):
             button.clicked.connect(slot)
@@ -98,6 +98,10 @@ class Tour(QObject):
         guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
         self._go(0)
 
+    def _turn(self, pages: int) -> None:
+        if self.at >= 0:  # while a tour is being prepared the buttons of the last one may show
+            self._go(self.at + pages)
+
     def _go(self, at: int) -> None:
         if at >= len(self.steps):
             self.end()
@@ -115,6 +119,8 @@ class Tour(QObject):
         self._check()
 
     def _show(self) -> None:
+        if self.at < 0:  # the clip is the person's own still
+            return
         self.steps[self.at].show()
         if self._window.lesson.what_if.changes:
             self._window.viewport.focus_chain(self._window.settings.turn_ms)

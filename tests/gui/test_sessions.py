@@ -11,6 +11,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from inspector.export import ExportChoice
+from inspector.keeping import kept_session, refuge_path, session_path
 from inspector.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
@@ -84,6 +85,45 @@ def test_a_crash_is_offered_to_be_restored(qtbot, show_window, path, tmp_path):
     assert second.isWindowModified()
     close_window(qtbot, second)
     assert [p.name for p in tmp_path.iterdir()] == ["walk.bvh"]
+
+
+def test_of_two_journals_the_newer_is_offered_and_neither_is_lost(qtbot, show_window, path):
+    """A folder that could be written, then could not, and now can be again."""
+    elsewhere = refuge_path(path)
+    elsewhere = elsewhere.with_name(elsewhere.name + ".journal")
+    beside = path.with_name("walk.twist.json.journal")
+    kept = {}
+    for journal, steps in ((beside, 1), (elsewhere, 3)):
+        window = show_window()
+        open_clip(qtbot, window, path)
+        for _ in range(steps):
+            window.next_interval()
+            window.accept()
+        kept[journal] = beside.read_bytes()
+        close_window(qtbot, window)
+    elsewhere.parent.mkdir(parents=True)
+    for age, (journal, text) in enumerate(kept.items()):
+        journal.write_bytes(text)
+        os.utime(journal, (1e9 + age, 1e9 + age))
+    window = show_window()
+    open_clip(qtbot, window, path)
+    assert "3 steps were kept" in window.bar.label.text()
+    restore = next(b for b in window.bar.buttons() if b.text() == "Restore")
+    qtbot.mouseClick(restore, Qt.MouseButton.LeftButton)
+    assert decisions(window).count(Decision.ACCEPTED) == 3
+    assert beside.with_name(beside.name + ".unanswered").read_bytes() == kept[beside]
+    assert not elsewhere.exists()
+
+
+def test_of_two_sessions_the_newer_is_gone_on_with(path):
+    both = refuge_path(path), session_path(path)
+    assert kept_session(path) is None
+    both[0].parent.mkdir(parents=True)
+    for newer in (0, 1):
+        for k, session in enumerate(both):
+            session.write_text("{}")
+            os.utime(session, (1e9 + (k == newer), 1e9 + (k == newer)))
+        assert kept_session(path) == both[newer]
 
 
 def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):

@@ -92,6 +92,21 @@ def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
     assert window.document.review.saved
 
 
+def test_the_buttons_of_the_last_tour_do_nothing_to_the_persons_clip(qtbot, at_forearm):
+    at_forearm.tour()
+    qtbot.waitUntil(lambda: at_forearm.guided_tour.at == 0, timeout=10_000)
+    at_forearm.guided_tour.leave.click()
+    mine, state = at_forearm.document.data.clip.path, at_forearm.document.review.state
+    at_forearm.tour()
+    for button in ("show_me", "forward", "back"):
+        getattr(at_forearm.guided_tour, button).click()
+        assert at_forearm.guided_tour.at == -1
+    assert at_forearm.document.data.clip.path == mine
+    assert at_forearm.document.review.state == state
+    qtbot.waitUntil(lambda: at_forearm.guided_tour.at == 0, timeout=10_000)
+    at_forearm.guided_tour.leave.click()
+
+
 def test_every_page_has_a_title_a_text_and_a_task():
     names = sorted(p.stem for p in PAGES.glob("*.md"))
     assert len(names) == 8
