@@ -1,4 +1,4 @@
-"""The 3D view gets a surface of its own, so that the rest of the window reaches the screen by itself.
+"""The 3D view gets a surface of its own: all else then reaches the screen without it.
 
 Qt puts a window with an OpenGL view in it together by OpenGL, all of it, whatever has changed:
 with software OpenGL 8 ms, a third of the time from a moved τ to its plots. With the view apart,
