@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor
 
 Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE = Qt.ItemDataRole.UserRole
+_TOP = QModelIndex()  # what a table's rows lie under
 _LEFT, _RIGHT = (
     side | Qt.AlignmentFlag.AlignVCenter
     for side in (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
@@ -150,11 +151,11 @@ class RowModel(QAbstractTableModel):
         """Where the thing of a key stands."""
         return self._keys.index(key) if key in self._keys else None
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def rowCount(self, parent: Index = _TOP) -> int:
         """A row a thing."""
         return 0 if parent.isValid() else len(self.things)
 
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def columnCount(self, parent: Index = _TOP) -> int:
         """A column a head."""
         return 0 if parent.isValid() else len(self.heads)
 

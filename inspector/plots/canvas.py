@@ -7,7 +7,10 @@ from typing import Any
 
 import pyqtgraph as pg
 from PySide6.QtCore import Signal
+from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QGraphicsGridLayout, QGraphicsItem, QSizePolicy, QWidget
+
+from inspector.theme import Theme
 
 _PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column; the view's is 0, 1
 
@@ -52,6 +55,13 @@ class Canvas(pg.GraphicsView):
     def addItem(self, item: pg.GraphicsObject) -> None:
         """Put something into the view; the range does not follow it."""
         self.view.addItem(item, ignoreBounds=True)
+
+    def colour_ground(self, theme: Theme) -> None:
+        """A theme's colours for paper and axes."""
+        self.setBackground(theme.surface)
+        for axis in self.axes.values():
+            axis.setPen(QPen(QColor(theme.line), 1.0))
+            axis.setTextPen(QColor(theme.soft))
 
     def touch(self) -> None:
         """Be painted with the window's next repaint."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
@@ -12,8 +11,9 @@ from PySide6.QtCore import QEvent, QRectF, Qt
 from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QWidget
 
+from inspector.plots.axes import FrameAxis, RootAxis, UnitAxis
 from inspector.plots.canvas import Canvas, TauLine
-from inspector.plots.curves import from_root_scale, root_scale, thinned
+from inspector.plots.curves import root_scale, thinned
 from inspector.plots.gestures import TimeView
 from inspector.plots.layers import BackLayer, FrontLayer, Scenery
 from inspector.plots.line import Line
@@ -23,10 +23,8 @@ from twistcore.rotation import Array
 _AXIS_WIDTH = 46
 _AXIS_HEIGHT = 17
 _SMOOTH = 4_000  # frames in view up to which lines are antialiased
-_ROOT_TICKS = (1, 5, 20, 50, 100, 180)
 _NO_SEAMS = np.zeros(0, dtype=np.int64)
 _LIT_WIDTH = 3.0
-_TICK_ROOM = 13.0  # pixels between two labels of the root scale, in type of the usual size
 
 
 @dataclass(frozen=True)
@@ -36,66 +34,6 @@ class CurveStyle:
     name: str
     role: str
     dashed: bool = False
-
-
-class _Axis(pg.AxisItem):
-    """An axis that leaves the mouse to the plot; scale: of its type."""
-
-    type_scale = 1.0
-
-    def mouseClickEvent(self, event: Any) -> None:
-        """A click beside the plot means nothing."""
-        event.ignore()
-
-
-class DegreesAxis(_Axis):
-    """Numbers with their unit."""
-
-    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """None so near an end that its label would be cut."""
-        room = self.type_scale * _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
-        return [
-            (spacing, [v for v in values if low + room <= v <= high - room])
-            for spacing, values in super().tickValues(low, high, size)
-        ]
-
-    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """As many decimals as the spacing needs."""
-        decimals = max(0, int(np.ceil(-np.log10(spacing) - 1e-9))) if spacing < 1 else 0
-        return [f"{v:.{decimals}f}°".replace("-", "−") for v in values]
-
-
-class RootAxis(_Axis):
-    """Degrees on a signed square root scale."""
-
-    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Round degrees, as many as find room."""
-        room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
-        chosen: list[float] = [0.0]
-        for degrees in _ROOT_TICKS:
-            at = float(root_scale(float(degrees)))
-            if at - chosen[-1] >= room:
-                chosen.append(at)
-        ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}
-        return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
-
-    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """The degrees that a place stands for."""
-        return [f"{from_root_scale(v):.0f}°".replace("-", "−") for v in values]
-
-
-class FrameAxis(_Axis):
-    """Whole frames only, counted from `first`."""
-
-    first = 0
-
-    def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """No fractions of a frame."""
-        return [s for s in super().tickSpacing(low, high, size) if s[0] >= 1.0] or [(1.0, 0.0)]
-
-    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Integers."""
-        return [f"{v + self.first:.0f}".replace("-", "−") for v in values]
 
 
 class Pane(Canvas):
@@ -115,7 +53,7 @@ class Pane(Canvas):
         self.key = key
         view = TimeView()
         view.key = key
-        degrees = RootAxis("left") if root else DegreesAxis("left")
+        degrees = RootAxis("left") if root else UnitAxis("left")
         super().__init__({"left": degrees, "bottom": FrameAxis("bottom")}, view, parent)
         self.root = root
         self._styles = styles
@@ -148,11 +86,7 @@ class Pane(Canvas):
 
     def set_theme(self, theme: Theme) -> None:
         """Colours of paper, axes and lines."""
-        self.setBackground(theme.surface)
-        for side in ("left", "bottom"):
-            axis = self.axes[side]
-            axis.setPen(QPen(QColor(theme.line), 1.0))
-            axis.setTextPen(QColor(theme.soft))
+        self.colour_ground(theme)
         self._zero.setPen(_cosmetic(theme.line, 1.0))
         self._set_pens()
         self.touch()

@@ -10,20 +10,18 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QWidget
 
+from inspector.plots.axes import FrameAxis, RootAxis, UnitAxis
 from inspector.plots.canvas import Canvas
-from inspector.plots.pane import FrameAxis, RootAxis
 from inspector.theme import Theme, figures_font
 from twistcore.rotation import Array
 
 _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
-_LABEL_ROOM = 5.0  # pixels that half a label needs
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class Trace:
     """x, y: frames and values, NaN where nothing is drawn; role: the theme's colour.
 
     dots: isolated values, which no line would show.
@@ -35,29 +33,6 @@ class Line:
     dots: bool = False
 
 
-class _UnitAxis(pg.AxisItem):
-    """Numbers with their unit; it leaves the mouse to the plot."""
-
-    unit = ""
-
-    def mouseClickEvent(self, event: Any) -> None:
-        """A click beside the plot means nothing."""
-        event.ignore()
-
-    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """None so near an end that its label would be cut."""
-        room = _LABEL_ROOM * (high - low) / max(size, 1.0)
-        return [
-            (spacing, [v for v in values if low + room <= v <= high - room])
-            for spacing, values in super().tickValues(low, high, size)
-        ]
-
-    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """As many decimals as the spacing needs."""
-        decimals = max(0, int(np.ceil(-np.log10(spacing) - 1e-9))) if spacing < 1 else 0
-        return [f"{v:.{decimals}f}{self.unit}".replace("-", "−") for v in values]
-
-
 class TracePlot(Canvas):
     """It shows what it is given; `asked` says which frame the person wants to see."""
 
@@ -67,11 +42,11 @@ class TracePlot(Canvas):
         self, theme: Theme, unit: str = "", *, root: bool = False, parent: QWidget | None = None
     ) -> None:
         """`unit`: stands behind the numbers of the left axis; root: degrees on a root scale."""
-        left = RootAxis("left") if root else _UnitAxis("left")
-        if isinstance(left, _UnitAxis):
+        left = RootAxis("left") if root else UnitAxis("left")
+        if isinstance(left, UnitAxis):
             left.unit = unit
         super().__init__({"left": left, "bottom": FrameAxis("bottom")}, parent=parent)
-        self._lines: Sequence[Line] = ()
+        self._lines: Sequence[Trace] = ()
         self.curves: list[pg.PlotCurveItem] = []
         self._dots = pg.ScatterPlotItem(symbol="o", size=3, pen=None)
         self.axes["left"].setWidth(_AXIS_WIDTH)
@@ -91,22 +66,19 @@ class TracePlot(Canvas):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self.theme = theme
-        self.setBackground(theme.surface)
-        for axis in self.axes.values():
-            axis.setPen(QPen(QColor(theme.line), 1.0))
-            axis.setTextPen(QColor(theme.soft))
+        self.colour_ground(theme)
         self.playhead.setPen(pg.mkPen(theme.accent, width=1.5))
         self._level.setPen(pg.mkPen(theme.soft, width=1.0, style=Qt.PenStyle.DashLine))
         self.show_lines(self._lines)
 
-    def show_lines(self, lines: Sequence[Line]) -> None:
+    def show_lines(self, lines: Sequence[Trace]) -> None:
         """Draw these curves and no others."""
         self._lines = tuple(lines)
         # Items are kept: one taken out of a scene that is yet to be painted may be painted still.
         while len(self.curves) < len(lines):
             self.curves.append(pg.PlotCurveItem())
             self.addItem(self.curves[-1])
-        dots: list[Line] = [line for line in lines if line.dots]
+        dots: list[Trace] = [line for line in lines if line.dots]
         for curve, line in zip_longest(self.curves, lines):
             if line is None:
                 curve.setData([], [])

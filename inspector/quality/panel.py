@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.document import Document
-from inspector.plots.traces import Line, TracePlot
+from inspector.plots.traces import Trace, TracePlot
 from inspector.quality.evidence import MEASURES, Evidence
 from inspector.quality.table import JointsModel
 from inspector.quality.track_page import TrackPage
@@ -251,7 +251,7 @@ class QualityPanel(QWidget):
         y = known.curve(self.measure, joint)
         frames = len(y)
         # A foot is on the ground for a frame or two at times: no line would show them.
-        line = Line(np.arange(frames, dtype=float), y, "before", dots=measure.name == "Slide")
+        line = Trace(np.arange(frames, dtype=float), y, "before", dots=measure.name == "Slide")
         self.plot.show_lines([line])
         self.plot.show_level(measure.level)
         self.plot.count_from(self._document.first_frame)

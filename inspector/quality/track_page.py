@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 
 from inspector.document import Document
 from inspector.panels.keys import LetterKeys
-from inspector.plots.traces import Line, TracePlot
+from inspector.plots.traces import Trace, TracePlot
 from inspector.quality.tracking import Tracked
 from inspector.theme import Theme
 from inspector.tuning.caption import Caption
@@ -207,10 +207,10 @@ class TrackPage(QWidget):
         k = traces.names.index(self._joint)
         scales = [top for _, _, top, _ in _GAINS]
         gains = [
-            Line(traces.frames, 100.0 * traces.gains[:, k, n] / scales[n], role)
+            Trace(traces.frames, 100.0 * traces.gains[:, k, n] / scales[n], role)
             for n, role in enumerate(_GAIN_ROLES)
         ]
-        parts = [Line(traces.frames, traces.parts[:, k, n], r) for n, r in enumerate(_PART_ROLES)]
+        parts = [Trace(traces.frames, traces.parts[:, k, n], r) for n, r in enumerate(_PART_ROLES)]
         for plot, lines in ((self.gains, gains), (self.parts, parts)):
             plot.show_lines(lines)
             plot.count_from(self._document.first_frame)

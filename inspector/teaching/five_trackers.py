@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.plots.curves import root_scale
-from inspector.plots.traces import Line, TracePlot
+from inspector.plots.traces import Trace, TracePlot
 from inspector.steady import SteadyLabel
 from inspector.teaching.seams import FRAMES, euler_angles, followers, turning
 from inspector.theme import Theme
@@ -113,14 +113,14 @@ class FiveTrackers(QWidget):
         self.found = {f.name: f for f in followers(q_hat)}
         self.angles = euler_angles(q_hat)
         x = np.arange(FRAMES, dtype=np.float64)
-        lines = [Line(x, _broken(self.angles[:, k]), role) for k, (_, role) in enumerate(_EULER)]
+        lines = [Trace(x, _broken(self.angles[:, k]), role) for k, (_, role) in enumerate(_EULER)]
         self.input.show_lines(lines)
         self.input.show_range(FRAMES, -180.0, 180.0)
         top = max(float(f.distance.max()) for f in self.found.values())
         for name, plot in self.plots.items():
             own = name.startswith("Quaternion")
             distance = self.found[name].distance
-            plot.show_lines([Line(x, root_scale(distance), "after" if own else "before")])
+            plot.show_lines([Trace(x, root_scale(distance), "after" if own else "before")])
             plot.show_range(FRAMES, 0.0, float(root_scale(max(top, 10.0))))
         self.speed.setText(f"{0.01 * self.slider.value():.2f} turns/s")
         self.words.set_text(

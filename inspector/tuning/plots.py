@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QColor, QPen
+from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QWidget
 
+from inspector.plots.axes import Axis
 from inspector.plots.canvas import Canvas, TauLine
 from inspector.theme import Theme, figures_font
 from twistcore.rotation import Array
@@ -24,15 +25,7 @@ _LABEL_ROOM = 17.0  # pixels between two labels of a vertical axis
 _LINE_WIDTH = 1.6
 
 
-class _Axis(pg.AxisItem):
-    """An axis that leaves the mouse to the plot."""
-
-    def mouseClickEvent(self, event: Any) -> None:
-        """A click beside the plot means nothing."""
-        event.ignore()
-
-
-class _DegreesAxis(_Axis):
+class _DegreesAxis(Axis):
     """Degrees on a logarithmic scale."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
@@ -44,7 +37,7 @@ class _DegreesAxis(_Axis):
         return [f"{10**v:.3g}°" for v in values]
 
 
-class _CountAxis(_Axis):
+class _CountAxis(Axis):
     """Frames on the scale log(1 + n), on which a single one is still seen."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
@@ -62,7 +55,7 @@ class _CountAxis(_Axis):
         return [f"{np.expm1(v):.0f}" for v in values]
 
 
-class _PercentAxis(_Axis):
+class _PercentAxis(Axis):
     """Per cent in quarters, or in halves where there is little room."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
@@ -76,7 +69,7 @@ class _PercentAxis(_Axis):
         return [f"{v:.0f} %" for v in values]
 
 
-class _WholeAxis(_Axis):
+class _WholeAxis(Axis):
     """Whole numbers only."""
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
@@ -128,10 +121,7 @@ class TauPlot(Canvas):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self.theme = theme
-        self.setBackground(theme.surface)
-        for axis in self.axes.values():
-            axis.setPen(QPen(QColor(theme.line), 1.0))
-            axis.setTextPen(QColor(theme.soft))
+        self.colour_ground(theme)
         self.tau_line.setPen(pg.mkPen(theme.tau, width=_LINE_WIDTH))
         self.tau_line.setHoverPen(pg.mkPen(theme.tau, width=3.0))
         self.floor_line.setPen(pg.mkPen(theme.soft, width=1.2, style=Qt.PenStyle.DashLine))

@@ -68,8 +68,9 @@ class HandGains:
         """At rest on the first reference."""
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
-    def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:  # noqa: ARG002
-        """The constant gains; UnstableGainsError if they diverge at dt."""
+    def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
+        """The constant gains, whatever is seen; UnstableGainsError if they diverge at dt."""
+        del state, q_hat, r_hat
         if dt != self._checked:
             gains = self._given or Gains.by_hand(dt)
             check_stability(gains, dt)
