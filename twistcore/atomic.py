@@ -43,3 +43,17 @@ def _ordinary_mode(path: Path) -> int:
     mask = os.umask(0)
     os.umask(mask)
     return 0o666 & ~mask
+
+
+def sync_folder(folder: Path) -> None:
+    """Put the names in a folder on disk: a new file, or one that took another's place."""
+    if os.name == "nt":
+        return  # a folder cannot be opened there, and names are written with their files
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a file system that has no such thing
+            raise
+    finally:
+        os.close(handle)

@@ -29,6 +29,7 @@ from twistcore.bvh import (
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.compare import compare, difference_to_json
 from twistcore.detection import DETECTORS, Interval, resolve_tau
+from twistcore.encoding import encoded, json_text
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.evaluation import evaluation_to_json, evaluation_to_text, measure, summarise
 from twistcore.refinement import children_off_axis
@@ -141,7 +142,7 @@ def signals(arguments: argparse.Namespace) -> int:
         shares = np.stack([s.swing_reliability, s.azimuth_reliability], axis=1)
         for frame, row in enumerate(np.hstack([angles, shares]).tolist()):
             writer.writerow([chain.name, frame, *(f"{v:.6f}" for v in row)])
-    write_atomically(arguments.csv, out.getvalue().encode())
+    write_atomically(arguments.csv, encoded(out.getvalue()))
     return _tell_no_chain(arguments.clip, chains)
 
 
@@ -426,5 +427,7 @@ def refuse_overwrite(outputs: Sequence[Path], sources: Sequence[Path]) -> None:
 
 def print_json(document: dict[str, Any]) -> None:
     """Write a JSON document to stdout; ValueError where a number is not finite."""
-    json.dump(document, sys.stdout, indent=1, ensure_ascii=False, allow_nan=False)
-    sys.stdout.write("\n")
+    text = json_text(document)
+    if sys.stdout.encoding.lower() not in ("utf-8", "utf8"):
+        text = json.dumps(json.loads(text), indent=1)  # what it cannot write, escaped
+    print(text)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from twistcore.atomic import write_atomically
 from twistcore.bvh import Clip
 from twistcore.chain import Chain
 from twistcore.compare import compare
+from twistcore.encoding import encoded, json_bytes
 from twistcore.markers import blender_markers
 from twistcore.motion import Motion
 from twistcore.review.model import Decision, Judged, ReviewState
@@ -60,12 +60,12 @@ def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
     stem = report.clip.path.stem
     document = report_to_json(report)
     written = {
-        folder / f"{stem}.report.html": _html(document).encode(),
-        folder / f"{stem}.intervals.csv": intervals_csv(report).encode(),
-        folder / f"{stem}.markers.py": blender_markers(
-            report.clip.name, report.state.intervals
-        ).encode(),
-        folder / f"{stem}.report.json": (json.dumps(document, indent=1) + "\n").encode(),
+        folder / f"{stem}.report.html": encoded(_html(document)),
+        folder / f"{stem}.intervals.csv": encoded(intervals_csv(report)),
+        folder / f"{stem}.markers.py": encoded(
+            blender_markers(report.clip.name, report.state.intervals)
+        ),
+        folder / f"{stem}.report.json": json_bytes(document),
     }
     for path, data in written.items():
         write_atomically(path, data)

@@ -64,7 +64,7 @@ def read_poses(
         r = np.stack([trans[:, 0], trans[:, 2], -trans[:, 1]], axis=1)
     skeleton = _skeleton(path, arrays, template, unit)
     motion = Motion(skeleton, q, (0,), (r + skeleton.offsets[0])[:, None], 1.0 / rate)
-    return parse_bvh(bvh_text(motion).encode(), path)
+    return parse_bvh(bvh_text(motion).encode("utf-8", "surrogateescape"), path)
 
 
 def _load(path: Path) -> dict[str, NDArray[np.generic]]:

@@ -213,18 +213,19 @@ class Redetect:
 
 @dataclass(frozen=True, eq=False)
 class CarryOver:
-    """Take the decisions of an earlier review of another take of this clip over."""
+    """Take the decisions of an earlier review over, of another take or (same_clip) of this one."""
 
     earlier: tuple[Judged, ...]
+    same_clip: bool = False
 
     @property
     def text(self) -> str:
         """What the undo menu says."""
-        return "Carry decisions over"
+        return "Add decisions" if self.same_clip else "Carry decisions over"
 
     def apply(self, state: ReviewState) -> ReviewState:
         """The state after the command."""
-        return carried_over(self.earlier, state)
+        return carried_over(self.earlier, state, same_clip=self.same_clip)
 
     def continues(self, earlier: Command) -> bool:
         """A step of its own."""

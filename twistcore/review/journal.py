@@ -1,9 +1,10 @@
 """The journal: every command on disk before the next one, so that no decision is ever lost.
 
 A journal is a text file, one JSON document a line. The first line holds the session as it was when
-the journal began; each further line one command, an undo, a redo, or the whole session again (an
-undo of something older than the journal). A line cut short by a crash is left out; what stands
-before it counts.
+the journal began, and how many steps of the review went into it unsaved; each further line one
+command, an undo, a redo, or the whole session again (an undo of something older than the journal).
+A line cut short by a crash is left out; what stands before it counts. A journal never takes the
+place of a file that is there, and what stands in it is never shortened.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from twistcore.atomic import sync_folder, write_atomically
 from twistcore.bvh import Clip
+from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.review.commands import (
     Annotate,
@@ -50,27 +53,84 @@ UNDO, REDO = {"undo": True}, {"redo": True}
 
 
 class Journal:
-    """An open journal; every entry is on disk when :meth:`append` returns."""
+    """An open journal. What the disk does not take waits, and goes before the next entry."""
 
-    def __init__(self, path: Path, clip: Clip, state: ReviewState) -> None:
-        """Begin a journal anew at `path`; raises OSError."""
+    def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
+        """Begin a journal with `state`, which `steps` unsaved steps led to.
+
+        Raises FileExistsError where there is such a file, OSError where the disk says no; then
+        nothing of it is left.
+        """
         self.path = path
-        self.entries = 0
-        self._file: BinaryIO | None = path.open("wb")
+        self._file: BinaryIO | None = path.open("xb", buffering=0)
+        self._good = 0  # bytes that are whole lines on disk
+        self._waiting: list[bytes] = []
         try:
-            self._write({"schema": SCHEMA, "session": session_document(clip, state)})
+            self.append(
+                {"schema": SCHEMA, "steps": steps, "session": session_document(clip, state)}
+            )
+            sync_folder(path.parent)
         except OSError:
-            self._drop()
+            self.discard()
             raise
+
+    @classmethod
+    def resume(cls, recovered: Recovered) -> Journal:
+        """Go on with a journal that an earlier run left; raises OSError and changes nothing.
+
+        Lines that could not be replayed are first put beside it, under a name of their own.
+        """
+        path = recovered.path
+        if recovered.damaged:
+            write_atomically(free_name(path, ".damaged"), path.read_bytes())
+        journal = cls.__new__(cls)
+        journal.path, journal._good, journal._waiting = path, recovered.size, []
+        journal._file = path.open("r+b", buffering=0)
+        journal._file.truncate(recovered.size)  # what a crash cut short, or what was put beside
+        return journal
+
+    @property
+    def waiting(self) -> int:
+        """Entries that are not on disk yet."""
+        return len(self._waiting)
 
     def do(self, command: Command) -> None:
         """Record a command that has succeeded."""
         self.append(command_to_json(command))
 
     def append(self, entry: Mapping[str, Any]) -> None:
-        """Record an entry; raises OSError if the disk says no."""
-        self._write(entry)
-        self.entries += 1
+        """Record an entry; raises OSError if the disk says no, and the entry waits."""
+        self._waiting.append(json_bytes(entry, indent=None))
+        self.write_waiting()
+
+    def write_waiting(self) -> None:
+        """Put what waits on disk; raises OSError if that fails again."""
+        if self._file is None:
+            raise OSError("the journal is closed")
+        if not self._waiting:
+            return
+        data = b"".join(self._waiting)
+        try:
+            self._file.seek(self._good)
+            left = memoryview(data)
+            while left:  # a disk that is nearly full takes a part
+                left = left[self._file.write(left) :]
+            os.fsync(self._file.fileno())
+        except OSError:
+            with suppress(OSError):
+                self._file.truncate(self._good)  # a line cut short; those before it stay
+            raise
+        self._good += len(data)
+        self._waiting.clear()
+
+    def is_there(self) -> bool:
+        """Whether the file is still where it was begun: nobody has deleted or replaced it."""
+        if self._file is None:
+            return False
+        try:
+            return os.path.samestat(self.path.stat(), os.fstat(self._file.fileno()))
+        except OSError:
+            return False
 
     def close(self) -> None:
         """Close the file and keep it."""
@@ -79,33 +139,38 @@ class Journal:
             with suppress(OSError):  # a full disk: what could be written is there
                 file.close()
 
-    def _drop(self) -> None:
-        self.close()
-        self.path.unlink(missing_ok=True)
-
     def discard(self) -> None:
         """Close and delete: everything in it is in a session file, or given up knowingly."""
-        self._drop()
+        mine = self.is_there()
+        self.close()
+        if mine:
+            self.path.unlink(missing_ok=True)
 
-    def _write(self, document: Mapping[str, Any]) -> None:
-        if self._file is None:
-            raise OSError("the journal is closed")
-        self._file.write(json.dumps(document, ensure_ascii=False).encode() + b"\n")
-        self._file.flush()
-        os.fsync(self._file.fileno())
+
+def free_name(path: Path, suffix: str = "") -> Path:
+    """The first of NAME, NAME-2, NAME-3 … beside `path` (with `suffix`) that is not taken."""
+    wanted = path.with_name(path.name + suffix)
+    free, number = wanted, 2
+    while os.path.lexists(free):
+        free, number = wanted.with_name(f"{wanted.name}-{number}"), number + 1
+    return free
 
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
     """What a journal holds: the session it began with, the review as it was, commands replayed.
 
-    damaged: lines that could not be replayed, 0 for a journal that ends in a whole line or in one
-    cut short.
+    steps: of the review that were never saved, those before the journal among them; size: bytes of
+    the lines that could be replayed; damaged: lines that could not, 0 for a journal that ends in a
+    whole line or in one cut short.
     """
 
+    path: Path
     session: Session
     review: Review
     entries: int
+    steps: int
+    size: int
     damaged: int
 
 
@@ -116,28 +181,35 @@ def recover(path: Path) -> Recovered:
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     try:
+        if len(lines) < 2:
+            raise FormatError("expected a whole line")
         head = json.loads(lines[0])
         if head.get("schema") != SCHEMA:
             raise FormatError(f"expected a document with schema {SCHEMA!r}")
         session = session_from_document(head["session"])
-    except (ValueError, KeyError, AttributeError, FormatError):
+        steps = int(head.get("steps", 0))
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError, FormatError):
         raise FormatError(f"{path}: expected a journal; its first line is damaged") from None
     review = Review(session.state)
-    entries = 0
+    review.mark_unsaved()
+    entries, size = 0, len(lines[0]) + 1
     # Behind the last newline stands nothing, or a line that a crash cut short.
-    whole = [line for line in lines[1:-1] if line]
+    whole = lines[1:-1]
     for line in whole:
         try:
             review = _replayed(review, json.loads(line))
-        except (ValueError, KeyError, TypeError, AttributeError, FormatError):
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError, FormatError):
             break  # later commands may refer to what this one did
         entries += 1
-    return Recovered(session, review, entries, len(whole) - entries)
+        size += len(line) + 1
+    return Recovered(path, session, review, entries, steps + entries, size, len(whole) - entries)
 
 
 def _replayed(review: Review, entry: Mapping[str, Any]) -> Review:
     if "session" in entry:
-        return Review(session_from_document(entry["session"]).state)
+        review = Review(session_from_document(entry["session"]).state)
+        review.mark_unsaved()
+        return review
     if "undo" in entry:
         review.undo()
     elif "redo" in entry:
@@ -182,7 +254,8 @@ def command_to_json(command: Command) -> dict[str, Any]:
                 "drag": command.drag,
             }
         case CarryOver():
-            return {"do": kind, "earlier": [judged_to_json(j) for j in command.earlier]}
+            earlier = [judged_to_json(j) for j in command.earlier]
+            return {"do": kind, "earlier": earlier, "same_clip": command.same_clip}
         case Track():
             made = command.tracking and tracking_to_json(command.tracking)
             return {"do": kind, "tracking": made}
@@ -203,7 +276,9 @@ _READERS: Mapping[str, Callable[[Mapping[str, Any]], Command]] = {
         e["method"],
         e["drag"],
     ),
-    "CarryOver": lambda e: CarryOver(tuple(judged_from_json(j) for j in e["earlier"])),
+    "CarryOver": lambda e: CarryOver(
+        tuple(judged_from_json(j) for j in e["earlier"]), e.get("same_clip", False)
+    ),
     "Track": lambda e: Track(e["tracking"] and tracking_from_json(e["tracking"])),
 }
 

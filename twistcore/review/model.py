@@ -165,37 +165,60 @@ def following(interval: Interval, theta_p: Array) -> Interval:
     return interval.with_offset(interval.start, offset)
 
 
-def carried_over(earlier: Sequence[Judged], fresh: ReviewState) -> ReviewState:
-    """Decisions of an earlier take on the intervals of a re-exported one, matched by overlap.
+def carried_over(
+    earlier: Sequence[Judged], state: ReviewState, *, same_clip: bool = False
+) -> ReviewState:
+    """The work of an earlier review on the intervals of this one, matched by overlap.
 
-    A fresh interval takes verdict, reviewer, note and reason of the earlier one of its
-    chain that shares most frames with it. Hand-made ones come along where they still fit.
+    An interval that nobody has touched takes verdict, reviewer, note, reason and, if they were
+    edited, frames and offset of the earlier one of its chain that shares most frames with it;
+    one that a person has touched here stays. Hand-made ones come along. same_clip: so does, without
+    the detector's support, every other that was kept and overlaps none here; in another take the
+    error it was about may be gone.
     """
+    left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
+    by_hand = {_frames(j) for j in state.intervals if j.by_hand}
     out = []
-    used: set[int] = set()
-    for judged in fresh.intervals:
+    met: set[int] = set()
+    for judged in state.intervals:
         best: Judged | None = None
         most = 0
-        for old in earlier:
-            if old.interval.chain != judged.interval.chain:
-                continue
-            common = min(judged.interval.stop, old.interval.stop) - max(
-                judged.interval.start, old.interval.start
-            )
-            if common > most and old.id not in used and old.kept and not old.by_hand:
+        for old in left:
+            common = _common(judged.interval, old.interval)
+            if common > 0 and judged.kept:
+                met.add(old.id)
+            elif common > most and old.id not in met and not old.by_hand:
                 best, most = old, common
-        if best is None:
+        if best is None or judged.kept:
             out.append(judged)
             continue
-        used.add(best.id)
-        carried = {k: getattr(best, k) for k in ("decision", "reviewer", "decided_at", "note")}
-        out.append(replace(judged, **carried, reason=best.reason))
-    next_id = fresh.next_id
-    for old in earlier:
-        if old.by_hand and old.interval.chain in fresh.tau:
-            out.append(replace(old, id=next_id))
+        met.add(best.id)
+        out.append(
+            replace(
+                best,
+                id=judged.id,
+                interval=best.interval if best.edited else judged.interval,
+                supported=judged.supported,
+            )
+        )
+    next_id = state.next_id
+    for old in left:
+        lost = same_clip and old.id not in met
+        if (old.by_hand and _frames(old) not in by_hand) or (lost and not old.by_hand):
+            out.append(replace(old, id=next_id, supported=old.by_hand))
             next_id += 1
-    return fresh.with_intervals(out, next_id)
+    return state.with_intervals(out, next_id)
+
+
+def _common(one: Interval, other: Interval) -> int:
+    """How many frames two intervals share, 0 or less for none; of two chains, none."""
+    if one.chain != other.chain:
+        return 0
+    return min(one.stop, other.stop) - max(one.start, other.start)
+
+
+def _frames(judged: Judged) -> tuple[str, int, int]:
+    return judged.interval.chain, judged.interval.start, judged.interval.stop
 
 
 def overlapping(intervals: Sequence[Judged]) -> frozenset[int]:

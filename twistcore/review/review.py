@@ -22,7 +22,7 @@ class Review:
         self.state = state
         self._done: list[_Step] = []
         self._undone: list[_Step] = []
-        self._saved: ReviewState = state
+        self._saved: ReviewState | None = state
 
     def do(self, command: Command) -> None:
         """Carry out a command; a step of a drag takes the place of the one before it.
@@ -86,3 +86,7 @@ class Review:
     def mark_saved(self) -> None:
         """The present state is now on disk."""
         self._saved = self.state
+
+    def mark_unsaved(self) -> None:
+        """No state of this review is in a session file: it was recovered from a journal."""
+        self._saved = None

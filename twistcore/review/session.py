@@ -16,6 +16,7 @@ from twistcore.atomic import write_atomically
 from twistcore.bvh import Clip
 from twistcore.chain import Chain
 from twistcore.detection import Interval
+from twistcore.encoding import json_bytes
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.motion import Motion
 from twistcore.quamo.tracker import Tell, nobody
@@ -58,8 +59,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
 def session_bytes(clip: Clip, state: ReviewState) -> bytes:
     """The session file's bytes."""
-    document = session_document(clip, state)
-    return (json.dumps(document, indent=1, ensure_ascii=False) + "\n").encode()
+    return json_bytes(session_document(clip, state))
 
 
 def write_session(path: Path, clip: Clip, state: ReviewState) -> None:
@@ -75,7 +75,7 @@ def read_session(path: Path) -> Session:
         raise TwistError(f"{path}: expected a session file, but there is no such file") from None
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: expected JSON ({error})") from None
     try:
         return session_from_document(document)
@@ -193,14 +193,17 @@ def interval_from_json(entry: Mapping[str, Any]) -> Interval:
     offset = np.radians(np.broadcast_to(np.asarray(entry["offset_deg"], float), (stop - start,)))
     if not np.isfinite(offset).all():
         raise ValueError("an offset that is not finite")
+    confidence, residual = entry["confidence"], float(np.radians(entry["residual_deg"]))
+    if not (math.isfinite(residual) and (confidence is None or math.isfinite(confidence))):
+        raise ValueError("a number that is not finite")
     return Interval(
         entry["chain"],
         start,
         stop,
         offset,
-        confidence=entry["confidence"],
+        confidence=confidence,
         open=entry["open"],
-        residual=float(np.radians(entry["residual_deg"])),
+        residual=residual,
     )
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.chain import Chain
+from twistcore.encoding import encoded
 from twistcore.motion import Motion
 from twistcore.refinement import remove_twist
 from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
@@ -35,7 +36,7 @@ class InjectedError:
 
 def generator(seed: int, clip: str, *more: int) -> np.random.Generator:
     """Random numbers that depend on the seed, the clip's name and `more`, on nothing else."""
-    return np.random.default_rng([seed, zlib.crc32(Path(clip).stem.encode()), *more])
+    return np.random.default_rng([seed, zlib.crc32(encoded(Path(clip).stem)), *more])
 
 
 def draw_targets(

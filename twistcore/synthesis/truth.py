@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.atomic import write_atomically
+from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.synthesis.errors import InjectedError
 from twistcore.synthesis.protocol import parse_protocol
@@ -57,7 +58,7 @@ def _error_to_json(error: InjectedError) -> dict[str, Any]:
 
 def write_truth(path: Path, truth: Truth) -> None:
     """Write a truth file, atomically."""
-    write_atomically(path, (json.dumps(truth_to_json(truth), indent=1) + "\n").encode())
+    write_atomically(path, json_bytes(truth_to_json(truth)))
 
 
 def read_truth(path: Path) -> Truth:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from twistcore.chain import Chain, connected
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval
+from twistcore.encoding import encoded
 from twistcore.evaluation import SUCCESS
 from twistcore.motion import Motion
 from twistcore.rotation import Array, wrap
@@ -143,7 +144,7 @@ def tau_curve(
     total = 0
     for seed in seeds:
         for protocol in map(parse_protocol, protocols):
-            words = (zlib.crc32(text.encode()) for text in (protocol.name, chain.name))
+            words = (zlib.crc32(encoded(text)) for text in (protocol.name, chain.name))
             rng = generator(seed, name, *words)
             errors = draw_errors([chain], motion.frames, rng, protocol, fps=motion.fps)
             if not errors:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from twistcore.atomic import write_atomically
 from twistcore.detection import DETECTORS
+from twistcore.encoding import encoded, escaped, unescaped
 from twistcore.errors import FormatError, TwistError
 from twistcore.tuning.curve import Tuned
 
@@ -37,19 +38,19 @@ def write_profile(path: Path, profile: Mapping[str, Tuned], source: str, method:
         }
         lines += [
             "",
-            f"[{json.dumps(name, ensure_ascii=False)}]",
+            f"[{json.dumps(escaped(name), ensure_ascii=False)}]",
             f"tau_deg = {t.tau:.4f}",
             f"detector = {json.dumps(method)}",
             *(f"{k} = {v:.{n}f}" for k, (v, n) in reasons.items() if not math.isnan(v)),
         ]
-    write_atomically(path, ("\n".join(lines) + "\n").encode())
+    write_atomically(path, encoded("\n".join(lines) + "\n"))
 
 
 def read_profile(path: Path) -> Profile:
     """A TOML file with a table for every joint, each with its tau_deg; raises TwistError."""
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
-        tau = {name: math.radians(float(t["tau_deg"])) for name, t in document.items()}
+        tau = {unescaped(name): math.radians(float(t["tau_deg"])) for name, t in document.items()}
         methods = {str(t["detector"]) for t in document.values() if "detector" in t}
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
