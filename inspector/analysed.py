@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from inspector.keeping import kept_session, set_aside
+from inspector.clip_on_disk import Stamp, stamp_of
+from inspector.session_files import REPLAY_SUFFIX, kept_session, set_aside
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, resolve_tau
@@ -37,6 +38,7 @@ class Analysed:
     session: Path | None = None  # the file the review was read from
     earlier: tuple[Judged, ...] = ()  # a review of another version of this clip
     notes: tuple[str, ...] = ()
+    stamp: Stamp | None = None  # of the clip's file before it was read; None if it was in memory
 
     @property
     def motion(self) -> Motion:
@@ -59,12 +61,17 @@ def analyse(path: Path, profile: Profile | None = None) -> Analysed:
     """
     session = kept_session(path)
     if session is None:
-        return analysed(read_bvh(path), profile)
+        return _read(path, profile)
     try:
         return analyse_session(session, path)
     except FormatError as error:
         note = set_aside(session, str(error))
-        return replace(analysed(read_bvh(path), profile), notes=(note,))
+        return replace(_read(path, profile), notes=(note,))
+
+
+def _read(path: Path, profile: Profile | None) -> Analysed:
+    stamp = stamp_of(path)
+    return replace(analysed(read_bvh(path), profile), stamp=stamp)
 
 
 def analysed(clip: Clip, profile: Profile | None = None) -> Analysed:
@@ -95,7 +102,8 @@ def analyse_session(path: Path, clip_path: Path | None = None) -> Analysed:
     """The clip of a session with the session's review; raises TwistError.
 
     Without `clip_path` the clip is where it was when the session was saved, or beside the session.
-    A clip that has changed gets a review of its own, and the session's as `earlier`.
+    A clip that has changed gets a review of its own, and the session's as `earlier`. A session that
+    replays an export is read, never written: its review goes on in the clip's own session.
     """
     session = read_session(path)
     if clip_path is None:
@@ -106,7 +114,7 @@ def analyse_session(path: Path, clip_path: Path | None = None) -> Analysed:
         same = (p for p in there if hashlib.sha256(p.read_bytes()).hexdigest() == session.sha256)
         clip_path = next(same, there[0])
     method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
-    data = analysed(read_bvh(clip_path), Profile({}, method))
+    data = _read(clip_path, Profile({}, method))
     try:
         check_belongs(session, data.clip, data.chains)
     except ClipMismatchError:
@@ -115,4 +123,5 @@ def analyse_session(path: Path, clip_path: Path | None = None) -> Analysed:
     state = replace(
         session.state, tau={**own.tau, **session.state.tau}, chain_order=own.chain_order
     )
-    return replace(data, review=Review(state), session=path)
+    own_file = None if path.name.endswith(REPLAY_SUFFIX) else path
+    return replace(data, review=Review(state), session=own_file)

@@ -13,6 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.analysed import Analysed, ClipMissingError, analyse, analyse_session
 from inspector.background import Task
+from inspector.clip_on_disk import Stamp, stamp_of, what_changed
 from inspector.corrections import Corrections
 from inspector.keeping import Keeper, Leftover
 from twistcore.chain import Chain, uncorrectable_joints
@@ -58,6 +59,8 @@ class Document(QObject):
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
     locate = Signal(object)  # the clip of this session file is asked for
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    save_elsewhere = Signal()  # a place for the session is asked for
+    open_again = Signal(object)  # this clip is to be read anew
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -66,14 +69,18 @@ class Document(QObject):
         self.interval_id: int | None = None
         self.frame = 0
         self.show = Show.BOTH
-        self.exported: set[Path] = set()  # files this program wrote: it may write them again
+        self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
         self.keeper = Keeper(self)
-        self.keeper.trouble.connect(lambda text: self.message.emit(text, True))
+        self.keeper.told.connect(self.message)
+        self.keeper.failing.connect(self._ask_about_disk)
+        self.keeper.locked.connect(self._ask_about_lock)
         self.reviewer = ""
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._corrections: Corrections | None = None
         self._task: Task | None = None
+        self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
+        self._changed = ""  # what is to be said about it
         self._drag = 0
 
     # -- opening ------------------------------------------------------------------------------
@@ -109,7 +116,8 @@ class Document(QObject):
         self.interval_id = None
         self._corrections = Corrections(data.motion, data.chains)
         self.hidden = frozenset()
-        leftover = self.keeper.begin(data.clip, data.review, data.session)
+        self._stamp, self._changed = data.stamp, ""
+        self.keeper.begin(data.clip, data.review, data.session, resumed=resumed)
         intervals = self.review.state.intervals
         self.chain = intervals[0].interval.chain if intervals else ""
         if not self.chain and data.chains:
@@ -118,14 +126,22 @@ class Document(QObject):
         self.opened.emit()
         if not resumed:
             self._tell_about(data)
-        if leftover is not None and resumed:
-            self.keeper.continue_with(data.review, leftover)
-        elif leftover is not None and leftover.recovered.entries:
-            self._offer(leftover)
+        if self.keeper.read_only:
+            self._ask_about_lock()
+        else:
+            self._ask_next()
+
+    def _ask_next(self) -> None:
+        """Ask about the latest thing that an earlier run left, then about an earlier version."""
+        data = self.data
+        assert data is not None
+        if self.keeper.leftovers:
+            self._offer(self.keeper.leftovers[0])
         elif data.earlier:
+            carry = CarryOver(_fitting(data.earlier, data.motion.frames))
             self.question.emit(
                 f"{data.clip.name} has changed since its session was saved.",
-                (("Carry decisions over", lambda: self.do(CarryOver(data.earlier))),),
+                (("Carry decisions over", lambda: self.do(carry)),),
             )
 
     def _tell_about(self, data: Analysed) -> None:
@@ -153,29 +169,91 @@ class Document(QObject):
             self.message.emit(" ".join(told[:3]) + more, False)
         for note in data.notes:
             self.message.emit(note, True)
-        if self.keeper.read_only:
-            self.message.emit(
-                f"{data.clip.name} is open in another window: you can look, not save.", True
-            )
 
     def _offer(self, leftover: Leftover) -> None:
-        count = leftover.recovered.entries
-        steps = "step was" if count == 1 else f"{count} steps were"
+        assert self.data is not None
+        steps = leftover.recovered.steps
+        kept = "1 step was kept" if steps == 1 else f"{steps} steps were kept"
+        if not leftover.same_clip:
+            which = f"A review of another version of {self.data.clip.name}"
+            answer = "Carry decisions over"
+        elif self._touched:
+            which, answer = "Another review of this clip", "Add its decisions"
+        else:
+            which, answer = "The last review of this clip", "Restore"
         self.question.emit(
-            f"The last review of this clip ended without saving; {steps} kept.",
+            f"{which} ended without saving ({leftover.when:%d %B, %H:%M}); {kept}.",
             (
-                ("Restore", lambda: self.restore(leftover)),
-                ("Discard", lambda: self.keeper.forget(leftover)),
+                (answer, lambda: self.restore(leftover)),
+                ("Discard", lambda: self.discard(leftover)),
             ),
         )
 
+    @property
+    def _touched(self) -> bool:
+        """Whether anything has been done to the open review, or was restored into it."""
+        return bool(self.review.position) or not self.review.saved
+
     def restore(self, leftover: Leftover) -> None:
-        """Go on with the review that an earlier run left in its journal."""
+        """Go on with the review that an earlier run left in its journal.
+
+        One of another version of the clip, or beside decisions made since, is added to these.
+        """
         assert self.data is not None
-        review = leftover.recovered.review
-        self.data = replace(self.data, review=review)
-        self.keeper.continue_with(review, leftover)
-        self._review_changed()
+        if self._touched or not leftover.same_clip:
+            earlier = leftover.recovered.review.state.intervals
+            carry = CarryOver(_fitting(earlier, self.data.motion.frames), leftover.same_clip)
+            if not (self.do(carry) and self.keeper.on_disk):
+                return  # it stays until this is as safe as it is
+            self.keeper.forget(leftover)
+        else:
+            review = leftover.recovered.review
+            self.data = replace(self.data, review=review)
+            self.keeper.continue_with(review, leftover)
+            self._review_changed()
+        self._ask_next()
+
+    def discard(self, leftover: Leftover) -> None:
+        """Forget what an earlier run left."""
+        self.keeper.forget(leftover)
+        self._ask_next()
+
+    def _ask_about_lock(self) -> None:
+        assert self.data is not None
+        lock = self.keeper.lock
+        self.question.emit(
+            f"{self.data.clip.name} is open in another window ({lock and lock.holder}). "
+            "You can look; nothing can be changed here.",
+            (("Take over", self._take_over), ("Look only", lambda: None)),
+        )
+
+    def _take_over(self) -> None:
+        assert self.data is not None
+        if trouble := self.keeper.take_over():
+            self.message.emit(trouble, True)
+        else:  # what the other window has saved meanwhile is read, what it has not is offered
+            self.open_again.emit(self.data.clip.path)
+
+    def _ask_about_disk(self, text: str) -> None:
+        again = ("Try again", self.keeper.retry)  # which asks anew if that fails
+        self.question.emit(text, (again, ("Save elsewhere…", self.save_elsewhere.emit)))
+
+    def check_clip(self) -> str:
+        """A sentence if the clip has changed on disk since it was read, else ''.
+
+        The person is asked once whether to open it again.
+        """
+        if self.data is None or self.data.stamp is None:
+            return ""
+        clip, stamp = self.data.clip, stamp_of(self.data.clip.path)
+        if stamp != self._stamp:
+            self._stamp = stamp
+            self._changed = what_changed(clip, self.data.stamp, stamp)
+            keep = ("Keep what is open", lambda: None)
+            again = ("Open it again", lambda: self.open_again.emit(clip.path))
+            if self._changed:
+                self.question.emit(self._changed, (again, keep) if stamp else (keep,))
+        return self._changed
 
     def snapshot(self, parent: QObject | None = None) -> Document:
         """A document with the same clip, review and selection, and nothing behind it on disk."""
@@ -327,31 +405,37 @@ class Document(QObject):
 
     # -- the review ---------------------------------------------------------------------------
 
-    def do(self, command: Command) -> None:
-        """Carry out a command of the review."""
-        if self.data is None:
-            return
-        if self._task is not None:
-            self.message.emit("Another clip is being opened; nothing was changed.", False)
-            return
+    def do(self, command: Command) -> bool:
+        """Carry out a command of the review; False if that could not be."""
+        if not self._may_change():
+            return False
         try:
             self.review.do(command)
         except (KeyError, ValueError) as error:
             self.message.emit(f"{command.text}: {error}", True)
-            return
+            return False
         self.keeper.record(command, getattr(command, "drag", 0))
         self._review_changed()
+        return True
+
+    def _may_change(self) -> bool:
+        if self.data is None:
+            return False
+        if self._task is not None:
+            self.message.emit("Another clip is being opened; nothing was changed.", False)
+            return False
+        return self.keeper.may_change()
 
     def undo(self) -> None:
         """Take the last command back."""
-        if self.data and self.review.undo_text:
+        if self.data and self.review.undo_text and self._may_change():
             self.review.undo()
             self.keeper.record_step(UNDO)
             self._review_changed()
 
     def redo(self) -> None:
         """Do the last undone command again."""
-        if self.data and self.review.redo_text:
+        if self.data and self.review.redo_text and self._may_change():
             self.review.redo()
             self.keeper.record_step(REDO)
             self._review_changed()
@@ -380,11 +464,10 @@ class Document(QObject):
         """The present time for a decision, ISO 8601."""
         return datetime.now(UTC).isoformat(timespec="seconds")
 
-    def accept_undecided(self) -> None:
-        """Accept everything nobody has judged, in one step."""
+    def accept_undecided(self) -> bool:
+        """Accept everything nobody has judged, in one step; False if that could not be."""
         ids = tuple(j.id for j in self.intervals if j.decision == Decision.UNDECIDED)
-        if ids:
-            self.do(Decide(ids, Decision.ACCEPTED, self.reviewer, self.now()))
+        return not ids or self.do(Decide(ids, Decision.ACCEPTED, self.reviewer, self.now()))
 
     def begin_drag(self) -> int:
         """A number for the commands of one drag, which are undone together."""
@@ -463,3 +546,8 @@ class Document(QObject):
             analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
             self.data = replace(self.data, analysis=analysis, method=method)
             self.method_changed.emit()
+
+
+def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
+    """The intervals of another take that end within this one."""
+    return tuple(judged for judged in earlier if judged.interval.stop <= frames)

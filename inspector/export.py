@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.document import Document
-from inspector.keeping import SESSION_SUFFIX
+from inspector.session_files import replay_path
 from inspector.write_dialog import WriteDialog
-from twistcore.bvh import Clip, write_bvh
+from twistcore.bvh import Clip, EulerJump, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.compare import compare
 from twistcore.errors import TwistError
+from twistcore.motion import Motion
 from twistcore.quamo.tracker import Tell, nobody
-from twistcore.report import Report, write_report
-from twistcore.review import Decision, ReviewState, accepted_motion, write_session
+from twistcore.report import Report, check_report, write_report
+from twistcore.review import (
+    Decision,
+    ReviewState,
+    accepted_motion,
+    read_session,
+    write_session,
+)
 
 
 @dataclass(frozen=True)
@@ -32,13 +41,27 @@ class ExportChoice:
 
 @dataclass(frozen=True, eq=False)
 class Export:
-    """What is written, whatever the person does meanwhile; left_out: what cannot be corrected."""
+    """What is written, whatever the person does meanwhile.
+
+    left_out: what cannot be corrected; changed: that the clip on disk is another by now, or '';
+    ours: SHA-256 of files as this program wrote them.
+    """
 
     choice: ExportChoice
     clip: Clip
     chains: tuple[Chain, ...]
     state: ReviewState
     left_out: str
+    changed: str
+    ours: Mapping[Path, str]
+
+
+@dataclass(frozen=True)
+class Written:
+    """The sentence that says what was changed, and the SHA-256 of what may be replaced again."""
+
+    text: str
+    files: Mapping[Path, str]
 
 
 def prepare(document: Document, choice: ExportChoice) -> Export:
@@ -48,42 +71,87 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
     """
     data = document.data
     assert data is not None
-    clip = data.clip
-    if choice.path.exists() and clip.path.exists() and choice.path.samefile(clip.path):
-        raise TwistError(f"{choice.path}: choose another name; the source is never overwritten.")
-    if choice.path.exists() and choice.path not in document.exported and not choice.replace:
-        raise TwistError(f"{choice.path}: there is such a file already; choose another name.")
-    if choice.undecided:
-        # One step of the history: so the session says what the export did, and replays it.
-        document.accept_undecided()
-    document.exported.add(choice.path)
-    return Export(choice, clip, tuple(data.chains), document.review.state, uncorrected(document))
+    choice = replace(choice, path=data.clip.path.absolute().parent / choice.path)
+    check_targets(choice, data.clip, document.exported)
+    if choice.undecided and not document.accept_undecided():
+        raise TwistError(f"{choice.path}: not written, since nothing can be accepted here.")
+    return Export(
+        choice,
+        data.clip,
+        tuple(data.chains),
+        document.review.state,
+        uncorrected(document),
+        document.check_clip(),
+        dict(document.exported),
+    )
 
 
-def write(export: Export, tell: Tell = nobody) -> str:
-    """Correct, track and write everything chosen; returns the sentence that says what was changed.
+def check_targets(choice: ExportChoice, clip: Clip, ours: Mapping[Path, str]) -> None:
+    """TwistError where anything would be replaced that is neither ours nor given up.
 
-    tell: called with the share of the tracking that is done. Raises OSError where the disk says no.
+    ours: SHA-256 of files as this program wrote them: what is there now is compared. What lies
+    beside the export is replaced only if this program wrote it, whatever the person says of the
+    export itself.
+    """
+    path, replay = choice.path, replay_path(choice.path)
+    there, source = path.exists(), clip.path.resolve()
+    if path.resolve() == source or (there and clip.path.exists() and path.samefile(clip.path)):
+        raise TwistError(f"{path}: choose another name; the source is never overwritten.")
+    for file in (path, replay) if choice.session else (path,):
+        if not (choice.replace or _as_written(file, ours)):
+            raise TwistError(f"{file}: there is such a file already; choose another name.")
+    if choice.session and replay.exists():
+        try:
+            read_session(replay)
+        except TwistError:
+            told = f"{replay}: there is a file that this program did not write"
+            raise TwistError(f"{told}; choose another name.") from None
+    if choice.report:
+        check_report(path.parent, clip)
+
+
+def _as_written(path: Path, ours: Mapping[Path, str]) -> bool:
+    """Whether nothing is there, what this program wrote there, or what has no bytes to lose."""
+    if not path.is_file():
+        return True
+    return path in ours and hashlib.sha256(path.read_bytes()).hexdigest() == ours[path]
+
+
+def write(export: Export, tell: Tell = nobody) -> Written:
+    """Correct, track and write everything chosen.
+
+    tell: called with the share of the tracking that is done. Raises OSError where the disk says no,
+    TwistError where a file that is none of ours has come meanwhile.
     """
     choice, clip, state = export.choice, export.clip, export.state
     refined = accepted_motion(clip, export.chains, state, tell=tell)
+    check_targets(choice, clip, export.ours)
     jumps = write_bvh(clip, refined, choice.path)
+    files = [choice.path]
     if choice.session:
-        write_session(choice.path.with_name(choice.path.stem + SESSION_SUFFIX), clip, state)
+        files.append(replay_path(choice.path))
+        write_session(files[-1], clip, state)
     if choice.report:
         write_report(choice.path.parent, Report(clip, export.chains, state, refined))
-    change = compare(clip.motion, refined)
+    ours = {f: hashlib.sha256(f.read_bytes()).hexdigest() for f in files if f.is_file()}
+    return Written(_told(export, refined, jumps), ours)
+
+
+def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:
+    name = export.choice.path.name
+    stale = f" {export.changed} This is the version that is open." if export.changed else ""
+    change = compare(export.clip.motion, refined)
     if not change.joints:
         why = export.left_out or "nothing was accepted."
-        return f"{choice.path.name}: written byte for byte as the source; {why}"
+        return f"{name}: written byte for byte as the source; {why}{stale}"
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})
     return (
-        f"{choice.path.name}: {change.frames} frames of {joints} joints changed by up to "
+        f"{name}: {change.frames} frames of {joints} joints changed by up to "
         f"{largest:.1f}°; no joint moved by more than {change.max_position_of_height:.0e} "
         f"of the height; every other byte is the source's. {export.left_out}"
         + (f" {len(jumps)} channel steps of more than 180° stay: {jumps[0]}." if jumps else "")
-    ).strip()
+    ).strip() + stale
 
 
 def uncorrected(document: Document) -> str:
@@ -141,10 +209,14 @@ class ExportDialog(WriteDialog):
         form.addRow("", self.report)
         self.end_form()
         self.path.textChanged.connect(self._path_changed)
+        self.session.toggled.connect(self._path_changed)
         self._path_changed()
 
     def _path_changed(self) -> None:
-        self.replace.setVisible(Path(self.path.text()).expanduser().exists())
+        path = Path(self.path.text()).expanduser()
+        beside = self.session.isChecked() and replay_path(path).exists()
+        self.replace.setChecked(False)  # what was said of another file
+        self.replace.setVisible(path.exists() or beside)
 
     def choice(self) -> ExportChoice:
         """What the form says."""

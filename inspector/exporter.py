@@ -6,7 +6,7 @@ from PySide6.QtCore import QEventLoop, QObject, Signal
 
 from inspector.background import Task
 from inspector.document import Document
-from inspector.export import ExportChoice, prepare, write
+from inspector.export import Export, ExportChoice, Written, prepare, write
 from twistcore.errors import TwistError
 
 
@@ -20,19 +20,19 @@ class Exporter(QObject):
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document = document
-        self._choice: ExportChoice | None = None  # what is being written
+        self._export: Export | None = None  # what is being written
         self._failed = False
         self._progress.connect(self._tell)
 
     @property
     def running(self) -> bool:
         """Whether something is being written."""
-        return self._choice is not None
+        return self._export is not None
 
     def start(self, choice: ExportChoice) -> None:
         """Write what was chosen, with the review as it is now."""
-        if self._choice is not None:
-            name = self._choice.path.name
+        if self._export is not None:
+            name = self._export.choice.path.name
             self.message.emit(f"{name} is still being written; export again then.", True)
             return
         try:
@@ -40,7 +40,7 @@ class Exporter(QObject):
         except TwistError as error:
             self.message.emit(str(error), True)
             return
-        self._choice, self._failed = choice, False
+        self._export, self._failed = export, False
         self._tell(0.0)
         task = Task(lambda: write(export, self._progress.emit), self)
         task.finished.connect(self._take)
@@ -57,22 +57,24 @@ class Exporter(QObject):
         return True
 
     def _tell(self, share: float) -> None:
-        if self._choice is not None:
+        if self._export is not None:
             done = f" {100.0 * share:.0f} %" if share > 0.0 else ""
-            self.message.emit(f"Writing {self._choice.path.name} …{done}", False)
+            self.message.emit(f"Writing {self._export.choice.path.name} …{done}", False)
 
-    def _take(self, text: str) -> None:
-        self._end(text, wrong=False)
+    def _take(self, written: Written) -> None:
+        assert self._export is not None
+        self._document.exported.update(written.files)
+        self._end(written.text, wrong=bool(self._export.changed))
 
     def _fail(self, error: Exception) -> None:
-        assert self._choice is not None
+        assert self._export is not None
+        self._failed = True
         if isinstance(error, OSError):
-            self._end(f"{self._choice.path}: not written ({error.strerror}).", wrong=True)
+            self._end(f"{self._export.choice.path}: not written ({error.strerror}).", wrong=True)
         else:
-            self._end(f"{self._choice.path}: not written: {error}", wrong=True)
+            self._end(f"{self._export.choice.path}: not written: {error}", wrong=True)
 
     def _end(self, text: str, *, wrong: bool) -> None:
-        self._choice = None
-        self._failed = wrong
+        self._export = None
         self.message.emit(text, wrong)
         self.ended.emit()

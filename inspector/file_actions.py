@@ -14,9 +14,9 @@ from inspector.document import Document
 from inspector.export import ExportChoice, ExportDialog
 from inspector.exporter import Exporter
 from inspector.folder import FolderQueue
-from inspector.keeping import SESSION_SUFFIX
 from inspector.message_bar import MessageBar
 from inspector.panels import DetailCard
+from inspector.session_files import SESSION_SUFFIX, is_session, session_path
 from inspector.settings import Settings
 from inspector.teaching.aside import Aside
 from inspector.video.reader import SUFFIXES
@@ -48,14 +48,14 @@ class FileActions(QMainWindow):
             return
         if path.is_dir():
             self.open_queue(path)
-        elif path.name.endswith(".json"):
+        elif is_session(path):
             self.document.open_session(path)
         else:
             self.document.open(path, self.queue.profile if path in self.queue.clips else None)
 
     def open_dialog(self) -> None:
         """Ask for a file and open it."""
-        patterns = f"Motion and sessions (*.bvh *{SESSION_SUFFIX})"
+        patterns = f"Motion and sessions (*.bvh *{SESSION_SUFFIX}*)"
         dialog = QFileDialog(self, "Open", "", f"{patterns};;All files (*)")
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -95,7 +95,7 @@ class FileActions(QMainWindow):
         self.open_path(SAMPLE)
 
     def _opening(self, name: str) -> None:
-        self.bar.hide()
+        self.bar.clear()
         self.statusBar().showMessage(f"Opening {name} …")
 
     def _opened(self) -> None:
@@ -139,16 +139,35 @@ class FileActions(QMainWindow):
 
     def save_session(self) -> bool:
         """Write the session beside the clip; True if it is on disk."""
+        return self._save(None)
+
+    def save_session_as(self) -> None:
+        """Ask where to and write the session there."""
+        if self.document.data is None:
+            self.bar.show_message("Open a clip first.", False)
+            return
+        dialog = QFileDialog(self, "Save session as", "", f"Sessions (*{SESSION_SUFFIX})")
+        dialog.setFileMode(QFileDialog.FileMode.AnyFile)
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.selectFile(str(session_path(self.document.data.clip.path)))
+        dialog.fileSelected.connect(lambda name: self._save(_named_session(Path(name))))
+        dialog.open()
+
+    def _save(self, path: Path | None) -> bool:
         self.detail.commit()
-        if trouble := self.document.keeper.save():
-            self.bar.show_message(trouble, True)
-            return False
-        self._review_changed()
-        if self.document.data is not None:
-            self.queue.refresh(self.document.data.clip.path)
-        if path := self.document.keeper.session_file:
-            self.statusBar().showMessage(f"Saved {path}", 4000)
-        return True
+        saved, told = self.document.keeper.save(path)
+        if saved:
+            if changed := self.document.check_clip():
+                told += f" {changed} The session belongs to the version that is open."
+            self._review_changed()
+            if self.document.data is not None:
+                self.queue.refresh(self.document.data.clip.path)
+            if file := self.document.keeper.session_file:
+                self.statusBar().showMessage(f"Saved {file}", 4000)
+        if told:
+            self.bar.show_message(told.strip(), True)
+        return saved
 
     def locate_clip(self, session: Path) -> None:
         """Ask where the clip of a session went, and open both."""
@@ -189,3 +208,8 @@ class FileActions(QMainWindow):
         if answer == button.Discard:
             self.document.keeper.give_up()
         return answer == button.Discard
+
+
+def _named_session(path: Path) -> Path:
+    """With the ending that sessions have."""
+    return path if is_session(path) else path.with_name(path.name + SESSION_SUFFIX)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
 
-from inspector.keeping import kept_session
+from inspector.session_files import kept_session
 from inspector.survey_worker import work
 from twistcore.batch import ClipSurvey
 from twistcore.tuning import Profile

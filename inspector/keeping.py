@@ -1,152 +1,190 @@
-"""Nothing decided is lost: the session beside the clip, its journal, and the lock on both.
-
-Where the clip's folder cannot be written, they are in a folder of the person's own: the refuge.
-"""
+"""Nothing decided is lost: the session beside the clip, its journal, and the lock on both."""
 
 from __future__ import annotations
 
-import errno
 import hashlib
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-import platformdirs
-from PySide6.QtCore import QLockFile, QObject, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
+from inspector.lock import ReviewLock
+from inspector.session_files import (
+    JOURNAL_SUFFIX,
+    journals,
+    refuge_path,
+    session_path,
+    set_aside,
+    written,
+)
+from twistcore.atomic import free_name, write_atomically
 from twistcore.bvh import Clip
-from twistcore.errors import TwistError
-from twistcore.review import Command, Journal, Recovered, Review, recover, write_session
+from twistcore.chain import find_chains
+from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.review import Command, Journal, Recovered, Review, ReviewState, recover
 from twistcore.review.journal import command_to_json, state_entry
+from twistcore.review.session import check_belongs, session_bytes, session_document
 
-SESSION_SUFFIX = ".twist.json"
-_JOURNAL_SUFFIX = ".journal"
 _IDLE_MS = 300  # a drag that pauses this long is put on disk
-_NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
-
-
-def session_path(clip: Path) -> Path:
-    """Where a clip's session lies unless the person says otherwise."""
-    return clip.with_name(clip.stem + SESSION_SUFFIX)
-
-
-def refuge_path(clip: Path) -> Path:
-    """Where the session lies if the clip's folder cannot be written."""
-    mark = hashlib.sha256(str(clip.resolve()).encode()).hexdigest()[:12]
-    folder = platformdirs.user_state_path("twist-inspector", appauthor=False)
-    return folder / f"{clip.stem}-{mark}{SESSION_SUFFIX}"
-
-
-def kept_session(clip: Path) -> Path | None:
-    """The session that there is of a clip, the newer one if the refuge has one too."""
-    there = [p for p in (refuge_path(clip), session_path(clip)) if p.exists()]
-    return max(there, key=_written, default=None)
-
-
-def _written(path: Path) -> int:
-    return path.stat().st_mtime_ns
-
-
-def set_aside(path: Path, why: str) -> str:
-    """Rename a file that is of no use; returns the sentence that says so."""
-    aside = path.with_name(path.name + ".damaged")
-    try:
-        path.replace(aside)
-    except OSError as error:
-        return f"{why}. It cannot be set aside ({error.strerror})."
-    return f"{why}. It was set aside as {aside.name}."
+_RETRY_MS = 5000  # what the disk did not take is tried again
 
 
 @dataclass(frozen=True, eq=False)
 class Leftover:
-    """A journal that an earlier run left behind, and what it holds."""
+    """A journal that an earlier run left, with something in it that the open review has not.
 
-    path: Path
+    same_clip: it belongs to the clip as it is, not to another version of it.
+    """
+
     recovered: Recovered
+    same_clip: bool
+
+    @property
+    def path(self) -> Path:
+        """The journal."""
+        return self.recovered.path
+
+    @property
+    def when(self) -> datetime:
+        """Its last step, local time."""
+        return datetime.fromtimestamp(written(self.path) / 1e9)
 
 
 class Keeper(QObject):
     """Journal, session file and lock of the open clip.
 
     The journal is begun with the first command, so that a clip that is only looked at leaves
-    nothing behind. A drag is one entry: where it ended.
+    nothing behind. A drag is one entry: where it ended. A journal of an earlier run stays until it
+    is answered: gone on with, in the same file, or forgotten.
     """
 
-    trouble = Signal(str)
+    told = Signal(str, bool)  # a sentence for the person; True if something went wrong
+    failing = Signal(str)  # steps are not on disk, said again with every one
+    locked = Signal()  # another window has, or has taken, the review
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.session_file: Path | None = None
         self.read_only = False
+        self.leftovers: list[Leftover] = []  # of earlier runs, not answered, the latest first
         self.away: Path | None = None  # the refuge, where the clip's folder cannot be written
+        self.lock: ReviewLock | None = None
         self._clip: Clip | None = None
         self._review: Review | None = None
         self._journal: Journal | None = None
-        self._lock: QLockFile | None = None
         self._pending: Command | None = None
+        self._steps = 0  # of the review, not in a session file
         self._first = 0  # position of the review's history at which the journal begins
         self._detached = False  # the journal no longer knows the review's history
-        self._told = False
+        self._behind = False  # the disk has not taken everything
+        self._known: dict[Path, str] = {}  # session files as this program read or wrote them
         self._idle = QTimer(self)
         self._idle.setSingleShot(True)
         self._idle.setInterval(_IDLE_MS)
         self._idle.timeout.connect(self.flush)
+        self._again = QTimer(self)
+        self._again.setInterval(_RETRY_MS)
+        self._again.timeout.connect(self.retry)
 
     # -- one clip after the other -------------------------------------------------------------
 
-    def begin(self, clip: Clip, review: Review, session_file: Path | None) -> Leftover | None:
-        """Watch over another clip's review; returns what an earlier run left unsaved."""
+    def begin(
+        self, clip: Clip, review: Review, session_file: Path | None, *, resumed: bool = False
+    ) -> None:
+        """Watch over another clip's review; `leftovers` are what earlier runs left of it.
+
+        resumed: the review was put aside in this program, and its journal is gone on with.
+        """
         self.end()
         self._clip, self._review = clip, review
         self.session_file = session_file
-        self._told = False
+        self._known = {}
+        if session_file is not None:
+            self._know(session_file)
         self.read_only = not self._take_lock()
         if self.read_only:
-            return None
-        there = [path for path in reversed(self._journal_paths()) if path.exists()]
-        for path in sorted(there, key=_written, reverse=True):
-            if (leftover := self._leftover(path)) is not None:
-                return leftover
-        return None
+            return
+        beside = [path for place in self._places() for path in journals(place)]
+        found = [leftover for path in beside if (leftover := self._leftover(path)) is not None]
+        found.sort(key=lambda leftover: written(leftover.path), reverse=True)
+        self.leftovers = [leftover for leftover in found if self._holds_more(leftover)]
+        same = [leftover for leftover in found if leftover not in self.leftovers]
+        if resumed and not review.saved:
+            if same and same[0].same_clip:
+                self._resume(same.pop(0))
+                self._detached = True
+            else:
+                self._begin_journal(review.state, steps=1)
+        for leftover in same:
+            self.forget(leftover)
 
     def end(self) -> None:
         """Let the clip go; its journal stays unless everything in it is saved."""
         self.flush()
         if self._journal is not None:
+            self.retry()
             if self._review is not None and self._review.saved:
                 self._journal.discard()
             else:
                 self._journal.close()
         self._journal = None
-        if self._lock is not None:
-            self._lock.unlock()
-        self._lock = None
+        self._steps = 0
+        self._detached = False
+        self._caught_up()
+        self.leftovers = []
+        if self.lock is not None:
+            self.lock.release()
+        self.lock = None
         self._clip = self._review = None
 
     def give_up(self) -> None:
-        """The person gives unsaved decisions up: the journal goes."""
+        """The person gives unsaved decisions up, or they are saved: the journal goes."""
         self._pending = None
+        self._steps = 0
+        self._detached = False
+        self._caught_up()
         if self._journal is not None:
             self._journal.discard()
             self._journal = None
 
     def continue_with(self, review: Review, leftover: Leftover) -> None:
-        """Go on with a recovered review; its journal is replaced by one that begins with it."""
+        """Go on with a recovered review, in its own journal."""
+        self.give_up()  # nothing was done in the review that was open
+        self.leftovers.remove(leftover)
         self._review = review
-        self._start_journal(answered=leftover.path)
-        if self._journal is not None and leftover.path != self._journal.path:
-            self.forget(leftover)
+        self._resume(leftover)
+        self._first, self._detached = 0, False
 
     def forget(self, leftover: Leftover) -> None:
-        """Delete what an earlier run left."""
+        """Delete what an earlier run left: it was answered, or there is nothing more in it."""
+        if leftover in self.leftovers:
+            self.leftovers.remove(leftover)
         try:
             leftover.path.unlink(missing_ok=True)
         except OSError as error:
-            self.trouble.emit(f"{leftover.path}: not deleted ({error.strerror}).")
+            self.told.emit(f"{leftover.path}: not deleted ({error.strerror}).", True)
+
+    @property
+    def on_disk(self) -> bool:
+        """Whether every step of the review is in its journal."""
+        return self._pending is None and not self._behind
 
     # -- recording ----------------------------------------------------------------------------
+
+    def may_change(self) -> bool:
+        """Whether the review is this window's to change; if not, `locked` says so."""
+        if not self.read_only and not (self.lock is None or self.lock.is_ours()):
+            self.flush()
+            self.read_only = self.lock.holder is not None or not self._take_lock()
+            if self.read_only and self._journal is not None:
+                self._journal.close()  # it is offered to whoever has the review now
+                self._journal = None
+        if self.read_only:
+            self.locked.emit()
+        return not self.read_only
 
     def record(self, command: Command, drag: int = 0) -> None:
         """Put a command on disk; a step of a drag waits for the drag's end."""
@@ -155,8 +193,8 @@ class Keeper(QObject):
         if drag:
             self._pending = command
             self._idle.start()
-            if self._journal is None:
-                self._start_journal(before_last=True)
+            if self._journal is None and not self.read_only:
+                self._begin_before_last()
         else:
             self._append(command_to_json(command))
 
@@ -165,10 +203,7 @@ class Keeper(QObject):
         self.flush()
         if self._clip is None or self._review is None:
             return
-        if self._journal is None:
-            self._start_journal()
-            self._detached = True
-        if self._review.position < self._first:
+        if self._journal is None or self._review.position < self._first:
             self._detached = True
         state = state_entry(self._clip, self._review.state)
         self._append(state if self._detached else entry)
@@ -180,127 +215,210 @@ class Keeper(QObject):
             pending, self._pending = self._pending, None
             self._append(command_to_json(pending))
 
-    def save(self) -> str:
-        """Write the session file; a sentence if that failed, else ''."""
+    def retry(self) -> bool:
+        """Try again to put on disk what it did not take; True if all is there."""
+        if self._behind and self._clip is not None and self._review is not None:
+            if self._journal is None:
+                self._begin_journal(self._review.state, self._steps)
+            else:
+                self._write(self._journal.write_waiting)
+        return not self._behind
+
+    def save(self, path: Path | None = None) -> tuple[bool, str]:
+        """Write the session file, at `path` if given; whether it was, and what is to be said."""
         if self._clip is None or self._review is None:
-            return ""
-        wanted = self.session_file or session_path(self._clip.path)
-        if self.read_only:
-            return f"{wanted.name} is open in another window; this one cannot save it."
+            return True, ""
+        wanted = path or self.session_file or session_path(self._clip.path)
+        if self.read_only or not self.may_change():
+            return False, f"{wanted.name} is open in another window; this one cannot save it."
         self.flush()
         refuge = refuge_path(self._clip.path)
-        for path in (wanted, refuge):
+        for place in (wanted,) if path else (wanted, refuge):
             try:
-                if path == refuge:
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                write_session(path, self._clip, self._review.state)
+                if place == refuge:
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                told = self._write_session(place)
             except OSError as error:
                 last = error
-                if error.errno in _NOT_ALLOWED:
-                    continue
-                break
-            self.session_file = path
+                continue
+            if place != wanted:
+                told += f"{wanted}: not saved ({last.strerror}); the session is {place} instead."
+            self.session_file = place
             self._review.mark_saved()
             self.give_up()
+            return True, told
+        there = self._journal is not None and self._journal.is_there() and self.retry()
+        kept = f"in the journal {self._journal.path.name}" if there else "in this window only"
+        return False, f"{wanted}: not saved ({last.strerror}). Your decisions stay {kept}."
+
+    # -- places and lock ----------------------------------------------------------------------
+
+    def take_over(self) -> str:
+        """Take the lock from its holder; a sentence if that failed, else ''."""
+        if self.lock is None:
             return ""
-        kept = "in the journal" if self._journal is not None else "in this window only"
-        return f"{wanted}: not saved ({last.strerror}). Your decisions stay {kept}."
+        try:
+            self.read_only = not self.lock.take_over()
+        except OSError as error:
+            return f"{self.lock.path.name}: the lock cannot be taken ({error.strerror})."
+        return "" if not self.read_only else f"The lock is held again by {self.lock.holder}."
 
-    # -- paths and lock -----------------------------------------------------------------------
-
-    @property
-    def journal_path(self) -> Path:
-        """Beside the session."""
+    def _places(self) -> tuple[Path, Path]:
+        """The session whose journal and lock are to be kept, and the one in the refuge."""
         assert self._clip is not None
-        path = self.session_file or session_path(self._clip.path)
-        return path.with_name(path.name + _JOURNAL_SUFFIX)
-
-    def _journal_paths(self) -> tuple[Path, Path]:
-        """Where the journal is to be, and where it goes if that folder cannot be written."""
-        assert self._clip is not None
-        refuge = refuge_path(self._clip.path)
-        return self.journal_path, refuge.with_name(refuge.name + _JOURNAL_SUFFIX)
+        return self.session_file or session_path(self._clip.path), refuge_path(self._clip.path)
 
     def _take_lock(self) -> bool:
-        wanted, refuge = self._journal_paths()
+        wanted, refuge = self._places()
         self.away = None
-        for path in (wanted, refuge):
-            if path == refuge:
-                with suppress(OSError):
-                    path.parent.mkdir(parents=True, exist_ok=True)
-            lock = QLockFile(str(path.with_name(path.name + ".lock")))
-            lock.setStaleLockTime(0)  # never by age: Qt looks whether the process is still alive
-            if lock.tryLock(0):
-                self._lock = lock
-                self.away = path.parent if path != wanted else None
-                return True
-            if lock.error() == QLockFile.LockError.LockFailedError:
-                return False
+        for place in (wanted, refuge):
+            lock = ReviewLock(place.with_name(f"{place.name}{JOURNAL_SUFFIX}.lock"))
+            try:
+                if place == refuge:
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                taken = lock.take()
+            except OSError:
+                continue
+            self.lock = lock
+            self.away = place.parent if place != wanted else None
+            if lock.left_by is not None:
+                self.told.emit(f"A lock was left behind by {lock.left_by}; it is yours now.", False)
+            return taken
+        self.lock = None
         return True  # nowhere to write: nobody else can either
 
     def _leftover(self, path: Path) -> Leftover | None:
+        """What a journal holds; None for one that cannot be used, which is set aside."""
+        assert self._clip is not None
         try:
             recovered = recover(path)
-        except TwistError as error:
-            self.trouble.emit(set_aside(path, str(error)))
+        except FormatError as error:
+            if path.stat().st_size:
+                self.told.emit(set_aside(path, str(error)), True)
+            else:
+                path.unlink(missing_ok=True)
             return None
-        assert self._clip is not None
-        if recovered.session.sha256 != self._clip.sha256:
-            why = f"{path.name} belongs to another version of the clip"
-            self.trouble.emit(set_aside(path, why))
+        except TwistError as error:
+            self.told.emit(str(error), True)
             return None
         if recovered.damaged:
-            self.trouble.emit(
-                f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
-            )
-        return Leftover(path, recovered)
+            told = f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
+            self.told.emit(told, True)
+        try:
+            check_belongs(recovered.session, self._clip, find_chains(self._clip.motion))
+        except ClipMismatchError:
+            return Leftover(recovered, same_clip=False)
+        return Leftover(recovered, same_clip=True)
 
-    # -- the journal --------------------------------------------------------------------------
+    def _holds_more(self, leftover: Leftover) -> bool:
+        """Whether there is anything in it that the open review has not."""
+        assert self._review is not None
+        state = leftover.recovered.review.state
+        if leftover.same_clip:
+            return self._content(state) != self._content(self._review.state)
+        return any(judged.kept for judged in state.intervals)
+
+    def _content(self, state: ReviewState) -> dict[str, Any]:
+        assert self._clip is not None
+        return {k: v for k, v in session_document(self._clip, state).items() if k != "next_id"}
+
+    # -- the files ----------------------------------------------------------------------------
+
+    def _know(self, path: Path) -> None:
+        self._known[path] = hashlib.sha256(path.read_bytes()).hexdigest()
+
+    def _write_session(self, path: Path) -> str:
+        """Write it; another review that lies there is kept beside it, and a sentence says so."""
+        assert self._clip is not None
+        assert self._review is not None
+        told = ""
+        if path.exists():
+            there = path.read_bytes()
+            if hashlib.sha256(there).hexdigest() != self._known.get(path):
+                kept = free_name(path, ".earlier")
+                write_atomically(kept, there)
+                told = f"{path.name} held another review; that one is now {kept.name}. "
+        data = session_bytes(self._clip, self._review.state)
+        write_atomically(path, data)
+        self._known[path] = hashlib.sha256(data).hexdigest()
+        return told
+
+    def _resume(self, leftover: Leftover) -> None:
+        self._steps = leftover.recovered.steps
+        try:
+            self._journal = Journal.resume(leftover.recovered)
+        except OSError as error:
+            self._journal = None
+            self._complain(error)
 
     def _append(self, entry: Mapping[str, Any]) -> None:
-        if self.read_only or self._clip is None:
-            return
-        if self._journal is None:
-            self._start_journal(before_last=True)
-        if self._journal is None:
-            return
-        try:
-            self._journal.append(entry)
-        except OSError as error:
-            self._complain(error)
-            self._journal.close()
-            self._journal = None
-
-    def _start_journal(self, *, before_last: bool = False, answered: Path | None = None) -> None:
-        """Begin a journal with the review as it is, or as it was before its last command.
-
-        What an earlier run left is kept under another name, unless it was answered.
-        """
         if self.read_only or self._clip is None or self._review is None:
             return
-        state = self._review.state_before_last if before_last else self._review.state
-        wanted, refuge = self._journal_paths()
-        for path in (wanted, refuge):
+        self._steps += 1
+        journal = self._journal
+        if journal is not None and journal.is_there():
+            self._write(lambda: journal.append(entry))
+            return
+        if journal is not None:  # deleted, or its folder was
+            journal.close()
+            self._journal = None
+            self._begin_journal(self._review.state, self._steps)
+            if self._journal is not None:
+                told = f"{journal.path.name} was deleted while it was open; it is now {{}}."
+                self.told.emit(told.format(self._journal.path), True)
+        elif self._detached:  # an undo of what was saved
+            self._begin_journal(self._review.state, self._steps)
+        elif (begun := self._begin_before_last()) is not None:
+            self._write(lambda: begun.append(entry))
+
+    def _begin_before_last(self) -> Journal | None:
+        """Begin a journal with the review as it was before its last command, None if it cannot."""
+        assert self._review is not None
+        before = max(0, self._steps - 1)
+        if self._begin_journal(self._review.state_before_last, before):
+            self._first, self._detached = self._review.position - 1, False
+        return self._journal
+
+    def _begin_journal(self, state: ReviewState, steps: int) -> bool:
+        """Begin a journal with a state that unsaved steps led to; False if no disk takes it."""
+        assert self._clip is not None
+        wanted, refuge = self._places()
+        for place in (wanted, refuge):
+            path = free_name(place, JOURNAL_SUFFIX)
             try:
-                if path == refuge:
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                if path.exists() and self._journal is None and path != answered:
-                    path.replace(path.with_name(path.name + ".unanswered"))
-                if self._journal is not None:
-                    self._journal.close()
-                self._journal = Journal(path, self._clip, state)
-                self._first = self._review.position - (1 if before_last else 0)
-                self._detached = False
+                if place == refuge:
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                self._journal = Journal(path, self._clip, state, steps)
             except OSError as error:
-                self._journal = None
                 last = error
                 continue
-            return
+            self._detached = True
+            self._caught_up()
+            return True
         self._complain(last)
+        return False
+
+    def _write(self, work: Callable[[], None]) -> None:
+        try:
+            work()
+        except OSError as error:
+            self._complain(error)
+        else:
+            self._caught_up()
 
     def _complain(self, error: OSError) -> None:
-        if not self._told:
-            self._told = True
-            self.trouble.emit(
-                f"The journal cannot be written ({error.strerror}): save the session soon."
-            )
+        self._behind = True
+        self._again.start()
+        waiting = self._journal.waiting if self._journal is not None else self._steps
+        steps = "step is" if waiting == 1 else f"{waiting} steps are"
+        self.failing.emit(
+            f"The journal cannot be written ({error.strerror}): the last {steps} in this window "
+            "only."
+        )
+
+    def _caught_up(self) -> None:
+        if self._behind:
+            self._behind = False
+            self._again.stop()
+            if self._steps:
+                self.told.emit("All steps are on disk again.", False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QByteArray, Qt
+from PySide6.QtCore import QByteArray, QEvent, Qt
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -180,6 +180,8 @@ class MainWindow(
         self.exporter.message.connect(self.bar.show_message)
         document.question.connect(self.bar.ask)
         document.locate.connect(self.locate_clip)
+        document.save_elsewhere.connect(self.save_session_as)
+        document.open_again.connect(self.open_path)
         document.opening.connect(self._opening)
         document.message.connect(lambda *_: self.statusBar().clearMessage())
         document.opened.connect(self._opened)
@@ -268,6 +270,12 @@ class MainWindow(
             self.five_trackers.set_theme(theme)
 
     # -- Qt events ----------------------------------------------------------------------------
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Coming to the front, look whether another program has changed the clip."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
+            self.document.check_clip()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Finish an export, ask about unsaved decisions, keep the layout, let the 3D view go."""

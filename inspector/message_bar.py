@@ -10,8 +10,14 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolBut
 _SHOWN_MS = 8000
 
 
+Answers = Sequence[tuple[str, Callable[[], object]]]
+
+
 class MessageBar(QFrame):
-    """Shows the last message; what went wrong stays until it is closed."""
+    """Shows the last message; what went wrong stays until it is closed.
+
+    A question that an error covers is back when the error is closed.
+    """
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -23,7 +29,7 @@ class MessageBar(QFrame):
         close.setText("✕")
         close.setAutoRaise(True)
         close.setToolTip("Close this message")
-        close.clicked.connect(self.hide)
+        close.clicked.connect(self._close)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(10, 4, 4, 4)
         layout.addWidget(self.label, 1)
@@ -33,6 +39,7 @@ class MessageBar(QFrame):
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self.hide)
+        self._asked: tuple[str, Answers] | None = None  # the question that waits
         self.hide()
 
     def show_message(self, text: str, wrong: bool) -> None:
@@ -45,8 +52,9 @@ class MessageBar(QFrame):
         else:
             self._timer.start(_SHOWN_MS)
 
-    def ask(self, text: str, answers: Sequence[tuple[str, Callable[[], object]]]) -> None:
+    def ask(self, text: str, answers: Answers) -> None:
         """Show a sentence with buttons; it stays until one is pressed or it is closed."""
+        self._asked = (text, answers)
         self._show(text, False)
         self._timer.stop()
         for name, slot in answers:
@@ -55,14 +63,25 @@ class MessageBar(QFrame):
             button.clicked.connect(lambda _=False, do=slot: do())
             self._answers.addWidget(button)
 
+    def clear(self) -> None:
+        """Show nothing, and ask nothing any more."""
+        self._asked = None
+        self._clear()
+        self.hide()
+
     def buttons(self) -> list[QPushButton]:
         """The answers that are offered now."""
         every = (self._answers.itemAt(k).widget() for k in range(self._answers.count()))
         return [b for b in every if isinstance(b, QPushButton)]
 
     def _answered(self) -> None:
-        self._clear()
-        self.hide()
+        self.clear()
+
+    def _close(self) -> None:
+        if self._asked is not None and not self._answers.count():
+            self.ask(*self._asked)
+        else:
+            self.clear()
 
     def _clear(self) -> None:
         while item := self._answers.takeAt(0):

@@ -57,3 +57,12 @@ def sync_folder(folder: Path) -> None:
             raise
     finally:
         os.close(handle)
+
+
+def free_name(path: Path, suffix: str = "") -> Path:
+    """The first of NAME, NAME-2, NAME-3 … beside `path` (with `suffix`) that is not taken."""
+    wanted = path.with_name(path.name + suffix)
+    free, number = wanted, 2
+    while os.path.lexists(free):
+        free, number = wanted.with_name(f"{wanted.name}-{number}"), number + 1
+    return free

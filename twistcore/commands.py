@@ -33,7 +33,7 @@ from twistcore.encoding import encoded, json_text
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.evaluation import evaluation_to_json, evaluation_to_text, measure, summarise
 from twistcore.refinement import children_off_axis
-from twistcore.report import Report, write_report
+from twistcore.report import Report, check_report, write_report
 from twistcore.review import Decide, Decision, Review, accepted_motion, read_session, start_review
 from twistcore.review.session import check_belongs
 from twistcore.signals import twist_signals
@@ -152,6 +152,8 @@ def refine_clip(arguments: argparse.Namespace) -> int:
     refuse_overwrite([arguments.output], [arguments.clip])
     if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
+    if arguments.report:
+        check_report(arguments.report, clip)
     chains = _chosen_chains(clip, arguments.chain)
     tau, found = _detected(arguments, clip, chains)
     state = start_review(arguments.method, tau, found, [c.name for c in chains])
@@ -428,6 +430,6 @@ def refuse_overwrite(outputs: Sequence[Path], sources: Sequence[Path]) -> None:
 def print_json(document: dict[str, Any]) -> None:
     """Write a JSON document to stdout; ValueError where a number is not finite."""
     text = json_text(document)
-    if sys.stdout.encoding.lower() not in ("utf-8", "utf8"):
+    if (sys.stdout.encoding or "utf-8").lower() != "utf-8":
         text = json.dumps(json.loads(text), indent=1)  # what it cannot write, escaped
     print(text)

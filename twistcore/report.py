@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +19,7 @@ from twistcore.bvh import Clip
 from twistcore.chain import Chain
 from twistcore.compare import compare
 from twistcore.encoding import encoded, json_bytes
+from twistcore.errors import TwistError
 from twistcore.markers import blender_markers
 from twistcore.motion import Motion
 from twistcore.review.model import Decision, Judged, ReviewState
@@ -54,22 +57,60 @@ class Report:
 def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
     """Write the report into `folder`, made if missing; returns the paths.
 
-    NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender.
+    NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender. The JSON lists
+    the SHA-256 of the other three. Raises TwistError as :func:`check_report`.
     """
+    check_report(folder, report.clip)
     folder.mkdir(parents=True, exist_ok=True)
-    stem = report.clip.path.stem
     document = report_to_json(report)
+    page, table, markers, last = _files(folder, report.clip)
     written = {
-        folder / f"{stem}.report.html": encoded(_html(document)),
-        folder / f"{stem}.intervals.csv": encoded(intervals_csv(report)),
-        folder / f"{stem}.markers.py": encoded(
-            blender_markers(report.clip.name, report.state.intervals)
-        ),
-        folder / f"{stem}.report.json": json_bytes(document),
+        page: encoded(_html(document)),
+        table: encoded(intervals_csv(report)),
+        markers: encoded(blender_markers(report.clip.name, report.state.intervals)),
     }
+    marks = {path.name: hashlib.sha256(data).hexdigest() for path, data in written.items()}
+    written[last] = json_bytes(document | {"files": marks})
     for path, data in written.items():
         write_atomically(path, data)
     return tuple(written)
+
+
+def check_report(folder: Path, clip: Clip) -> None:
+    """TwistError where a file of somebody else lies in the place of one of a clip's report."""
+    *others, listing = _files(folder, clip)
+    try:
+        marks = _marks(listing.read_bytes())
+    except FileNotFoundError:
+        marks = {}
+    except OSError as error:
+        raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None
+    for path in others:
+        if path.is_file() and marks.get(path.name) != _sha256(path):
+            raise TwistError(
+                f"{path}: expected a place for the report, but there is a file that this program "
+                "did not write, or that was changed since"
+            )
+    if listing.is_file() and not marks:
+        raise TwistError(f"{listing}: expected a place for the report, but there is another file")
+
+
+def _files(folder: Path, clip: Clip) -> tuple[Path, ...]:
+    endings = ("report.html", "intervals.csv", "markers.py", "report.json")
+    return tuple(folder / f"{clip.path.stem}.{ending}" for ending in endings)
+
+
+def _marks(data: bytes) -> dict[str, str]:
+    """SHA-256 by name as a report's JSON lists them; empty for anything else."""
+    try:
+        document = json.loads(data)
+        return dict(document["files"]) if document["schema"] == SCHEMA else {}
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return {}
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def report_to_json(report: Report) -> dict[str, Any]:

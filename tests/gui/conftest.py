@@ -27,7 +27,7 @@ def nothing_left_over(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     threads = set(threading.enumerate())
     yield
-    for pattern in ("*.journal", "*.unanswered", "*.twist.json"):
+    for pattern in ("*.journal*", "*.twist.json*", "*.replay.json"):
         for path in ASSETS.glob(pattern):
             path.unlink()
     started = [

@@ -235,7 +235,7 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
     window.export(ExportChoice(out, report=False))
     assert window.exporter.finish()
     again = tmp_path / "again.bvh"
-    session = tmp_path / "out.twist.json"
+    session = tmp_path / "out.replay.json"
     clip = window.document.data.clip.path
     assert main(["apply", str(session), str(clip), "-o", str(again)]) == 0
     assert again.read_bytes() == out.read_bytes()

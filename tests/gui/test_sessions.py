@@ -11,7 +11,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from inspector.export import ExportChoice
-from inspector.keeping import kept_session, refuge_path, session_path
+from inspector.session_files import kept_session, refuge_path, session_path
 from inspector.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
@@ -111,8 +111,8 @@ def test_of_two_journals_the_newer_is_offered_and_neither_is_lost(qtbot, show_wi
     restore = next(b for b in window.bar.buttons() if b.text() == "Restore")
     qtbot.mouseClick(restore, Qt.MouseButton.LeftButton)
     assert decisions(window).count(Decision.ACCEPTED) == 3
-    assert beside.with_name(beside.name + ".unanswered").read_bytes() == kept[beside]
-    assert not elsewhere.exists()
+    assert beside.read_bytes() == kept[beside]
+    assert "Another review" in window.bar.label.text()
 
 
 def test_of_two_sessions_the_newer_is_gone_on_with(path):
@@ -132,6 +132,8 @@ def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     assert "another window" in other.bar.label.text()
     other.next_interval()
     other.accept()
+    assert Decision.ACCEPTED not in decisions(other)
+    assert [b.text() for b in other.bar.buttons()] == ["Take over", "Look only"]
     assert not other.save_session()
     assert "cannot save" in other.bar.label.text()
 

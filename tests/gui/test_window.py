@@ -51,7 +51,7 @@ def test_a_review_by_keyboard_then_export_equals_apply(qtbot, opened, tmp_path, 
     export(opened, ExportChoice(out))
     assert "joint moved" in opened.bar.label.text()
     replayed = tmp_path / "replayed.bvh"
-    session = tmp_path / "out.twist.json"
+    session = tmp_path / "out.replay.json"
     assert twistcore(["apply", str(session), str(INJECTED), "-o", str(replayed)]) == 0
     capsys.readouterr()
     assert replayed.read_bytes() == out.read_bytes()

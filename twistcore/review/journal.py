@@ -19,7 +19,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from twistcore.atomic import sync_folder, write_atomically
+from twistcore.atomic import free_name, sync_folder, write_atomically
 from twistcore.bvh import Clip
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
@@ -145,15 +145,6 @@ class Journal:
         self.close()
         if mine:
             self.path.unlink(missing_ok=True)
-
-
-def free_name(path: Path, suffix: str = "") -> Path:
-    """The first of NAME, NAME-2, NAME-3 … beside `path` (with `suffix`) that is not taken."""
-    wanted = path.with_name(path.name + suffix)
-    free, number = wanted, 2
-    while os.path.lexists(free):
-        free, number = wanted.with_name(f"{wanted.name}-{number}"), number + 1
-    return free
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,167 @@
+"""The lock on a clip's review: one window decides, the others look.
+
+The lock of the operating system on the lock file says whether its holder lives, so that no process
+id that is used again, and no file that a crash left empty, locks anybody out. What the file says,
+in the lines of a QLockFile (process id, program, computer), is for a person; and where it names
+another computer, whose locks may not be seen here, the person is asked.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+_FAR = 1 << 20  # Windows locks bytes, not files: one that nobody reads
+
+
+@dataclass(frozen=True)
+class Holder:
+    """Who holds a lock: process id, program and computer as the file says, '' or 0 if it does not.
+
+    since: local time; here: on this computer.
+    """
+
+    process: int
+    program: str
+    computer: str
+    since: datetime
+
+    @property
+    def here(self) -> bool:
+        """Whether it is a program on this computer."""
+        return self.computer in ("", socket.gethostname())
+
+    def __str__(self) -> str:
+        who = f"{self.program or 'a program'}" + (f", process {self.process}" * bool(self.process))
+        where = "on this computer" if self.here else f"on the computer {self.computer}"
+        return f"{who}, {where}, since {self.since:%d %B %H:%M}"
+
+
+class ReviewLock:
+    """A lock file; nobody's until :meth:`take`."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.holder: Holder | None = None  # whose it is, where it could not be taken
+        self.left_by: Holder | None = None  # who left it behind, where it was taken from the dead
+        self._handle: int | None = None
+
+    def take(self) -> bool:
+        """True if it is ours now, else `holder` says whose it is; OSError where no file can be."""
+        self.holder = self.left_by = None
+        while True:
+            handle, writable = _open(self.path)
+            try:
+                held = not _locked(handle)
+                if not _same(self.path, handle):
+                    continue  # its holder has just deleted it
+                found = _read(handle)
+                if held or (found is not None and not found.here):
+                    self.holder = found or _unknown(handle)
+                    return False
+                if not writable:  # another person's, who is gone
+                    self.path.unlink()
+                    continue
+                self.left_by = found
+                _write(handle)
+                self._handle, handle = handle, -1
+                return True
+            finally:
+                if handle >= 0:
+                    os.close(handle)
+
+    def take_over(self) -> bool:
+        """Take it from whoever holds it; OSError where that cannot be (a living one on Windows)."""
+        self.path.unlink(missing_ok=True)
+        return self.take()
+
+    def is_ours(self) -> bool:
+        """Whether it still is; one that was deleted is taken again.
+
+        False, and `holder` says whose it is, once another window has taken it over.
+        """
+        if self._handle is not None and _same(self.path, self._handle):
+            return True
+        self._let_go()
+        try:
+            return self.take()
+        except OSError:
+            return False
+
+    def release(self) -> None:
+        """Let it go, and delete the file if it is ours."""
+        if self._handle is not None and _same(self.path, self._handle):
+            if sys.platform == "win32":
+                self._let_go()
+            with suppress(OSError):
+                self.path.unlink()
+        self._let_go()
+
+    def _let_go(self) -> None:
+        if self._handle is not None:
+            handle, self._handle = self._handle, None
+            os.close(handle)
+
+
+def _open(path: Path) -> tuple[int, bool]:
+    """The file, made if missing, and whether it can be written."""
+    try:
+        return os.open(path, os.O_RDWR | os.O_CREAT, 0o666), True
+    except PermissionError:
+        return os.open(path, os.O_RDONLY), False
+
+
+def _locked(handle: int) -> bool:
+    """Whether the system's lock on the file is ours now."""
+    try:
+        if sys.platform == "win32":
+            os.lseek(handle, _FAR, os.SEEK_SET)
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return sys.platform != "win32"  # a file system without locks: by what the file says
+    return True
+
+
+def _same(path: Path, handle: int) -> bool:
+    try:
+        return os.path.samestat(path.stat(), os.fstat(handle))
+    except OSError:
+        return False
+
+
+def _read(handle: int) -> Holder | None:
+    """Who wrote the file; None if it says nothing."""
+    os.lseek(handle, 0, os.SEEK_SET)
+    lines = os.read(handle, 4096).decode("utf-8", "replace").splitlines()
+    if len(lines) < 3 or not lines[0].strip().isdecimal():
+        return None
+    return Holder(int(lines[0]), lines[1].strip(), lines[2].strip(), _written(handle))
+
+
+def _unknown(handle: int) -> Holder:
+    return Holder(0, "", "", _written(handle))
+
+
+def _written(handle: int) -> datetime:
+    return datetime.fromtimestamp(os.fstat(handle).st_mtime)
+
+
+def _write(handle: int) -> None:
+    with suppress(OSError):  # a full disk: the lock is ours all the same
+        os.lseek(handle, 0, os.SEEK_SET)
+        os.ftruncate(handle, 0)
+        os.write(handle, f"{os.getpid()}\nTwist Inspector\n{socket.gethostname()}\n".encode())

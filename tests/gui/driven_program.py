@@ -1,0 +1,118 @@
+"""The program in a process of its own, told what to do: `driven_program.py CLIP`.
+
+Reads a command a line from standard input and answers each with a line of JSON: what the window
+says and offers, and the review. Commands: accept [N] (the first undecided), note SIZE, undo, save, export [replace],
+press TEXT, close ANSWER, limit BYTES (of any file it writes; 'none' lifts it), front, state.
+"""
+
+import json
+import resource
+import signal
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMessageBox
+
+from inspector.app import make_application
+from inspector.export import ExportChoice
+from inspector.main_window import MainWindow
+from inspector.settings import Settings
+from twistcore.review import Annotate, Decision
+
+
+class Driver:
+    def __init__(self, clip: Path) -> None:
+        self.window = MainWindow(Settings(turn_ms=0), None)
+        self.window.show()
+        self.window.open_path(clip)
+        while self.window.document.data is None:
+            QTest.qWait(5)
+        QTest.qWait(20)
+
+    def accept(self, place: str = "") -> None:
+        undecided = [
+            (k, j.id)
+            for k, j in enumerate(self.window.document.intervals)
+            if j.decision == Decision.UNDECIDED
+        ]
+        (first, *_) = (i for k, i in undecided if not place or k == int(place))
+        self.window.document.select_interval(first)
+        self.window.accept()
+
+    def note(self, size: str) -> None:
+        first = self.window.document.intervals[0]
+        self.window.document.do(Annotate(first.id, "x" * int(size)))
+
+    def undo(self) -> None:
+        self.window.undo()
+
+    def save(self) -> None:
+        self.window.save_session()
+
+    def export(self, replace: str = "") -> None:
+        clip = self.window.document.data.clip.path
+        path = clip.with_name(f"{clip.stem}_refined.bvh")
+        self.window.export(ExportChoice(path, replace=bool(replace)))
+        self.window.exporter.finish()
+
+    def press(self, text: str) -> None:
+        opened = []
+        self.window.document.opened.connect(lambda: opened.append(True))
+        (button,) = [b for b in self.window.bar.buttons() if b.text() == text]
+        button.click()
+        if text in ("Take over", "Open it again"):
+            while not opened:
+                QTest.qWait(5)
+
+    def close(self, answer: str = "") -> None:
+        def click() -> None:
+            box = QApplication.activeModalWidget()
+            assert isinstance(box, QMessageBox)
+            box.button(getattr(QMessageBox.StandardButton, answer)).click()
+
+        if answer:
+            QTimer.singleShot(50, click)
+        self.window.close()
+
+    def limit(self, size: str) -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+        soft = resource.RLIM_INFINITY if size == "none" else int(size)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+    def front(self) -> None:
+        """Another program was in front until now."""
+        self.window.activateWindow()
+        QTest.qWaitForWindowActive(self.window, 5000)
+        QApplication.sendEvent(self.window, QEvent(QEvent.Type.ActivationChange))
+
+    def state(self) -> None:
+        """Only answer."""
+
+    def answer(self) -> dict[str, object]:
+        QTest.qWait(30)
+        window, document = self.window, self.window.document
+        return {
+            "says": window.bar.label.text() if window.bar.isVisible() else "",
+            "offers": [b.text() for b in window.bar.buttons()],
+            "decisions": [j.decision.value for j in document.intervals],
+            "note": max((len(j.note) for j in document.intervals), default=0),
+            "saved": document.data is None or document.review.saved,
+            "open": window.isVisible(),
+        }
+
+
+def main() -> None:
+    app = make_application()
+    driver = Driver(Path(sys.argv[1]))
+    print(json.dumps(driver.answer()), flush=True)
+    for line in sys.stdin:
+        word, _, rest = line.strip().partition(" ")
+        getattr(driver, word)(*([rest] if rest else []))
+        print(json.dumps(driver.answer()), flush=True)
+    app.closeAllWindows()
+
+
+main()

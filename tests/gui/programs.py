@@ -1,0 +1,60 @@
+"""Starting, driving and killing the program as a process."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+_DRIVER = Path(__file__).with_name("driven_program.py")
+
+
+class Program:
+    """`driven_program.py` with a clip; what it answered last is in `answer`."""
+
+    def __init__(self, clip, state_home):
+        root = str(Path(__file__).parents[2])
+        environment = {**os.environ, "PYTHONPATH": root, "XDG_STATE_HOME": str(state_home)}
+        self.process = subprocess.Popen(
+            [sys.executable, str(_DRIVER), os.fsencode(clip)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+        )
+        self.answer = self._read()
+
+    def tell(self, *commands):
+        """Do what the commands say, one after the other; the answer to the last."""
+        for command in commands:
+            self.process.stdin.write(command + "\n")
+            self.process.stdin.flush()
+            self.answer = self._read()
+        return self.answer
+
+    def _read(self):
+        line = self.process.stdout.readline()
+        assert line, "the program ended without an answer"
+        return json.loads(line)
+
+    @property
+    def accepted(self):
+        """How many intervals are accepted."""
+        return self.answer["decisions"].count("accepted")
+
+    def kill(self):
+        """kill -9."""
+        self.process.send_signal(signal.SIGKILL)
+        self._reap()
+
+    def end(self):
+        """The end of its input: it closes by itself."""
+        self.process.stdin.close()
+        self.process.wait(30)
+        self._reap()
+
+    def _reap(self):
+        self.process.wait(30)
+        for pipe in (self.process.stdin, self.process.stdout):
+            pipe.close()
