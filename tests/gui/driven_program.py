@@ -1,8 +1,9 @@
 """The program in a process of its own, told what to do: `driven_program.py CLIP`.
 
 Reads a command a line from standard input and answers each with a line of JSON: what the window
-says and offers, and the review. Commands: accept [N] (the first undecided), note SIZE, undo, save, export [replace],
-press TEXT, close ANSWER, limit BYTES (of any file it writes; 'none' lifts it), front, state.
+says and offers, and the review. Commands: accept [N] (the first undecided), note SIZE, undo, save,
+export [replace], press TEXT, close ANSWER, limit BYTES (of any file it writes; 'none' lifts it),
+front, state.
 """
 
 import json

@@ -1,9 +1,11 @@
-"""A seeded review in the real window, to be killed: `scripted_review.py CLIP SEED`.
+"""A seeded review in the real window, to be killed: `scripted_review.py CLIP SEED COMMANDS`.
 
-Behind every command it prints the hash of the session as it must survive.
+It restores what an earlier run left. Behind every command it prints the hash of the session as it
+must survive; the same seed in the same folder makes the same states.
 """
 
 import hashlib
+import itertools
 import random
 import sys
 from pathlib import Path
@@ -11,6 +13,7 @@ from pathlib import Path
 from PySide6.QtTest import QTest
 
 from inspector.app import make_application
+from inspector.document import Document
 from inspector.export import ExportChoice
 from inspector.main_window import MainWindow
 from inspector.settings import Settings
@@ -25,6 +28,7 @@ COMMANDS = [
     "undo",
     "redo",
     "edit",
+    "drag",
     "tau",
     "save",
     "export",
@@ -32,7 +36,9 @@ COMMANDS = [
 
 
 def main() -> None:
-    clip, rng = Path(sys.argv[1]), random.Random(int(sys.argv[2]))
+    clip, rng, commands = Path(sys.argv[1]), random.Random(int(sys.argv[2])), int(sys.argv[3])
+    clock = itertools.count()
+    Document.now = staticmethod(lambda: f"2026-01-01T00:{next(clock):04d}")
     _app = make_application()
     window = MainWindow(Settings(), None)
     window.show()
@@ -40,6 +46,9 @@ def main() -> None:
     document = window.document
     while document.data is None:
         QTest.qWait(5)
+    for button in window.bar.buttons():
+        if button.text() == "Restore":
+            button.click()
 
     def tell() -> None:
         document.keeper.flush()
@@ -47,14 +56,16 @@ def main() -> None:
         print(hashlib.sha256(state).hexdigest(), flush=True)
 
     tell()
-    while True:
+    for _ in range(commands):
         window.next_interval()
         what = rng.choice(COMMANDS)
-        if what == "edit":
+        if what in ("edit", "drag"):
             if judged := document.interval:
-                start, stop = judged.interval.start, judged.interval.stop + rng.randint(1, 3)
-                stop = min(stop, document.frames)
-                document.edit(judged.id, resized(judged.interval, start, stop))
+                drag = document.begin_drag() if what == "drag" else 0
+                for more in range(1, 4 if drag else 2):
+                    start, stop = judged.interval.start, judged.interval.stop + more
+                    stop = min(stop, document.frames)
+                    document.edit(judged.id, resized(judged.interval, start, stop), drag)
         elif what == "tau":
             document.set_tau(rng.uniform(0.02, 0.3))
         elif what == "save":
@@ -65,6 +76,7 @@ def main() -> None:
             getattr(window, what)()
         tell()
         QTest.qWait(1)
+    window.exporter.finish()
 
 
 main()

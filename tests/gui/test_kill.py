@@ -12,18 +12,52 @@ from pathlib import Path
 
 import pytest
 
+from inspector.session_files import journals, session_path
 from tests.conftest import ASSETS
 from twistcore.bvh import read_bvh
 from twistcore.review import read_session, recover, session_bytes
 
 REVIEWER = Path(__file__).with_name("scripted_review.py")
+COMMANDS = 27
 
 
-def state_on_disk(clip_path, clip):
-    """The review as a restart would find it: the journal, else the session."""
-    session = clip_path.with_name(clip_path.stem + ".twist.json")
-    journal = session.with_name(session.name + ".journal")
-    if journal.exists():
+def reviewer(clip, seed, state_home):
+    words = [sys.executable, str(REVIEWER), str(clip), str(seed), str(COMMANDS)]
+    root = str(Path(__file__).parents[2])
+    environment = {**os.environ, "PYTHONPATH": root, "XDG_STATE_HOME": str(state_home)}
+    return subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
+
+
+def whole_run(clip, seed, folder):
+    """Hashes of all states that a run makes; the folder is afterwards as it was."""
+    kept = folder.with_name("kept")
+    shutil.copytree(folder, kept)
+    with reviewer(clip, seed, folder) as process:
+        told = process.stdout.read().split()
+    assert process.returncode == 0
+    shutil.rmtree(folder)
+    kept.rename(folder)
+    return told
+
+
+def killed_run(clip, seed, folder, moment):
+    """Hashes told by a run that was killed at a random moment."""
+    with reviewer(clip, seed, folder) as process:
+        told = [process.stdout.readline().strip()]
+        commands = moment.randint(2, COMMANDS - 2)
+        while len(told) < commands:
+            told.append(process.stdout.readline().strip())
+        time.sleep(moment.uniform(0.0, 0.03))
+        process.send_signal(signal.SIGKILL)
+        told += [line.strip() for line in process.stdout.read().split("\n") if len(line) == 64]
+    return told
+
+
+def state_on_disk(clip):
+    """The review as a restart would find it: the journal, else the session, else untouched."""
+    session = session_path(clip.path)
+    if left := journals(session):
+        (journal,) = left  # the second run went on in the first one's
         state = recover(journal).review.state
     elif session.exists():
         state = read_session(session).state
@@ -33,31 +67,29 @@ def state_on_disk(clip_path, clip):
 
 
 @pytest.mark.parametrize("seed", range(int(os.environ.get("TWIST_KILLS", "4"))))
-def test_killed_at_a_random_moment(tmp_path, seed):
-    clip_path = tmp_path / "walk.bvh"
-    shutil.copy(ASSETS / "walk_injected.bvh", clip_path)
+def test_killed_at_random_moments(tmp_path, seed):
+    """Twice in a row: the second run restores what the first one left."""
+    folder = tmp_path / "clips"
+    folder.mkdir()
+    clip_path = Path(shutil.copy(ASSETS / "walk_injected.bvh", folder / "walk.bvh"))
     clip = read_bvh(clip_path)
-    words = [sys.executable, str(REVIEWER), str(clip_path), str(seed)]
-    root = str(Path(__file__).parents[2])
-    environment = {**os.environ, "PYTHONPATH": root}
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment) as process:
-        told = [process.stdout.readline().strip()]
-        commands = random.Random(seed).randint(2, 25)
-        while len(told) < commands:
-            told.append(process.stdout.readline().strip())
-        time.sleep(random.Random(seed + 1000).uniform(0.0, 0.03))
-        process.send_signal(signal.SIGKILL)
-        told += [line.strip() for line in process.stdout.read().split("\n") if len(line) == 64]
-    assert all(len(line) == 64 for line in told)
-    found = state_on_disk(clip_path, clip)
-    # The command under way when the program died may or may not have reached the disk.
-    if found is None:
-        assert set(told) == {told[0]}, "decisions were made, but nothing is on disk"
-    elif found != told[-1]:
-        assert found not in told, "an older state than the last command executed"
-    for path in tmp_path.iterdir():
-        assert not path.name.endswith(".part") or path.name.startswith(".")
-    out = tmp_path / "out.bvh"
-    if out.exists():
-        assert read_bvh(out).motion.frames == 344
-    assert clip_path.read_bytes() == (ASSETS / "walk_injected.bvh").read_bytes()
+    moment = random.Random(seed + 1000)
+    found = None
+    for turn in range(2):
+        states = whole_run(clip_path, 2 * seed + turn, folder)
+        assert len(states) == COMMANDS + 1
+        assert found in (None, states[0]), "the restart found another state than the disk has"
+        told = killed_run(clip_path, 2 * seed + turn, folder, moment)
+        assert told == states[: len(told)]
+        found = state_on_disk(clip)
+        # The command under way when the program died may or may not have reached the disk: the
+        # state is the last one told or the next one, and no other.
+        if found is None:
+            assert set(told) == {states[0]}, "decisions were made, but nothing is on disk"
+        else:
+            assert found in states[len(told) - 1 : len(told) + 1]
+        for path in folder.iterdir():
+            assert not path.name.endswith(".part") or path.name.startswith(".")
+        if (out := folder / "out.bvh").exists():
+            assert read_bvh(out).motion.frames == 344
+        assert clip_path.read_bytes() == (ASSETS / "walk_injected.bvh").read_bytes()

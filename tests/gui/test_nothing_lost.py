@@ -1,5 +1,6 @@
 """Real processes, killed, out of room or robbed of their files: every decision is there again."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -170,7 +171,7 @@ def crowded(request, tmp_path):
     stuffing = folder / "stuffing"
 
     def fill(_program):
-        with stuffing.open("wb", buffering=0) as file, pytest.raises(OSError, match="No space"):
+        with stuffing.open("wb", buffering=0) as file, contextlib.suppress(OSError):
             while True:
                 file.write(bytes(4096))
 
