@@ -95,7 +95,8 @@ def _explained(line: _Line) -> Array:
     """Increments by joint without images, (2, n + 1, frames)."""
     frames = len(line.t)
     idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
-    # A run of less gain cannot be chosen: −ANOTHER_ACTIVE, since the first chain costs none.
+    # A run may pay beside others if it gains more than 0, and alone, where the first chain costs
+    # less, if it gains more than −ANOTHER_ACTIVE and any other run of its frame.
     enough = np.full(frames, -ANOTHER_ACTIVE)
     found: list[tuple[Index, Index, Index, Array]] = []
     trials: list[Array] = []
