@@ -5,6 +5,9 @@ Tiles a sample to 10,000 frames, injects errors into all ten chains and prints m
 predictions, (b) the first τ of ten chains, (c) a new τ of ten chains and (d) of one. An analysis
 remembers what it has solved, so every τ is measured once on it, and lets another set of edges pass
 than any before. One core: set OMP_NUM_THREADS=1. Aims: 100 for signals and predictions, 20, 20, 2.
+
+Then rigs of N joints in one line (--line N…), 1,000 frames with an error in each chain every 140:
+find_chains, analyse and the intervals of all chains at the automatic τ. Aim: 2,000 at 300 joints.
 """
 
 from __future__ import annotations
@@ -21,9 +24,10 @@ import numpy as np
 
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain, find_chains
-from twistcore.detection import consistency
+from twistcore.detection import consistency, detect
 from twistcore.detection.consistency import ChainAnalysis, ConsistencyDetector
-from twistcore.motion import Motion
+from twistcore.motion import Motion, Skeleton
+from twistcore.rotation import quaternion_from_euler
 from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "basketball.bvh"
@@ -37,8 +41,26 @@ def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
     length = motion.frames - 1  # frame 0 is a T-pose
     at = 1 + np.abs((np.arange(frames) + length - 1) % (2 * length - 2) - (length - 1))
     motion = replace(motion, rotations=motion.rotations[at], positions=motion.positions[at])
-    chains, rng = find_chains(motion), np.random.default_rng(seed)
-    errors = []
+    return with_errors(motion, np.random.default_rng(seed))
+
+
+def one_line(joints: int, frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
+    """Joints in one line that sway by some 10° with 0.05° of noise, 60 Hz, and errors as above."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(frames)[:, None, None] / 60.0
+    angles = np.radians(0.05) * rng.standard_normal((frames, joints, 3))
+    for _ in range(3):
+        rate, phase = rng.uniform(1.0, 9.0, (joints, 3)), rng.uniform(0.0, 2.0 * np.pi, (joints, 3))
+        angles += np.radians(rng.uniform(2.0, 12.0, (joints, 3))) * np.sin(rate * t + phase)
+    offsets = rng.normal([0.0, 5.0, 0.0], 1.0, (joints, 3))
+    skeleton = Skeleton(tuple(f"J{j}" for j in range(joints)), np.arange(-1, joints - 1), offsets)
+    rotations = quaternion_from_euler("ZXY", angles)
+    return with_errors(Motion(skeleton, rotations, (0,), np.zeros((frames, 1, 3)), 1.0 / 60.0), rng)
+
+
+def with_errors(motion: Motion, rng: np.random.Generator) -> tuple[Motion, tuple[Chain, ...]]:
+    """An error in each chain every 140 frames."""
+    frames, chains, errors = motion.frames, find_chains(motion), []
     for chain in chains:
         for start in range(20 + int(rng.integers(100)), frames - 160, 140):
             n, sign = int(rng.integers(1, 21)), rng.choice([-1.0, 1.0])
@@ -62,10 +84,16 @@ def milliseconds(act: Callable[..., object], *arguments: object) -> float:
     return 1e3 * (time.perf_counter() - begin)
 
 
+def detected(motion: Motion) -> int:
+    """Intervals of all chains at their automatic τ."""
+    return len(detect(motion, find_chains(motion)))
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, nargs="*", default=[10_000])
+    parser.add_argument("--line", type=int, nargs="*", default=[300])
     parser.add_argument("--repeats", type=int, default=9)
     arguments = parser.parse_args()
     detector = ConsistencyDetector()
@@ -108,6 +136,13 @@ def main() -> None:
             f"analyse {median(analyse):6.1f} ms (signals and predictions {median(signals):.1f}), "
             f"first τ {median(first):5.1f} ms, "
             f"a new τ {median(ten):5.1f} ms for all, {median(one):.2f} ms for one"
+        )
+    for joints in arguments.line:
+        motion, chains = one_line(joints, 1000)
+        times = [milliseconds(detected, motion) for _ in range(arguments.repeats)]
+        print(
+            f"{joints:7,} joints in one line, {motion.frames:,} frames, {len(chains)} chains, "
+            f"{detected(motion)} intervals: {median(times):.0f} ms"
         )
 
 

@@ -14,11 +14,11 @@ import numpy as np
 from twistcore.chain import Chain
 from twistcore.detection.confidence import confidence
 from twistcore.detection.counter import CounterRotation, counter_rotation
-from twistcore.detection.coupling import Limbs
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.edges import Edges, find_edges
 from twistcore.detection.interval import Interval
 from twistcore.detection.levels import offsets_of
+from twistcore.detection.limbs import Limbs
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, pair_table, unpaired
 from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
@@ -197,15 +197,13 @@ def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
 
 def _limbs(lines: list[list[Chain]], motion: Motion) -> Limbs:
     """Rotations and axes of lines of equal length."""
-    q = motion.rotations
-    joints = [np.stack([q[:, line[0].parent] for line in lines])]
-    axes = []
-    for same in zip(*lines, strict=True):
-        joints.append(np.stack([q[:, c.child] for c in same]))
-        varying = any(c.axis.ndim > 1 for c in same)
-        shape = (len(q), 3) if varying else (3,)
-        axes.append(np.stack([np.broadcast_to(c.axis, shape) for c in same]))
-    return Limbs(joints, axes)
+    parents = [[line[0].parent for line in lines]]
+    children = [[c.child for c in same] for same in zip(*lines, strict=True)]
+    joints = motion.rotations.transpose(1, 0, 2)[np.array(parents + children)]
+    varying = any(c.axis.ndim > 1 for line in lines for c in line)
+    shape = (motion.frames, 3) if varying else (3,)
+    axes = [[np.broadcast_to(c.axis, shape) for c in same] for same in zip(*lines, strict=True)]
+    return Limbs(joints, np.array(axes))
 
 
 def _segments(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.detection.coupling import Limbs, explain_frames
+from twistcore.detection.coupling import explain_frames
+from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import (
     GapGrowth,
     Index,

@@ -1,27 +1,26 @@
 """Chains that share a joint, solved together, frame by frame [MATH.md §4.5].
 
-An error of chain k turns the joint that is also the parent of chain k+1, and the one that is also
-the child of chain k−1: it shows as an *image* in x of k+1 and in y of k−1. The image depends on
-the pose, but not on the level of the error, so an increment φ is undone at its frame, exactly:
-
-    x of k+1:  q(t−1)⁻¹ R_a(φ) q(t)  = cos(φ/2) q(t−1)⁻¹ q(t) + sin(φ/2) q(t−1)⁻¹ a q(t)
-    y of k−1:  q(t) R_a(−φ) q(t−1)⁻¹ = cos(φ/2) q(t) q(t−1)⁻¹ − sin(φ/2) q(t) a q(t−1)⁻¹
-
 At every frame where something jumps, the set of chains is sought whose errors explain it cheapest.
+
+Costs go by joint: joint j moves in x of chain j and in y of chain j−1. A *run* of neighbouring
+chains with errors, i…j, changes the costs of joints i…j+1 only (:mod:`twistcore.detection.limbs`),
+and runs with a chain without error between them have no joint in common. So each run is solved by
+itself, and the cheapest set of runs is put together along the line. A run saves at most what its
+joints cost without it, and no joint costs as much as another chain with an error does: what is
+tried are short runs at few places, in proportion to the length of the line.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
 from twistcore.detection.cost import CAP, residual_cost
-from twistcore.detection.increments import twist_increments
+from twistcore.detection.limbs import Image, Limbs
 from twistcore.detection.prediction import Index
-from twistcore.rotation import Array, conjugate, multiply, wrap
+from twistcore.detection.runs import SAME, best_runs
+from twistcore.rotation import Array, wrap
 
 # Costs are negative log likelihoods. x of chain k and y of chain k−1 are one joint's motion: if
 # both jump and no error explains it, that joint jumped by itself, once.
@@ -35,147 +34,151 @@ ANOTHER_ACTIVE = 18.0
 # Measured on CMU: elbows of σ 0.005° were left 0.4° and 1.9° off for 14 nats.
 HINGE = float(np.radians(0.3))
 _SWEEPS = 4  # of Gauss-Seidel; three chains converge to < 0.01° in three
-
-
-class _Image:
-    """Twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ."""
-
-    def __init__(self, plain: Array, turned: Array, axis: Array) -> None:
-        self._parts = np.stack(
-            [
-                plain[:, 0],
-                np.einsum("ti,ti->t", plain[:, 1:], axis),
-                turned[:, 0],
-                np.einsum("ti,ti->t", turned[:, 1:], axis),
-            ]
-        )
-
-    def __call__(self, angle: Array, at: Index) -> Array:
-        w, v, tw, tv = self._parts[:, at]
-        c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
-        return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
-
-
-class Limbs:
-    """Lines of n chains each: joint k the parent of chain k and joint k+1 its child.
-
-    Limbs of equal length, such as both arms, are solved at once, their frames one after the other.
-    joints: local rotations, n + 1 arrays (limbs, frames, 4); axes: n arrays (limbs, 3) or
-    (limbs, frames, 3).
-    """
-
-    def __init__(self, joints: Sequence[Array], axes: Sequence[Array]) -> None:
-        self.joints, self.axes = joints, axes
-        self.count, self.frames = joints[0].shape[:2]
-
-    def __len__(self) -> int:
-        """Chains a limb."""
-        return len(self.axes)
-
-    def increments(self) -> Array:
-        """x and y of all chains, (2, n·limbs, frames): chain k of limb i in row k·limbs + i."""
-        out = np.empty((2, len(self), self.count, self.frames))
-        for k, axes in enumerate(self.axes):
-            for i, axis in enumerate(axes):
-                pair = twist_increments(self.joints[k][i], self.joints[k + 1][i], axis)
-                out[0, k, i], out[1, k, i] = pair
-        return out.reshape(2, -1, self.frames)
-
-    def _axis(self, k: int, t: Index) -> Array:
-        axis = self.axes[k]
-        return axis[t // self.frames] if axis.ndim == 2 else axis.reshape(-1, 3)[t]
-
-    def images(self, t: Index) -> tuple[list[_Image], list[_Image]]:
-        """Images of d_k in x of chain k+1, and of d_{k+1} in y of chain k.
-
-        t: indices into (limbs · frames), never the first frame of a limb.
-        """
-        down, up = [], []
-        for k in range(len(self) - 1):
-            joint = self.joints[k + 1].reshape(-1, 4)
-            q0, q1 = conjugate(joint[t - 1]), joint[t]
-            above, below = self._axis(k, t), self._axis(k + 1, t)
-            pure = np.zeros((2, len(t), 4))
-            pure[0, :, 1:], pure[1, :, 1:] = above, below
-            down.append(_Image(multiply(q0, q1), multiply(multiply(q0, pure[0]), q1), below))
-            up.append(_Image(multiply(q1, q0), -multiply(multiply(q1, pure[1]), q0), above))
-        return down, up
+_BLOCK = 1 << 16  # chains times frames at once, or the memory would grow with the clip
 
 
 def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
     """Increments x, y at frames t without the images of the neighbours' errors, (2, n, len(t)).
 
-    signals, predicted, sigma: (2, n, len(t)), radians.
+    signals, predicted, sigma: (2, n, len(t)), radians; sigma not below `prediction.FLOOR`.
     """
-    n = len(limbs)
-    down, up = limbs.images(t)
-    weight = sigma[0] ** 2 / (sigma[0] ** 2 + sigma[1] ** 2)
-    rarer = np.maximum(np.log(HINGE / sigma), 0.0)
-    best = np.full(len(t), np.inf)
-    clean = signals.copy()
-    for active in sorted(product((False, True), repeat=n), key=sum):
-        on = [k for k in range(n) if active[k]]
-        cost = CHAIN_ACTIVE * len(on) + ANOTHER_ACTIVE * max(0, len(on) - 1)
-        # Residuals cost ≥ 0: most frames are settled before two chains at once are tried.
-        at = np.flatnonzero(best > cost)
-        if not len(at):
-            continue
-        some = signals[..., at], predicted[..., at], sigma[..., at], weight[:, at], rarer[..., at]
-        hypothesis = _Hypothesis(down, up, at, on, *some)
-        for tip_first in (False, True) if len(on) > 1 else (False,):
-            trial, total = hypothesis.solved(tip_first)
-            total += cost
-            better = total < best[at] - 1e-9
-            best[at[better]] = total[better]
-            clean[:, :, at[better]] = trial[:, :, better]
+    clean = np.empty_like(signals)
+    size = max(1, _BLOCK // len(limbs))
+    for begin in range(0, len(t), size):
+        at = slice(begin, begin + size)
+        joints = _explained(_line(limbs, t[at], *(v[..., at] for v in (signals, predicted, sigma))))
+        clean[0, :, at], clean[1, :, at] = joints[0, :-1], joints[1, 1:]
     return clean
 
 
 @dataclass(frozen=True, eq=False)
-class _Hypothesis:
-    """The chains `on` have an error at the frames `at`, no other; arrays (2, n, len(at))."""
+class _Line:
+    """Frames t of limbs by joint: x of the chain below and y of the one above, (2, n + 1, len(t)).
 
-    down: list[_Image]
-    up: list[_Image]
-    at: Index
-    on: Sequence[int]
-    signals: Array
+    rarer: what a lone jump costs beside the caps. Beyond the ends nothing is left over.
+    """
+
+    limbs: Limbs
+    t: Index
+    captured: Array
     predicted: Array
     sigma: Array
-    weight: Array
+    rarer: Array
+
+
+def _line(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> _Line:
+    rarer = np.maximum(np.log(HINGE / sigma), 0.0)
+    return _Line(
+        limbs, t, _by_joint(signals, 0.0), _by_joint(predicted, 0.0),
+        _by_joint(sigma, 1.0), _by_joint(rarer, np.inf),
+    )  # fmt: skip
+
+
+def _by_joint(values: Array, beyond: float) -> Array:
+    """Of x and y by chain, (2, n, frames), those of each joint, (2, n + 1, frames)."""
+    out = np.empty((2, values.shape[1] + 1, values.shape[2]))
+    out[0, :-1], out[1, 1:] = values
+    out[0, -1] = out[1, 0] = beyond
+    return out
+
+
+def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
+    """What is left over costs, by joint; all (2, joints, …) → (joints, …)."""
+    cost_x, cost_y = residual_cost(wrap(residual) / sigma, CAP + rarer)
+    together = cost_x + cost_y
+    lone: Array = JOINT_JUMP + np.minimum(rarer[0], rarer[1])
+    cheaper: Array = np.minimum(together, lone)
+    return cheaper
+
+
+def _explained(line: _Line) -> Array:
+    """Increments by joint without images, (2, n + 1, frames)."""
+    frames = len(line.t)
+    idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
+    # A run may pay beside others if it gains more than 0, and alone, where the first chain costs
+    # less, if it gains more than −ANOTHER_ACTIVE and any other run of its frame.
+    enough = np.full(frames, -ANOTHER_ACTIVE)
+    found: list[tuple[Index, Index, Index, Array]] = []
+    trials: list[Array] = []
+    for length in range(1, len(line.limbs) + 1):
+        saved = saved[:-1] + idle[length:]
+        price = length * (CHAIN_ACTIVE + ANOTHER_ACTIVE)
+        at = np.flatnonzero(saved > price + enough + SAME)
+        if not len(at):
+            break  # nor is a longer one worth it: no joint costs as much as another chain
+        first, frame = np.divmod(at, frames)
+        trial, cost = _solved(line, first, length, frame)
+        gain = saved.ravel()[at] - price - cost
+        np.maximum.at(enough, frame, np.minimum(gain, 0.0))
+        found.append((frame, first, first + length, gain))
+        trials.append(trial)
+    clean = line.captured.copy()
+    if not found:
+        return clean
+    frame, first, last, gain = (np.concatenate(v) for v in zip(*found, strict=True))
+    chosen = best_runs(frame, first, last, gain, ANOTHER_ACTIVE)
+    begin = 0
+    for trial in trials:
+        own = chosen[(begin <= chosen) & (chosen < begin + trial.shape[2])]
+        joint = first[own] + np.arange(trial.shape[1])[:, None]
+        clean[:, joint, frame[own]] = trial[..., own - begin]
+        begin += trial.shape[2]
+    return clean
+
+
+def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array, Array]:
+    """Increments of the joints of runs, each at a frame, and what is then left over costs.
+
+    first, frame: (runs,) → (2, length + 1, runs) and (runs,).
+    """
+    at = (first + np.arange(length + 1)[:, None]) * len(line.t) + frame
+    arrays = line.captured, line.predicted, line.sigma, line.rarer
+    some = (v.reshape(2, -1)[:, at] for v in arrays)
+    runs = _Runs(*line.limbs.images(first, length, line.t[frame]), *some)
+    trial, cost = runs.solved(tip_first=False)
+    if length > 1:
+        other, its_cost = runs.solved(tip_first=True)
+        better = its_cost < cost - SAME
+        trial[..., better], cost[better] = other[..., better], its_cost[better]
+    return trial, cost
+
+
+@dataclass(frozen=True, eq=False)
+class _Runs:
+    """Chains of runs have an error, their neighbours none; by joint, (2, length + 1, runs)."""
+
+    down: Image
+    up: Image
+    captured: Array
+    predicted: Array
+    sigma: Array
     rarer: Array
 
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
-        """The increments without images, (2, n, len(at)), and what their residuals cost."""
+        """The increments without images, and what their residuals cost, (runs,)."""
         d = self._errors(tip_first)
-        n = len(self.weight)
-        trial = np.array([self._without_images(k, d) for k in range(n)]).transpose(1, 0, 2)
+        trial = self.captured.copy()
+        trial[0, 1:], trial[1, :-1] = self.down(d), self.up(d)
         residual = trial - self.predicted
-        residual[0] -= d
-        residual[1] += d
-        cost_x, cost_y = residual_cost(wrap(residual) / self.sigma, CAP + self.rarer)
-        total = cost_x[0] + cost_y[-1]
-        most = JOINT_JUMP + np.minimum(self.rarer[0, 1:], self.rarer[1, :-1])
-        return trial, total + np.minimum(cost_x[1:] + cost_y[:-1], most).sum(axis=0)
-
-    def _without_images(self, k: int, d: Array) -> tuple[Array, Array]:
-        x, y = self.signals
-        return (
-            self.down[k - 1](d[k - 1], self.at) if k - 1 in self.on else x[k],
-            self.up[k](d[k + 1], self.at) if k + 1 in self.on else y[k],
-        )
+        residual[0, :-1] -= d
+        residual[1, 1:] += d
+        return trial, _joint_cost(residual, self.sigma, self.rarer).sum(axis=0)
 
     def _errors(self, tip_first: bool) -> Array:
-        """d (n, len(at)) of the active chains: the first sweep trusts the side without images."""
-        d = np.zeros_like(self.weight)
-        for sweep in range(_SWEEPS if len(self.on) > 1 else 1):
-            for k in reversed(self.on) if tip_first else self.on:
-                xk, yk = self._without_images(k, d)
-                rx, ry = wrap(xk - self.predicted[0, k]), wrap(yk - self.predicted[1, k])
-                if sweep == 0 and not tip_first and k + 1 in self.on:
+        """d of the chains, (length, runs): the first sweep trusts the side without images."""
+        (x, y), (px, py) = self.captured, self.predicted
+        variance = self.sigma * self.sigma
+        weight = variance[0, :-1] / (variance[0, :-1] + variance[1, 1:])
+        d = np.zeros_like(weight)
+        last = len(d) - 1
+        for sweep in range(_SWEEPS if last else 1):
+            for k in range(last, -1, -1) if tip_first else range(last + 1):
+                rx = wrap((self.down(d[k - 1], k - 1) if k else x[0]) - px[k])
+                ry = wrap((self.up(d[k + 1], k + 1) if k < last else y[-1]) - py[k + 1])
+                if sweep == 0 and not tip_first and k < last:
                     d[k] = rx
-                elif sweep == 0 and tip_first and k - 1 in self.on:
+                elif sweep == 0 and tip_first and k:
                     d[k] = -ry
                 else:
-                    d[k] = wrap(rx - wrap(rx + ry) * self.weight[k])
+                    d[k] = wrap(rx - wrap(rx + ry) * weight[k])
         return d

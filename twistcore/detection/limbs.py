@@ -1,0 +1,98 @@
+"""Lines of chains that share joints, and how an error of one shows in the next [MATH.md §4.5].
+
+An error of chain k turns the joint that is also the parent of chain k+1, and the one that is also
+the child of chain k−1: it shows as an *image* in x of k+1 and in y of k−1. The image depends on
+the pose, but not on the level of the error, so an increment φ is undone at its frame, exactly:
+
+    x of k+1:  q(t−1)⁻¹ R_a(φ) q(t)  = cos(φ/2) q(t−1)⁻¹ q(t) + sin(φ/2) q(t−1)⁻¹ a q(t)
+    y of k−1:  q(t) R_a(−φ) q(t−1)⁻¹ = cos(φ/2) q(t) q(t−1)⁻¹ − sin(φ/2) q(t) a q(t−1)⁻¹
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twistcore.detection.increments import twist_increments
+from twistcore.detection.prediction import Index
+from twistcore.rotation import Array, conjugate, multiply, wrap
+
+
+class Image:
+    """Twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ; 0 where none is set."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self._parts = np.zeros((4, *shape))
+        self._parts[0] = 1.0
+
+    def set(self, at: Index, plain: Array, turned: Array, axis: Array) -> None:
+        """Quaternions (n, 4) and axes (n, 3) at flat indices."""
+        parts = self._parts.reshape(4, -1)
+        for row, q in ((0, plain), (2, turned)):
+            parts[row, at] = q[:, 0]
+            parts[row + 1, at] = np.einsum("ti,ti->t", q[:, 1:], axis)
+
+    def __call__(self, angle: Array, row: int | slice = slice(None)) -> Array:
+        """The angles of a row, or of all, for φ of the same shape; radians."""
+        w, v, tw, tv = self._parts[:, row]
+        c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
+        return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
+
+
+class Limbs:
+    """Lines of n chains each: joint k the parent of chain k and joint k+1 its child.
+
+    Limbs of equal length, such as both arms, are solved at once, their frames one after the other.
+    joints: local rotations, (n + 1, limbs, frames, 4); axes: (n, limbs, 3) or
+    (n, limbs, frames, 3).
+    """
+
+    def __init__(self, joints: Array, axes: Array) -> None:
+        self.joints, self.axes = joints, axes
+        self.count, self.frames = joints.shape[1:3]
+
+    def __len__(self) -> int:
+        """Chains a limb."""
+        return len(self.axes)
+
+    def increments(self) -> Array:
+        """x and y of all chains, (2, n·limbs, frames): chain k of limb i in row k·limbs + i."""
+        out = np.empty((2, len(self), self.count, self.frames))
+        for k, axes in enumerate(self.axes):
+            for i, axis in enumerate(axes):
+                pair = twist_increments(self.joints[k, i], self.joints[k + 1, i], axis)
+                out[0, k, i], out[1, k, i] = pair
+        return out.reshape(2, -1, self.frames)
+
+    def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
+        """How errors of runs of chains, first … first + length − 1, show in their neighbours.
+
+        Row s of the first: of the error of chain first + s in x of the next; of the second: in y of
+        the one before; none beyond the ends of a line. first, t: (runs,), t indices into
+        (limbs · frames), never the first frame of a limb.
+        """
+        down, up = Image((length, len(t))), Image((length, len(t)))
+        chain = (first + np.arange(length)[:, None]).ravel()
+        t = np.tile(t, length)
+        at = np.flatnonzero(chain + 1 < len(self))
+        q0, q1, here, near = self._beside(chain[at], 1, t[at])
+        down.set(at, multiply(q0, q1), multiply(multiply(q0, here), q1), near)
+        at = np.flatnonzero(chain > 0)
+        q0, q1, here, near = self._beside(chain[at], -1, t[at])
+        up.set(at, multiply(q1, q0), -multiply(multiply(q1, here), q0), near)
+        return down, up
+
+    def _beside(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
+        """Of the joint shared with the next chain (side 1) or the one before (−1).
+
+        q(t−1)⁻¹ and q(t), the chain's own axis as a quaternion, and the other one's axis.
+        """
+        joints = self.joints.reshape(len(self.joints), -1, 4)
+        joint = chain + (side > 0)
+        own = np.zeros((len(t), 4))
+        own[:, 1:] = self._axis(chain, t)
+        return conjugate(joints[joint, t - 1]), joints[joint, t], own, self._axis(chain + side, t)
+
+    def _axis(self, chain: Index, t: Index) -> Array:
+        if self.axes.ndim == 3:
+            return np.asarray(self.axes[chain, t // self.frames])
+        return np.asarray(self.axes.reshape(len(self), -1, 3)[chain, t])
