@@ -8,14 +8,14 @@ import io
 import json
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from twistcore.atomic import write_atomically
+from twistcore.atomic import destination, is_stream, write_atomically
 from twistcore.bvh import (
     Clip,
     EulerJump,
@@ -148,7 +148,7 @@ def signals(arguments: argparse.Namespace) -> int:
 def refine_clip(arguments: argparse.Namespace) -> int:
     """Write a corrected BVH, and a report if asked."""
     clip = read_bvh(arguments.clip, fps=arguments.fps)
-    refuse_overwrite([arguments.output], [arguments.clip])
+    refuse_overwrite([arguments.output], [p for p in (arguments.clip, arguments.profile) if p])
     if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     chains = _chosen_chains(clip, arguments.chain)
@@ -251,6 +251,7 @@ def tune(arguments: argparse.Namespace) -> int:
     paths = sorted(source.glob("*.bvh")) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a BVH or a folder with some")
+    refuse_overwrite([arguments.output], paths)
     curves: dict[str, TauCurve] = {}
     failed = False
     with ProcessPoolExecutor(min(arguments.workers, len(paths))) as pool:
@@ -410,18 +411,23 @@ def tell_jumps(output: Path, jumps: Sequence[EulerJump]) -> None:
         print(f"{output}: note: {len(jumps) - 10} more such jumps", file=sys.stderr)
 
 
-def refuse_overwrite(outputs: Sequence[Path], sources: Sequence[Path]) -> None:
-    """Before anything is written: every output has a folder and replaces no input or output."""
+def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
+    """Before anything is written: every output has a folder and replaces no input or output.
+
+    Links are followed. Raises TwistError, and OSError for what cannot be written at all.
+    """
     for k, output in enumerate(outputs):
-        for source in sources:
-            if output.exists() and source.exists() and output.samefile(source):
-                raise TwistError(f"{output}: expected another file than an input of this command")
-        if output.resolve() in [other.resolve() for other in outputs[:k]]:
+        end = destination(output)
+        if any(_same(output, source) for source in sources):
+            raise TwistError(f"{output}: expected another file than an input of this command")
+        if any(end == destination(other) or _same(output, other) for other in outputs[:k]):
             raise TwistError(f"{output}: expected different files for different outputs")
-        if output.is_dir():
-            raise TwistError(f"{output}: expected a file to write, but this is a folder")
-        if not output.parent.is_dir():
+        if not is_stream(output) and not end.parent.is_dir():
             raise TwistError(f"{output}: expected an existing folder to write into")
+
+
+def _same(a: Path, b: Path) -> bool:
+    return a.exists() and b.exists() and a.samefile(b)
 
 
 def print_json(document: dict[str, Any]) -> None:

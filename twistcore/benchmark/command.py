@@ -12,13 +12,14 @@ from pathlib import Path
 
 import platformdirs
 
-from twistcore.atomic import write_atomically
+from twistcore.atomic import is_stream, write_atomically
 from twistcore.benchmark.baselines import BASELINES
 from twistcore.benchmark.clips import Settings
 from twistcore.benchmark.markdown import benchmark_to_markdown
 from twistcore.benchmark.passes import METHODS
 from twistcore.benchmark.runner import find_clips, run_benchmark
 from twistcore.benchmark.tables import benchmark_to_json, make_rows, rows_to_csv
+from twistcore.commands import refuse_overwrite
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.synthesis import parse_protocol
@@ -32,10 +33,8 @@ def benchmark(arguments: argparse.Namespace) -> int:
         seeds=tuple(range(arguments.seed, arguments.seed + arguments.seeds)),
     )
     folder: Path = arguments.folder
-    for target in (arguments.json, arguments.csv):
-        if target and not target.parent.is_dir():
-            raise TwistError(f"{target}: expected an existing folder to write into")
     clips = find_clips(folder)
+    refuse_overwrite([t for t in (arguments.json, arguments.csv) if t], clips.values())
     summary = run_benchmark(
         clips,
         settings,
@@ -63,8 +62,8 @@ def benchmark(arguments: argparse.Namespace) -> int:
 
 
 def partial_path(folder: Path, json_file: Path | None, settings: Settings) -> Path:
-    """Where partial results are kept: beside the JSON file, else in the user's cache."""
-    if json_file:
+    """Where partial results are kept: beside the JSON, if that is a file, else in the cache."""
+    if json_file and not is_stream(json_file):
         return json_file.with_name(f"{json_file.name}.partial.jsonl")
     words = json.dumps([str(folder.resolve()), settings.to_json()])
     name = hashlib.sha256(words.encode()).hexdigest()[:16]

@@ -41,7 +41,8 @@ from twistcore.synthesis import generator
 def refine(arguments: argparse.Namespace) -> int:
     """Track a clip and write it; warn where twist errors stand in it."""
     clip = _read(arguments)
-    refuse_overwrite([arguments.output], [arguments.clip])
+    read = (arguments.clip, arguments.weights, arguments.template)
+    refuse_overwrite([arguments.output], [path for path in read if path])
     motion = clip.motion
     unit = 1.0 if arguments.clip.suffix == ".npz" else arguments.unit  # poses are in metres
     how = f"{arguments.gains} gains"
