@@ -7,11 +7,13 @@ is nothing. Of lists and objects the good entries are kept.
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Callable
 from typing import Any
 
 Check = Callable[[Any], Any]
 
+_SEAL = "-"
 _LONGEST_PATH = 32_767  # of Windows, the longest there is
 
 
@@ -68,16 +70,24 @@ def path(value: Any) -> str:
     return value
 
 
-def hexadecimal(longest: int) -> Check:
-    """Bytes as digits of hexadecimal numbers."""
+def sealed_bytes(longest: int) -> Check:
+    """Bytes as hexadecimal digits, without the seal that they came with; it must fit."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or len(value) > longest or not value.isascii():
             raise ValueError
-        bytes.fromhex(value)
-        return value
+        digits, _, _ = value.partition(_SEAL)
+        bytes.fromhex(digits)
+        if value not in (digits, sealed(digits)):  # earlier versions wrote no seal
+            raise ValueError
+        return digits
 
     return check
+
+
+def sealed(digits: str) -> str:
+    """Hexadecimal digits with a sum behind them that shows damage: Qt crashes on some."""
+    return f"{digits}{_SEAL}{zlib.crc32(digits.encode()):08x}" if digits else ""
 
 
 def both(first: Check, second: Check) -> Check:

@@ -66,8 +66,8 @@ CHECKS: dict[str, Check] = {
     "theme": checks.one_of("system", "light", "dark"),
     "recent": checks.first_of(checks.path, RECENT),
     "reviewer": checks.text(1000),
-    "geometry": checks.hexadecimal(100_000),
-    "layout": checks.hexadecimal(1_000_000),
+    "geometry": checks.sealed_bytes(100_000),
+    "layout": checks.sealed_bytes(1_000_000),
     "first_frame": checks.whole(0, 1),
     "step": checks.whole(*STEPS),
     "keys": checks.last_by(checks.text(100), checks.list_of(checks.text(100), 8), 1000),
@@ -144,6 +144,8 @@ def save_settings(path: Path, settings: Settings) -> str:
         return f"{path}: the settings cannot be written ({trouble})."
     document = asdict(settings)
     document = {**document.pop("of_others"), **document}
+    for name in ("geometry", "layout"):
+        document[name] = checks.sealed(document[name])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         # In ASCII: halves of surrogate pairs, as in paths that are not UTF-8, have no other form.

@@ -36,7 +36,7 @@ DAMAGED = {  # what is written for a field, what is left of it
         ('"/a"', []),
     ],
     "reviewer": [('"\\udcfc"', ""), (json.dumps("x" * 5000), ""), ("true", "")],
-    "geometry": [('"zz"', ""), ('"abc"', ""), ('"ü"', "")],
+    "geometry": [('"zz"', ""), ('"abc"', ""), ('"ü"', ""), ('"00ff-"', "")],
     "layout": [(json.dumps("00" * 1_000_000), ""), ("[]", "")],
     "first_frame": [("2", 0), ("true", 0), ("1.0", 0)],
     "step": [("0", 10), ("9" * 5000, 10), ("-" + "9" * 5000, 10), ("true", 10)],
@@ -178,6 +178,19 @@ def test_a_folder_in_which_nothing_can_be_set_aside(path, monkeypatch):
     assert settings == Settings()
     assert said.endswith("could not be set aside (No space left on device).")
     assert path.stat() == data
+
+
+def test_a_layout_with_one_wrong_digit_never_reaches_qt(path):
+    """With such bytes QMainWindow.restoreState may crash: it did in a trial."""
+    layout = bytes(range(256)).hex()
+    save_settings(path, Settings(layout=layout, geometry="00ff"))
+    text = path.read_text()
+    assert load_settings(path) == (Settings(layout=layout, geometry="00ff"), "")
+    path.write_text(text.replace("7f80", "7f81"))
+    settings, said = load_settings(path)
+    assert (settings, "settings layout were damaged" in said) == (Settings(geometry="00ff"), True)
+    path.write_text(json.dumps({"layout": layout}))  # an earlier version's
+    assert load_settings(path) == (Settings(layout=layout), "")
 
 
 def test_a_link_to_the_settings_stays(path):
