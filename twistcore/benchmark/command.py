@@ -19,14 +19,14 @@ from twistcore.benchmark.markdown import benchmark_to_markdown
 from twistcore.benchmark.passes import METHODS
 from twistcore.benchmark.runner import find_clips, run_benchmark
 from twistcore.benchmark.tables import benchmark_to_json, make_rows, rows_to_csv
-from twistcore.commands import refuse_overwrite
+from twistcore.commands import refuse_overwrite, tell_problems
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.synthesis import parse_protocol
 
 
 def benchmark(arguments: argparse.Namespace) -> int:
-    """Run it, print the tables, write the files; 1 where a clip could not be processed."""
+    """Run it, print the tables, write the files; 1 where a clip failed, 2 where all did."""
     settings = Settings(
         protocols=_protocols(arguments.protocol or ["P0"]),
         methods=_methods(arguments.methods or ["all"]),
@@ -50,15 +50,14 @@ def benchmark(arguments: argparse.Namespace) -> int:
         write_atomically(arguments.json, (text + "\n").encode())
     if arguments.csv:
         write_atomically(arguments.csv, rows_to_csv(make_rows(summary, settings)).encode())
-    for _, problem in summary.problems:
-        print(problem, file=sys.stderr)
+    code = tell_problems([problem for _, problem in summary.problems], summary.clips)
     if summary.missing:
         print(
             f"stopped with {summary.missing} of {len(clips)} clips to go; --resume continues",
             file=sys.stderr,
         )
         return 130
-    return int(bool(summary.problems))
+    return code
 
 
 def partial_path(folder: Path, json_file: Path | None, settings: Settings) -> Path:
