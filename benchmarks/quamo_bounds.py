@@ -149,7 +149,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
     arguments = parser.parse_args()
-    clips = read_folder(arguments.folder)
+    clips, _ = read_folder(arguments.folder)
     apart = [c for c in CONDITIONS if not c.systematic]
     smooth = measured(clips, smoothness_rows, apart, arguments.seeds)
     for condition in apart:

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.actions import specs
-from inspector.settings import Settings
+from inspector.settings import STEPS, Settings
 
 
 class Preferences(QDialog):
@@ -38,7 +38,7 @@ class Preferences(QDialog):
         self.first.addItems(["0", "1"])
         self.first.setCurrentIndex(settings.first_frame)
         self.step = QSpinBox()
-        self.step.setRange(2, 1000)
+        self.step.setRange(*STEPS)
         self.step.setValue(settings.step)
         form = QFormLayout()
         form.addRow("Reviewer", self.reviewer)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import io
 import math
 import os
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from twistcore import __version__, commands
+from twistcore.atomic import STANDARD_OUTPUT, is_standard_output
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.errors import TwistError
 from twistcore.synthesis import DESCRIPTIONS
@@ -29,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a terminal without θ or → is no reason to fail
     arguments = _parser().parse_args(argv)
     try:
-        code: int = arguments.run(arguments)
+        code = _run(arguments)
         sys.stdout.flush()  # a reader that has gone is noticed here, not at the interpreter's end
     except TwistError as error:
         print(" ".join(str(error).splitlines()), file=sys.stderr)
@@ -44,6 +46,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("stopped", file=sys.stderr)
         return 130
     return code
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    """The command; where an output is standard output, what is said goes to standard error."""
+    if not any(is_standard_output(v) for v in vars(arguments).values() if isinstance(v, Path)):
+        return int(arguments.run(arguments))
+    if getattr(arguments, "json", None) is True:
+        raise TwistError("--json: expected nothing else on standard output")
+    with contextlib.redirect_stdout(sys.stderr):
+        return int(arguments.run(arguments))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -70,7 +82,7 @@ def _parser() -> argparse.ArgumentParser:
 
     signals = subparsers.add_parser("signals", help="θp, θc, their increments and m(t) as CSV")
     _clip(signals)
-    signals.add_argument("--csv", type=Path, required=True, metavar="FILE")
+    signals.add_argument("--csv", type=_target, required=True, metavar="FILE")
     _chains(signals)
     signals.set_defaults(run=commands.signals)
 
@@ -82,7 +94,7 @@ def _parser() -> argparse.ArgumentParser:
     refine.add_argument(
         "--include-open", action="store_true", help="also correct intervals without a second edge"
     )
-    refine.add_argument("--report", type=Path, metavar="DIR", help="also write a report")
+    refine.add_argument("--report", type=_folder, metavar="DIR", help="also write a report")
     refine.set_defaults(run=commands.refine_clip)
 
     apply = subparsers.add_parser("apply", help="write what a session has accepted")
@@ -94,7 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     inject = subparsers.add_parser("inject", help="put known twist errors into a clip")
     _clip(inject)
     _output(inject)
-    inject.add_argument("--truth", type=Path, required=True, metavar="TRUTH.json")
+    inject.add_argument("--truth", type=_target, required=True, metavar="TRUTH.json")
     inject.add_argument("--seed", type=_seed, required=True, metavar="N")
     inject.add_argument(
         "--protocol",
@@ -118,7 +130,7 @@ def _parser() -> argparse.ArgumentParser:
 
     tune = subparsers.add_parser("tune", help="τ per joint, from noise and injected errors")
     tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
-    tune.add_argument("-o", "--output", type=Path, required=True, metavar="PROFILE.toml")
+    tune.add_argument("-o", "--output", type=_target, required=True, metavar="PROFILE.toml")
     tune.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
     tune.add_argument("--seeds", type=int, default=3, metavar="N")
     tune.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N")
@@ -136,8 +148,8 @@ def _parser() -> argparse.ArgumentParser:
     benchmark.add_argument("--seed", type=int, default=1, metavar="N", help="the first seed")
     benchmark.add_argument("--workers", type=_count, metavar="N", help="default all cores")
     benchmark.add_argument("--resume", action="store_true", help="continue an unfinished run")
-    benchmark.add_argument("--json", type=Path, metavar="FILE")
-    benchmark.add_argument("--csv", type=Path, metavar="FILE")
+    benchmark.add_argument("--json", type=_target, metavar="FILE")
+    benchmark.add_argument("--csv", type=_target, metavar="FILE")
     benchmark.set_defaults(run=_benchmark)
 
     _quamo(subparsers.add_parser("quamo", help="causal tracking of jittery motion, after review"))
@@ -195,7 +207,7 @@ def _quamo(parser: argparse.ArgumentParser) -> None:
 
     train = subparsers.add_parser("train", help="train the networks (PyTorch)")
     train.add_argument("folder", type=Path, metavar="FOLDER")
-    train.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
+    train.add_argument("-o", "--output", type=_folder, required=True, metavar="DIR")
     train.add_argument(
         "--hold-out", nargs="+", metavar="SUBJECT", help="one network each; 'none' for all clips"
     )
@@ -228,7 +240,20 @@ def _clip(parser: argparse.ArgumentParser) -> None:
 
 
 def _output(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT")
+    parser.add_argument(
+        "-o", "--output", type=_target, required=True, metavar="OUT", help="'-': standard output"
+    )
+
+
+def _target(text: str) -> Path:
+    """A file to write, '-' for standard output; a file of that name is './-'."""
+    return STANDARD_OUTPUT if text == "-" else Path(text)
+
+
+def _folder(text: str) -> Path:
+    if text == "-":
+        raise argparse.ArgumentTypeError("expected a folder; one called '-' is './-'")
+    return Path(text)
 
 
 def _json(parser: argparse.ArgumentParser) -> None:

@@ -8,14 +8,14 @@ import io
 import json
 import math
 import sys
-from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from twistcore.atomic import write_atomically
+from twistcore.atomic import destination, is_stream, write_atomically
 from twistcore.bvh import (
     Clip,
     EulerJump,
@@ -31,7 +31,14 @@ from twistcore.compare import compare, difference_to_json
 from twistcore.detection import DETECTORS, Interval, resolve_tau
 from twistcore.encoding import encoded, json_text
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.evaluation import evaluation_to_json, evaluation_to_text, measure, summarise
+from twistcore.evaluation import (
+    Sample,
+    evaluation_to_json,
+    evaluation_to_text,
+    measure,
+    summarise,
+)
+from twistcore.processes import each, reason
 from twistcore.refinement import children_off_axis
 from twistcore.report import Report, check_report, write_report
 from twistcore.review import Decide, Decision, Review, accepted_motion, read_session, start_review
@@ -149,7 +156,7 @@ def signals(arguments: argparse.Namespace) -> int:
 def refine_clip(arguments: argparse.Namespace) -> int:
     """Write a corrected BVH, and a report if asked."""
     clip = read_bvh(arguments.clip, fps=arguments.fps)
-    refuse_overwrite([arguments.output], [arguments.clip])
+    refuse_overwrite([arguments.output], [p for p in (arguments.clip, arguments.profile) if p])
     if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     if arguments.report:
@@ -229,23 +236,31 @@ def evaluate(arguments: argparse.Namespace) -> int:
     counts = {len(arguments.truth), len(arguments.clean), len(arguments.refined)}
     if len(counts) != 1:
         raise TwistError("--truth, --clean and --refined: expected the same number of files")
-    samples = []
-    for truth, clean, refined in zip(
-        arguments.truth, arguments.clean, arguments.refined, strict=True
-    ):
-        source, known = read_bvh(clean).motion, read_truth(truth)
-        chains = find_chains(source)
-        base = prepare(source, chains, parse_protocol(known.protocol))
+    samples, problems = [], []
+    for files in zip(arguments.truth, arguments.clean, arguments.refined, strict=True):
         try:
-            samples.append(measure(known, base, read_bvh(refined).motion, chains))
-        except ClipMismatchError as error:
-            raise ClipMismatchError(f"{refined}: {error}") from None
+            samples.append(_measured(*files))
+        except TwistError as error:
+            problems.append(str(error))
+    code = tell_problems(problems, len(samples))
+    if not samples:
+        return code
     table = summarise(samples)
     if arguments.json:
         print_json(evaluation_to_json(table))
     else:
         print(evaluation_to_text(table))
-    return 0
+    return code
+
+
+def _measured(truth: Path, clean: Path, refined: Path) -> Sample:
+    source, known = read_bvh(clean).motion, read_truth(truth)
+    chains = find_chains(source)
+    base = prepare(source, chains, parse_protocol(known.protocol))
+    try:
+        return measure(known, base, read_bvh(refined).motion, chains)
+    except ClipMismatchError as error:
+        raise ClipMismatchError(f"{refined}: {error}") from None
 
 
 def tune(arguments: argparse.Namespace) -> int:
@@ -254,20 +269,25 @@ def tune(arguments: argparse.Namespace) -> int:
     paths = sorted(source.glob("*.bvh")) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a BVH or a folder with some")
+    refuse_overwrite([arguments.output], paths)
+    work = partial(clip_curves, method=arguments.method, seeds=arguments.seeds)
+    found: dict[Path, dict[str, TauCurve]] = {}
+    problems: list[str] = []
+    for path, result in each(work, paths, arguments.workers):
+        if isinstance(result, Exception):
+            problems.append(reason(path, result))
+        elif not result:
+            problems.append(f"{path}: no chain that τ could be tuned on")
+        else:
+            found[path] = result
+            print(f"{path.name}: done", file=sys.stderr)
+    code = tell_problems(problems, len(found))
+    if not found:
+        return code
     curves: dict[str, TauCurve] = {}
-    failed = False
-    with ProcessPoolExecutor(min(arguments.workers, len(paths))) as pool:
-        jobs = [pool.submit(clip_curves, p, arguments.method, arguments.seeds) for p in paths]
-        for path, job in zip(paths, jobs, strict=True):
-            try:
-                for name, curve in job.result().items():
-                    curves[name] = curves[name] + curve if name in curves else curve
-                print(f"{path.name}: done", file=sys.stderr)
-            except TwistError as error:
-                failed = True
-                print(error, file=sys.stderr)
-    if not curves:
-        raise TwistError(f"{source}: no chain that τ could be tuned on")
+    for path in sorted(found):  # whichever process was first: the same profile
+        for name, curve in found[path].items():
+            curves[name] = curves[name] + curve if name in curves else curve
     profile = {name: tuned(curve) for name, curve in curves.items()}
     write_profile(arguments.output, profile, source.name, arguments.method)
     for name, t in profile.items():
@@ -275,7 +295,7 @@ def tune(arguments: argparse.Namespace) -> int:
             f"{name:<20} τ {t.tau:6.2f}°   noise {t.noise:6.3f}°   FSR {t.fsr:6.2f} %   "
             f"{t.alarms_per_minute:.2f} false alarms a minute"
         )
-    return int(failed)
+    return code
 
 
 def diff(arguments: argparse.Namespace) -> int:
@@ -413,18 +433,30 @@ def tell_jumps(output: Path, jumps: Sequence[EulerJump]) -> None:
         print(f"{output}: note: {len(jumps) - 10} more such jumps", file=sys.stderr)
 
 
-def refuse_overwrite(outputs: Sequence[Path], sources: Sequence[Path]) -> None:
-    """Before anything is written: every output has a folder and replaces no input or output."""
+def tell_problems(problems: Sequence[str], done: int) -> int:
+    """List what could not be processed beside so many that could; the exit code."""
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    return int(bool(problems)) if done else 2
+
+
+def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
+    """Before anything is written: every output has a folder and replaces no input or output.
+
+    Links are followed. Raises TwistError, and OSError for what cannot be written at all.
+    """
     for k, output in enumerate(outputs):
-        for source in sources:
-            if output.exists() and source.exists() and output.samefile(source):
-                raise TwistError(f"{output}: expected another file than an input of this command")
-        if output.resolve() in [other.resolve() for other in outputs[:k]]:
+        end = destination(output)
+        if any(_same(output, source) for source in sources):
+            raise TwistError(f"{output}: expected another file than an input of this command")
+        if any(end == destination(other) or _same(output, other) for other in outputs[:k]):
             raise TwistError(f"{output}: expected different files for different outputs")
-        if output.is_dir():
-            raise TwistError(f"{output}: expected a file to write, but this is a folder")
-        if not output.parent.is_dir():
+        if not is_stream(output) and not end.parent.is_dir():
             raise TwistError(f"{output}: expected an existing folder to write into")
+
+
+def _same(a: Path, b: Path) -> bool:
+    return a.exists() and b.exists() and a.samefile(b)
 
 
 def print_json(document: dict[str, Any]) -> None:

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import copyreg
+from typing import Any
+
 
 class TwistError(Exception):
     """Base of every error that is meant to be read by a person: one sentence."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Sentence and attributes, whatever __init__ asks for: it must come out of a process."""
+        return copyreg.__newobj__, (type(self), *self.args), vars(self)  # type: ignore[attr-defined]
 
 
 class BvhError(TwistError):

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import queue
 import subprocess
 import threading
 from pathlib import Path
+
+from twistcore.atomic import destination, is_stream, move_into_place
 
 _WAITING = 4  # frames that may wait for ffmpeg
 
@@ -29,9 +32,15 @@ class FilmWriter:
     """One film; `offer` frames until it is `full`, then `finish` or `cancel`."""
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        """`path`: ends in one of SUFFIXES; size: of a frame, even numbers of pixels."""
+        """`path`: ends in one of SUFFIXES; size: of a frame, even numbers of pixels.
+
+        Raises OSError where no file can be: a film cannot be poured into a FIFO or a device.
+        """
+        if is_stream(path):
+            raise OSError(errno.EINVAL, "is no file, and a film needs one", str(path))
         self.path = path
-        self._part = path.with_name(f".{path.stem}.part{path.suffix}")
+        self._end = destination(path)
+        self._part = self._end.with_name(f".{path.stem}.part{path.suffix}")
         self._frames: queue.Queue[bytes | None] = queue.Queue(_WAITING)
         self.trouble = ""
         self._taken_end = False
@@ -64,7 +73,7 @@ class FilmWriter:
         if self.trouble:
             self._part.unlink(missing_ok=True)
             raise OSError(self.trouble)
-        self._part.replace(self.path)
+        move_into_place(self._part, self._end)
 
     def cancel(self) -> None:
         """Stop, and leave nothing behind."""

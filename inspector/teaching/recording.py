@@ -85,7 +85,12 @@ class Recorder(QObject):
         self._frames = film_frames(choice, stage.document.data.motion.fps)
         self._at = 0
         size = (stage.width(), stage.height())
-        self._writer = FilmWriter(choice.path, size, FPS[choice.path.suffix.lower()])
+        try:
+            self._writer = FilmWriter(choice.path, size, FPS[choice.path.suffix.lower()])
+        except OSError as error:
+            self._end()
+            self.failed.emit(f"{choice.path}: not written ({error.strerror}).")
+            return
         self.progress.emit(0, len(self._frames))
         self._timer.start(0)
 

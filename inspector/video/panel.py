@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QToolButton, 
 from inspector.background import Task
 from inspector.document import Document
 from inspector.panels.keys import LetterKeys
-from inspector.settings import Settings
+from inspector.settings import FARTHEST_S, Settings
 from inspector.steady import SteadyLabel
 from inspector.theme import Theme
 from inspector.video.reader import Picture, VideoReader
@@ -21,7 +21,6 @@ from inspector.video.screen import ElidedLabel, Screen
 
 NO_VIDEO = "No video for this clip.\nFile → Open witness video…, or drop one here."
 BEFORE, AFTER = "before the video's start", "after its end"
-_FARTHEST_S = 86_400.0
 
 
 class VideoPanel(QWidget):
@@ -46,7 +45,7 @@ class VideoPanel(QWidget):
         self._size: tuple[int, int] | None = None  # for which the shown picture was made
         self.screen = Screen(theme, NO_VIDEO)
         self.offset = QDoubleSpinBox()
-        self.offset.setRange(-_FARTHEST_S, _FARTHEST_S)
+        self.offset.setRange(-FARTHEST_S, FARTHEST_S)
         self.offset.setDecimals(3)
         self.offset.setSingleStep(0.001)
         self.offset.setSuffix(" s")

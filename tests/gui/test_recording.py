@@ -1,5 +1,6 @@
 """Films and pictures: they play back, nothing half-written is left, the window stays usable."""
 
+import os
 import subprocess
 
 import imageio_ffmpeg
@@ -149,3 +150,27 @@ def test_a_writer_whose_ffmpeg_fails_ends_and_says_so(tmp_path):
     writer.finish()
     with pytest.raises(OSError, match="No such file"):
         writer.keep()
+
+
+def test_a_film_goes_where_a_link_leads(tmp_path):
+    (tmp_path / "films").mkdir()
+    film, link = tmp_path / "films" / "kept.mp4", tmp_path / "link.mp4"
+    film.write_bytes(b"old")
+    link.symlink_to("films/kept.mp4")
+    writer = FilmWriter(link, (64, 64), 30.0)
+    for _ in range(3):
+        writer.offer(bytes(64 * 64 * 3))
+    writer.finish()
+    writer.keep()
+    assert link.is_symlink()
+    assert b"ftyp" in film.read_bytes()[:12]
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["films", "kept.mp4", "link.mp4"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no FIFOs")
+def test_a_film_into_a_fifo_is_refused_and_said(qtbot, window, tmp_path):
+    os.mkfifo(tmp_path / "film.mp4")
+    window.record(RecordChoice(tmp_path / "film.mp4", 0, 5, replace=True))
+    assert not window.recorder.running
+    assert window.bar.label.text().endswith("not written (is no file, and a film needs one).")
+    assert (tmp_path / "film.mp4").is_fifo()

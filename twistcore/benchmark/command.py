@@ -12,30 +12,30 @@ from pathlib import Path
 
 import platformdirs
 
-from twistcore.atomic import write_atomically
+from twistcore.atomic import is_stream, write_atomically
 from twistcore.benchmark.baselines import BASELINES
 from twistcore.benchmark.clips import Settings
 from twistcore.benchmark.markdown import benchmark_to_markdown
 from twistcore.benchmark.passes import METHODS
 from twistcore.benchmark.runner import find_clips, run_benchmark
 from twistcore.benchmark.tables import benchmark_to_json, make_rows, rows_to_csv
+from twistcore.commands import refuse_overwrite, tell_problems
 from twistcore.detection import DETECTORS
+from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import TwistError
 from twistcore.synthesis import parse_protocol
 
 
 def benchmark(arguments: argparse.Namespace) -> int:
-    """Run it, print the tables, write the files; 1 where a clip could not be processed."""
+    """Run it, print the tables, write the files; 1 where a clip failed, 2 where all did."""
     settings = Settings(
         protocols=_protocols(arguments.protocol or ["P0"]),
         methods=_methods(arguments.methods or ["all"]),
         seeds=tuple(range(arguments.seed, arguments.seed + arguments.seeds)),
     )
     folder: Path = arguments.folder
-    for target in (arguments.json, arguments.csv):
-        if target and not target.parent.is_dir():
-            raise TwistError(f"{target}: expected an existing folder to write into")
     clips = find_clips(folder)
+    refuse_overwrite([t for t in (arguments.json, arguments.csv) if t], clips.values())
     summary = run_benchmark(
         clips,
         settings,
@@ -47,24 +47,22 @@ def benchmark(arguments: argparse.Namespace) -> int:
     print(benchmark_to_markdown(summary, settings, source), end="")
     if arguments.json:
         document = benchmark_to_json(summary, settings, source)
-        text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
-        write_atomically(arguments.json, (text + "\n").encode())
+        write_atomically(arguments.json, json_bytes(document))
     if arguments.csv:
-        write_atomically(arguments.csv, rows_to_csv(make_rows(summary, settings)).encode())
-    for _, problem in summary.problems:
-        print(problem, file=sys.stderr)
+        write_atomically(arguments.csv, encoded(rows_to_csv(make_rows(summary, settings))))
+    code = tell_problems([problem for _, problem in summary.problems], summary.clips)
     if summary.missing:
         print(
             f"stopped with {summary.missing} of {len(clips)} clips to go; --resume continues",
             file=sys.stderr,
         )
         return 130
-    return int(bool(summary.problems))
+    return code
 
 
 def partial_path(folder: Path, json_file: Path | None, settings: Settings) -> Path:
-    """Where partial results are kept: beside the JSON file, else in the user's cache."""
-    if json_file:
+    """Where partial results are kept: beside the JSON, if that is a file, else in the cache."""
+    if json_file and not is_stream(json_file):
         return json_file.with_name(f"{json_file.name}.partial.jsonl")
     words = json.dumps([str(folder.resolve()), settings.to_json()])
     name = hashlib.sha256(words.encode()).hexdigest()[:16]

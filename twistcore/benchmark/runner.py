@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import json
-import multiprocessing
-import os
-import signal
 import sys
-import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,10 +17,11 @@ from twistcore.benchmark.clips import ClipResult, Settings, result_from_json, ru
 from twistcore.benchmark.filtering import Fidelity
 from twistcore.benchmark.scene import NaturalEvent
 from twistcore.benchmark.tally import Tallies, add_tallies
+from twistcore.encoding import escaped
 from twistcore.errors import FormatError, TwistError
+from twistcore.processes import each, reason
 
 PART_SCHEMA = "twistcore.benchmark-part/1"
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass
@@ -67,7 +64,8 @@ def find_clips(folder: Path) -> dict[str, Path]:
     """BVH files below a folder, by their path in it; a single file by its name."""
     if folder.is_file():
         return {folder.name: folder}
-    found = [p for p in folder.rglob("*") if p.suffix.lower() == ".bvh" and p.is_file()]
+    named = [p for p in folder.rglob("*") if p.suffix.lower() == ".bvh"]
+    found = [p for p in named if p.is_file() or not p.exists()]  # a link astray is listed as such
     if not found:
         raise TwistError(f"{folder}: expected a folder with BVH files")
     return {p.relative_to(folder).as_posix(): p for p in sorted(found)}
@@ -109,7 +107,7 @@ def run_benchmark(
                 if file:
                     line = {**result.to_json(), "stamp": stamps[result.clip]}
                     text = json.dumps(line, ensure_ascii=False, separators=(",", ":"))
-                    file.write(text + "\n")
+                    file.write(escaped(text) + "\n")
                     file.flush()
                 tell(result.clip)
         except KeyboardInterrupt:
@@ -121,59 +119,25 @@ def run_benchmark(
 def _results(
     todo: Sequence[str], clips: dict[str, Path], settings: Settings, workers: int
 ) -> Iterator[ClipResult]:
-    """Results as they come; in this process where one worker is enough."""
-    workers = min(workers, len(todo))
-    if workers <= 1:
-        for name in todo:
-            yield run_clip(clips[name], name, settings)
-        return
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
-    others = set(multiprocessing.active_children())
-    jobs: dict[Future[ClipResult], str] = {}
-    try:
-        with _starting_workers():  # they start as jobs come in
-            jobs = {pool.submit(run_clip, clips[n], n, settings): n for n in todo}
-        for job in as_completed(jobs):
-            name = jobs.pop(job)
-            try:
-                yield job.result()
-            except Exception as error:  # a clip must not end a run of thousands: it is listed
-                reason = f"{name}: {type(error).__name__}: {error}"
-                yield ClipResult(name, problems=(reason,))
-    except (KeyboardInterrupt, GeneratorExit):  # do not wait for clips that nobody will see
-        for process in set(multiprocessing.active_children()) - others:
-            process.terminate()
-        raise
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+    """Results as they come; a clip that fails must not end a run of thousands: it is listed."""
+    items = [(clips[name], name) for name in todo]
+    for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
+        if isinstance(result, Exception):
+            yield ClipResult(name, problems=(reason(name, result),))
+        else:
+            yield result
 
 
-@contextmanager
-def _starting_workers() -> Iterator[None]:
-    """What processes started inside inherit: one BLAS thread each, and no ear for Ctrl+C.
-
-    The cores are busy with clips; and Ctrl+C reaches every process of a terminal, while the parent
-    alone decides.
-    """
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    main = threading.current_thread() is threading.main_thread()
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
-    try:
-        yield
-    finally:
-        if main:
-            signal.signal(signal.SIGINT, handler)
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+def _run_item(settings: Settings, item: tuple[Path, str]) -> ClipResult:
+    return run_clip(*item, settings)
 
 
 def _stamp(path: Path) -> tuple[int, int]:
     """Size and time of change: a clip that was edited since is run again."""
-    status = path.stat()
+    try:
+        status = path.stat()
+    except OSError:  # gone, or a link astray: who reads it says so
+        return 0, 0
     return status.st_size, status.st_mtime_ns
 
 

@@ -40,7 +40,7 @@ class BadNumberError(ValueError):
     """A token that is no number below LARGEST: its offset in the text and the token."""
 
     def __init__(self, offset: int, token: bytes) -> None:
-        super().__init__(token)
+        super().__init__(offset, token)  # as given: an exception is pickled as its arguments
         self.offset, self.token = offset, token
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from twistcore.bvh import Clip, read_bvh, write_bvh
 from twistcore.chain import find_chains
-from twistcore.commands import print_json, refuse_overwrite, tell_jumps
+from twistcore.commands import print_json, refuse_overwrite, tell_jumps, tell_problems
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, resolve_tau
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
@@ -41,7 +41,8 @@ from twistcore.synthesis import generator
 def refine(arguments: argparse.Namespace) -> int:
     """Track a clip and write it; warn where twist errors stand in it."""
     clip = _read(arguments)
-    refuse_overwrite([arguments.output], [arguments.clip])
+    read = (arguments.clip, arguments.weights, arguments.template)
+    refuse_overwrite([arguments.output], [path for path in read if path])
     motion = clip.motion
     unit = 1.0 if arguments.clip.suffix == ".npz" else arguments.unit  # poses are in metres
     how = f"{arguments.gains} gains"
@@ -176,7 +177,9 @@ def ablation(arguments: argparse.Namespace) -> int:
 
 
 def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -> int:
-    sequences = tuple(s for s in read_folder(arguments.folder) if s.subject in HELD_OUT)
+    clips, problems = read_folder(arguments.folder)
+    code = tell_problems(problems, len(clips))
+    sequences = tuple(s for s in clips if s.subject in HELD_OUT)
     if not sequences:
         raise TwistError(
             f"{arguments.folder}: expected clips of the subjects {', '.join(HELD_OUT)}, named as "
@@ -193,7 +196,7 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
         print_json(report.document)
     else:
         print(report.markdown, end="")
-    return 0
+    return code
 
 
 def _held_out_networks(
@@ -214,7 +217,10 @@ def train(arguments: argparse.Namespace) -> int:
     from twistcore.quamo import train as training
     from twistcore.quamo.torch_model import import_torch
 
-    sequences = read_folder(arguments.folder)
+    sequences, problems = read_folder(arguments.folder)
+    code = tell_problems(problems, len(sequences))
+    if not sequences:
+        return code
     subjects = arguments.hold_out or [*HELD_OUT, FINAL]
     known = {s.subject for s in sequences}
     for subject in subjects:
@@ -249,4 +255,4 @@ def train(arguments: argparse.Namespace) -> int:
         note = json.dumps({"clips": [s.name for s in used], "settings": vars(settings)})
         write_network(replace(network, note=note), path)
         print(f"{path}: {len(used)} clips, {settings.epochs} epochs, {minutes:.1f} minutes")
-    return 0
+    return code

@@ -11,6 +11,7 @@ import numpy as np
 
 from twistcore.bvh import read_bvh
 from twistcore.errors import TwistError
+from twistcore.processes import each, reason
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
 from twistcore.rotation import Array
@@ -53,9 +54,14 @@ def read_sequence(path: Path, unit: float = CMU_UNIT) -> Sequence24:
     return Sequence24(path.stem, subject, q, r, unit * topology.offsets)
 
 
-def read_folder(folder: Path) -> tuple[Sequence24, ...]:
-    """Every BVH of a folder, by name; TwistError where there is none."""
+def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
+    """Every BVH of a folder, by name, and a sentence for each that cannot be used.
+
+    TwistError where there is no BVH.
+    """
     paths: Sequence[Path] = sorted(folder.glob("*.bvh"))
     if not paths:
         raise TwistError(f"{folder}: expected a folder with BVH files")
-    return tuple(read_sequence(path) for path in paths)
+    found = list(each(read_sequence, paths, workers=1))
+    bad = tuple(reason(path, error) for path, error in found if isinstance(error, Exception))
+    return tuple(s for _, s in found if isinstance(s, Sequence24)), bad

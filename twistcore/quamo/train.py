@@ -7,6 +7,7 @@ training starts, never before.
 
 from __future__ import annotations
 
+import io
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.atomic import write_atomically
 from twistcore.errors import TwistError
 from twistcore.quamo import network as net
 from twistcore.quamo.data import Sequence24
@@ -221,9 +223,9 @@ def _keep(
         "weights": {k: v.detach() for k, v in weights.items()},
         "optimiser": optimiser.state_dict(),
     }
-    new = path.with_name(path.name + ".new")
-    torch.save(state, new)
-    new.replace(path)
+    buffer = io.BytesIO()
+    torch.save(state, buffer)
+    write_atomically(path, buffer.getvalue())
 
 
 def _resume(torch: Any, path: Path, settings: Settings, weights: Any, optimiser: Any) -> int:

@@ -1,0 +1,297 @@
+"""Settings: whatever the file holds, the program starts, and what is good in it is kept."""
+
+import json
+import math
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from inspector.settings import (
+    CHECKS,
+    FARTHEST_S,
+    RECENT,
+    STEPS,
+    VIDEOS,
+    Settings,
+    load_settings,
+    save_settings,
+    settings_from_json,
+)
+from tests.conftest import ASSETS
+
+DEEP = "[" * 100_000 + "]" * 100_000
+DAMAGED = {  # what is written for a field, what is left of it
+    "theme": [('"pink"', "system"), ("null", "system"), ("3", "system")],
+    "recent": [
+        (json.dumps(["/a", *["/b"] * 100_000]), ["/a", *["/b"] * (RECENT - 1)]),
+        ('["/a", 5, "", "/nul\\u0000", "/b"]', ["/a", "/b"]),
+        ('"/a"', []),
+    ],
+    "reviewer": [('"\\udcfc"', ""), (json.dumps("x" * 5000), ""), ("true", "")],
+    "geometry": [('"zz"', ""), ('"abc"', ""), ('"ü"', ""), ('"00ff-"', "")],
+    "layout": [(json.dumps("00" * 1_000_000), ""), ("[]", "")],
+    "first_frame": [("2", 0), ("true", 0), ("1.0", 0)],
+    "step": [("0", 10), ("9" * 5000, 10), ("-" + "9" * 5000, 10), ("true", 10)],
+    "keys": [
+        ('{"accept": 5}', {}),
+        ('{"accept": ["A"], "reject": [5], "undo": "U"}', {"accept": ["A"]}),
+        ("[1]", {}),
+    ],
+    "turn_ms": [("1e15", 220), ("NaN", 220), ("Infinity", 220), ("-1", 220), ("1e999", 220)],
+    "videos": [
+        ('{"/a": ["/v", 1e9], "/b": ["/v", 2]}', {"/b": ("/v", 2.0)}),
+        ('{"/a": ["/v", NaN], "/b": ["/v"], "": ["/v", 1], "/c": 3}', {}),
+        ('{"/a": ["/v", true]}', {}),
+        ("7", {}),
+    ],
+}
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "settings.json"
+
+
+@pytest.mark.parametrize(
+    ("name", "written", "left"),
+    [(name, *case) for name, cases in DAMAGED.items() for case in cases],
+    ids=lambda value: str(value)[:20],
+)
+def test_a_damaged_field_takes_no_other_with_it(path, name, written, left):
+    good = {"theme": '"dark"', "recent": '["/clip"]', "step": "7", "newer": '{"a": null}'}
+    fields = {**good, name: written}
+    path.write_text("{" + ", ".join(f'"{k}": {v}' for k, v in fields.items()) + "}", "utf-8")
+    before = path.read_bytes()
+    settings, said = load_settings(path)
+    wanted = Settings(theme="dark", recent=["/clip"], step=7, of_others={"newer": {"a": None}})
+    setattr(wanted, name, left)
+    assert settings == wanted
+    assert f"settings {name} were damaged" in said
+    assert said.endswith(f"set aside as {path}.damaged.")
+    assert (path.parent / "settings.json.damaged").read_bytes() == before
+    assert save_settings(path, settings) == ""
+    assert load_settings(path) == (settings, "")
+
+
+def test_every_field_has_its_bounds_and_a_default_within():
+    kept = asdict(Settings())
+    del kept["of_others"]
+    assert kept.keys() == CHECKS.keys() == DAMAGED.keys()
+    assert {name: CHECKS[name](value) for name, value in kept.items()} == kept
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"{",
+        b"[]",
+        b"null",
+        b"\xff\xfe{\x00}\x00",
+        DEEP.encode(),
+        b'{"keys": ' + DEEP.encode() + b"}",
+        b"\x00" * 100,
+    ],
+    ids=range(8),
+)
+def test_a_file_that_is_no_object_is_all_defaults(path, data):
+    path.write_bytes(data)
+    settings, said = load_settings(path)
+    assert settings == Settings()
+    assert said.startswith("All settings were damaged")
+    assert said.count("\n") == 0
+
+
+def test_nothing_set_aside_is_overwritten(path):
+    for k, data in enumerate((b"1", b"2", b"1", b"3")):
+        path.write_bytes(data)
+        said = load_settings(path)[1]
+        name = ("", "-2", "", "-3")[k]
+        assert said.endswith(f"settings.json.damaged{name}.")
+    kept = sorted(p.name for p in path.parent.iterdir())
+    assert kept == [f"settings.json{end}" for end in ("", ".damaged", ".damaged-2", ".damaged-3")]
+    assert (path.parent / "settings.json.damaged").read_bytes() == b"1"
+
+
+def test_a_byte_order_mark_and_bytes_that_are_not_utf8_in_a_path_are_no_damage(path):
+    path.write_bytes(b'\xef\xbb\xbf{"recent": ["/m\xfcller.bvh"]}')
+    settings, said = load_settings(path)
+    assert (settings.recent, said) == (["/m\udcfcller.bvh"], "")
+
+
+def test_a_path_that_is_not_utf8_is_kept(path, tmp_path):
+    settings = Settings()
+    settings.remember(tmp_path / "m\udcfcller.bvh")
+    settings.remember_video("/m\udcfc", Path("/v\udc80"), 1.5)
+    assert save_settings(path, settings) == ""
+    assert path.read_bytes().isascii()
+    assert load_settings(path) == (settings, "")
+
+
+def test_what_cannot_be_read_is_a_sentence_and_is_not_written_over(path):
+    path.mkdir()
+    settings, said = load_settings(path)
+    assert (settings, said) == (Settings(), f"{path}: the settings cannot be read (it is no file).")
+    assert "cannot be written" in save_settings(path, settings)
+    assert path.is_dir()
+    inside = path / "x" / "settings.json"
+    (path / "x").write_text("a file in the way")
+    assert "cannot be read" in load_settings(inside)[1]
+    assert "cannot be written" in save_settings(inside, settings)
+
+
+def test_an_unreadable_file_stays(path, monkeypatch):
+    path.write_text('{"theme": "dark"}')
+    monkeypatch.setattr("os.access", lambda *_: False)  # root could read all
+    assert "cannot be read (Permission denied)" in load_settings(path)[1]
+    assert "cannot be written" in save_settings(path, Settings())
+    assert json.loads(path.read_text()) == {"theme": "dark"}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no FIFOs")
+def test_a_fifo_does_not_hang(path):
+    os.mkfifo(path)
+    settings, said = load_settings(path)
+    assert (settings, "cannot be read" in said) == (Settings(), True)
+    assert "cannot be written" in save_settings(path, settings)
+    assert stat.S_ISFIFO(path.stat().st_mode)
+
+
+def test_a_folder_in_which_nothing_can_be_set_aside(path, monkeypatch):
+    path.write_text('{"theme": "pink"}')
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.open", full)
+    data = path.stat()
+    monkeypatch.setattr("pathlib.Path.read_bytes", lambda _: b'{"theme": "pink"}')
+    settings, said = load_settings(path)
+    assert settings == Settings()
+    assert said.endswith("could not be set aside (No space left on device).")
+    assert path.stat() == data
+
+
+def test_a_layout_with_one_wrong_digit_never_reaches_qt(path):
+    """With such bytes QMainWindow.restoreState may crash: it did in a trial."""
+    layout = bytes(range(256)).hex()
+    save_settings(path, Settings(layout=layout, geometry="00ff"))
+    text = path.read_text()
+    assert load_settings(path) == (Settings(layout=layout, geometry="00ff"), "")
+    path.write_text(text.replace("7f80", "7f81"))
+    settings, said = load_settings(path)
+    assert (settings, "settings layout were damaged" in said) == (Settings(geometry="00ff"), True)
+    path.write_text(json.dumps({"layout": layout}))  # an earlier version's
+    assert load_settings(path) == (Settings(layout=layout), "")
+
+
+def test_a_link_to_the_settings_stays(path):
+    real = path.with_name("real.json")
+    path.symlink_to("real.json")
+    assert save_settings(path, Settings(theme="dark")) == ""
+    assert path.is_symlink()
+    assert json.loads(real.read_text())["theme"] == "dark"
+
+
+def test_what_a_newer_version_keeps_survives(path):
+    path.write_text('{"theme": "dark", "of_others": 1, "later": {"deep": [1, null, "x"]}}')
+    settings, said = load_settings(path)
+    assert said == ""
+    save_settings(path, settings)
+    document = json.loads(path.read_text())
+    assert (document["later"], document["of_others"]) == ({"deep": [1, None, "x"]}, 1)
+    path.write_text('{"theme": "dark", "later": ' + "[" * 100 + "]" * 100 + "}")
+    settings, said = load_settings(path)
+    assert (settings, "unknown to this version" in said) == (Settings(theme="dark"), True)
+
+
+def test_what_the_window_remembers_is_within_the_bounds(path):
+    settings = Settings()
+    for k in range(VIDEOS + 5):
+        settings.remember(Path(f"/{k}.bvh"))
+        settings.remember_video(f"/{k}.bvh", Path("/v.mp4"), 1e12 if k % 2 else -1e12)
+    assert save_settings(path, settings) == ""
+    assert load_settings(path) == (settings, "")
+
+
+texts = st.text(st.characters(exclude_categories=()), max_size=20)  # halves of pairs, too
+leaves = st.none() | st.booleans() | st.integers() | st.floats() | texts
+anything = st.recursive(
+    leaves, lambda inner: st.lists(inner) | st.dictionaries(texts, inner), max_leaves=20
+)
+near = (
+    anything
+    | st.sampled_from(["light", "00ff", [], {}])
+    | st.dictionaries(texts, st.lists(texts, max_size=3), max_size=3)
+    | st.dictionaries(texts, st.tuples(texts, st.floats(-1e5, 1e5) | st.integers()), max_size=3)
+)
+
+
+@given(st.dictionaries(st.sampled_from(list(CHECKS)) | texts, near, max_size=8))
+def test_any_json_gives_settings_within_bounds_that_come_back(document):
+    settings, damaged = settings_from_json(json.dumps(document).encode("ascii"))
+    assert settings.theme in ("system", "light", "dark")
+    assert settings.first_frame in (0, 1)
+    assert STEPS[0] <= settings.step <= STEPS[1]
+    assert 0 <= settings.turn_ms <= 10_000
+    assert type(settings.step) is type(settings.turn_ms) is int
+    assert len(settings.recent) <= RECENT
+    assert all(abs(offset) <= FARTHEST_S for _, offset in settings.videos.values())
+    for name in [*settings.recent, *settings.videos, *(v for v, _ in settings.videos.values())]:
+        assert os.fsencode(name)
+        assert "\0" not in name
+    assert all(isinstance(k, str) for keys in settings.keys.values() for k in keys)
+    assert all(v == v and v != math.inf for v in settings.of_others.values())
+    kept = asdict(settings)
+    written = {**kept.pop("of_others"), **kept}
+    again = settings_from_json(json.dumps(written).encode("ascii"))
+    assert again == (settings, ())
+    assert set(damaged) <= {*CHECKS, "unknown to this version"}
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_give_settings(data):
+    settings, damaged = settings_from_json(data)
+    assert settings.of_others or settings == Settings() or damaged == ()
+
+
+@pytest.mark.parametrize("damage", ["field", "deep", "fifo"])
+def test_the_program_starts(tmp_path, damage):
+    path, picture = tmp_path / "settings.json", tmp_path / "window.png"
+    if damage == "fifo":
+        if os.name != "posix":
+            pytest.skip("no FIFOs")
+        os.mkfifo(path)
+    elif damage == "field":
+        bad = {name: json.loads(cases[0][0]) for name, cases in DAMAGED.items()}
+        path.write_text(json.dumps({**bad, "theme": "dark"}))
+    else:
+        path.write_text(DEEP)
+    clip = Path(shutil.copy(ASSETS / "walk.bvh", tmp_path))
+    words = [sys.executable, "-m", "inspector", str(clip), "--screenshot", str(picture)]
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(Path(__file__).parents[2]),
+        "TWIST_INSPECTOR_SETTINGS": str(path),
+    }
+    done = subprocess.run(
+        words, env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+    assert picture.stat().st_size > 10_000
+    if damage == "fifo":
+        assert path.is_fifo()
+    else:
+        settings, said = load_settings(path)
+        assert said == ""
+        assert settings.theme == ("dark" if damage == "field" else "system")
+        assert settings.layout
+        assert (tmp_path / "settings.json.damaged").exists()

@@ -1,0 +1,165 @@
+"""Many files in many processes: one that fails, or kills its process, stops no other."""
+
+import multiprocessing
+import os
+import re
+import shutil
+import signal
+import time
+from concurrent.futures.process import BrokenProcessPool
+
+import numpy as np
+import pytest
+
+from tests.conftest import ASSETS
+from twistcore.cli import main
+from twistcore.errors import BvhError
+from twistcore.processes import each, reason
+from twistcore.tuning import read_profile
+
+
+def work(name):
+    """As its name says."""
+    if name.startswith("dies"):
+        time.sleep(0.2)  # so that others are under way
+        os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
+    if name.startswith("slow"):
+        time.sleep(1.0)
+    if name == "memory":
+        raise MemoryError
+    if name == "bvh":
+        raise BvhError("x.bvh", "expected OFFSET", line=2)
+    if name == "defect":
+        raise ZeroDivisionError("of\nours")
+    return name.upper()
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_failure_is_an_answer_like_any_other(workers):
+    names = ["a", "memory", "bvh", "b", "defect"]
+    found = dict(each(work, names, workers))
+    assert sorted(found) == sorted(names)
+    assert (found["a"], found["b"]) == ("A", "B")
+    assert reason("m.bvh", found["memory"]) == "m.bvh: there is not enough memory for it"
+    assert reason("x.bvh", found["bvh"]) == "x.bvh, line 2: expected OFFSET"
+    assert reason("d.bvh", found["defect"]) == "d.bvh: ZeroDivisionError: of ours"
+
+
+def test_who_kills_its_process_is_known_and_the_others_go_on():
+    names = ["slow 1", "dies 1", "a", "slow 2", "dies 2", *"bcdefg"]
+    found = dict(each(work, names, 2))
+    assert sorted(found) == sorted(names)
+    for name, result in found.items():
+        if name.startswith("dies"):
+            assert isinstance(result, BrokenProcessPool)
+            assert reason(name, result).startswith(f"{name}: its process was ended by the system")
+        else:
+            assert result == name.upper()
+
+
+def test_whoever_stops_looking_leaves_no_process():
+    before = set(multiprocessing.active_children())
+    results = each(work, ["a", "slow 1", "slow 2", "slow 3"], 2)
+    assert next(results) == ("a", "A")
+    begin = time.monotonic()
+    results.close()
+    assert time.monotonic() - begin < 0.9  # nobody waited for the slow ones
+    assert set(multiprocessing.active_children()) == before
+
+
+def short(source, target, frames=60):
+    """A clip's first frames."""
+    lines = (ASSETS / source).read_text("utf-8").splitlines(keepends=True)
+    first = next(k for k, line in enumerate(lines) if line.startswith("Frame Time")) + 1
+    target.write_text("".join(lines[: first + frames]), "utf-8")
+
+
+BAD = {"broken.bvh", "empty.bvh", "astray.bvh", "folder.bvh", "stick.bvh", "unread.bvh"}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Three clips that are good and some that are bad, each in its own way."""
+    made = tmp_path / "clips"
+    made.mkdir()
+    for name in ("a", "m", "z"):
+        short("walk.bvh", made / f"01_{name}.bvh", 344)
+    (made / "broken.bvh").write_text("HIERARCHY\nROOT")
+    (made / "empty.bvh").touch()
+    (made / "astray.bvh").symlink_to("nowhere")
+    (made / "folder.bvh").mkdir()
+    (made / "stick.bvh").write_text(
+        "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+        "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0\n1 1 1\n"
+    )
+    shutil.copy(ASSETS / "walk.bvh", made / "unread.bvh")
+    (made / "unread.bvh").chmod(0)
+    if os.access(made / "unread.bvh", os.R_OK):  # root may read anything but this
+        (made / "unread.bvh").unlink()
+        (made / "unread.bvh").symlink_to("/proc/self/mem")
+    return made
+
+
+def listed(err, names):
+    """Every one of the files in a line of its own that says what is wrong."""
+    said = [line for line in err.splitlines() if not re.match(r"\d+/\d+ ", line)]  # progress
+    for name in names:
+        lines = [line for line in said if name in line]
+        assert len(lines) == 1, (name, err)
+        assert len(lines[0].partition(name)[2]) > 10
+    assert "Traceback" not in err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links, permissions")
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_tune_goes_on(folder, tmp_path, capsys, workers):
+    words = ["tune", str(folder), "-o", str(tmp_path / "p.toml"), "--method", "paper"]
+    assert main([*words, "--seeds", "1", "--workers", workers]) == 1
+    listed(capsys.readouterr().err, BAD)
+    both = read_profile(tmp_path / "p.toml").tau
+    for path in folder.glob("[!0]*"):
+        path.rmdir() if path.is_dir() else path.unlink()
+    words = ["tune", str(folder), "-o", str(tmp_path / "q.toml"), "--method", "paper"]
+    assert main([*words, "--seeds", "1", "--workers", "1"]) == 0
+    alone = read_profile(tmp_path / "q.toml").tau
+    assert list(both) == list(alone)
+    np.testing.assert_array_equal(list(both.values()), list(alone.values()))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links, permissions")
+def test_benchmark_and_quamo_go_on(folder, capsys):
+    words = ["benchmark", str(folder), "--methods", "paper", "--seeds", "1", "--workers", "2"]
+    assert main([*words, "--json", str(folder / "out.json")]) == 1
+    printed = capsys.readouterr()
+    listed(printed.err, BAD - {"folder.bvh"})  # clips may lie in a folder of any name
+    assert main(["quamo", "evaluate", str(folder), "--seeds", "1"]) == 1
+    listed(capsys.readouterr().err, BAD)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("tune", "{}", "-o", "p.toml", "--workers", "2"),
+        ("benchmark", "{}", "--methods", "paper", "--seeds", "1", "--workers", "2"),
+        ("quamo", "train", "{}", "-o", "weights"),
+    ],
+)
+def test_two_where_nothing_could_be_processed(tmp_path, capsys, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in").mkdir()
+    for name in ("x.bvh", "y.bvh"):
+        (tmp_path / "in" / name).write_text("HIERARCHY\nROOT")
+    assert main([word.replace("{}", "in") for word in words]) == 2
+    listed(capsys.readouterr().err, ("x.bvh", "y.bvh"))
+    assert [p.name for p in tmp_path.iterdir()] == ["in"]
+
+
+def test_evaluate_goes_on(capsys):
+    truth, walk = str(ASSETS / "walk_injected.truth.json"), str(ASSETS / "walk.bvh")
+    words = ["evaluate", "--truth", truth, truth, "--clean", walk, walk, "--refined"]
+    assert main([*words, walk, "none.bvh"]) == 1
+    printed = capsys.readouterr()
+    listed(printed.err, ["none.bvh"])
+    assert "Overall" in printed.out
+    assert main([*words, "none.bvh", "neither.bvh"]) == 2
+    listed(capsys.readouterr().err, ["none.bvh", "neither.bvh"])

@@ -1,0 +1,131 @@
+"""One function over many files in many processes, where a bad file stops no other."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from typing import Generic, TypeVar
+
+from twistcore.errors import TwistError
+
+Name = TypeVar("Name")
+Result = TypeVar("Result")
+
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def each(
+    work: Callable[[Name], Result], names: Sequence[Name], workers: int
+) -> Iterator[tuple[Name, Result | Exception]]:
+    """What `work` makes of every name, as it comes, or the exception that it ended with.
+
+    In this process where one worker is enough, else in spawned ones: `work` and all that it takes
+    and gives are pickled. Whoever was under way when a process died is tried again alone, so that
+    only the one that kills its process comes back with a BrokenProcessPool.
+    """
+    workers = min(workers, len(names))
+    if workers <= 1:
+        for name in names:
+            yield name, _tried(work, name)
+        return
+    todo, doubtful = deque(names), deque[Name]()
+    while todo or doubtful:
+        alone = bool(doubtful)
+        queue = deque([doubtful.popleft()]) if alone else todo
+        with _Pool(work, 1 if alone else workers) as pool:
+            for name, result in pool.run(queue):
+                if isinstance(result, BrokenProcessPool) and not alone:
+                    doubtful.append(name)
+                else:
+                    yield name, result
+
+
+def reason(name: object, error: Exception) -> str:
+    """One sentence about a file that could not be processed."""
+    if isinstance(error, TwistError):
+        return str(error)
+    if isinstance(error, OSError):
+        return f"{name}: cannot be read ({error.strerror})"
+    if isinstance(error, MemoryError):
+        return f"{name}: there is not enough memory for it"
+    if isinstance(error, BrokenProcessPool):
+        return f"{name}: its process was ended by the system, perhaps for want of memory"
+    return " ".join(f"{name}: {type(error).__name__}: {error}".splitlines())
+
+
+def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
+    try:
+        return work(name)
+    except Exception as error:  # a defect of ours must not stop the other files, either
+        return error
+
+
+class _Pool(Generic[Name, Result]):
+    """Processes that are gone when the block ends, at once where it ends early."""
+
+    def __init__(self, work: Callable[[Name], Result], workers: int) -> None:
+        self._work, self._workers = work, workers
+        self._others = set(multiprocessing.active_children())
+        context = multiprocessing.get_context("spawn")
+        self._pool = ProcessPoolExecutor(workers, mp_context=context)
+
+    def __enter__(self) -> _Pool[Name, Result]:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None:  # do not wait for files that nobody will see
+            for process in set(multiprocessing.active_children()) - self._others:
+                process.terminate()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def run(self, queue: deque[Name]) -> Iterator[tuple[Name, Result | Exception]]:
+        """Take names from the queue until it is empty or a process has died.
+
+        No more are handed out than there are workers: who is handed out may have killed a process.
+        """
+        jobs: dict[Future[Result], Name] = {}
+        broken = False
+        while jobs or (queue and not broken):
+            with _starting_workers():  # they start as jobs come in
+                while queue and not broken and len(jobs) < self._workers:
+                    try:
+                        jobs[self._pool.submit(self._work, queue[0])] = queue[0]
+                        queue.popleft()
+                    except BrokenProcessPool:  # a process has died since
+                        broken = True
+            for job in wait(jobs, return_when=FIRST_COMPLETED).done:
+                name, error = jobs.pop(job), job.exception()
+                broken |= isinstance(error, BrokenProcessPool)
+                if error is not None and not isinstance(error, Exception):
+                    raise error
+                yield name, job.result() if error is None else error
+
+
+@contextmanager
+def _starting_workers() -> Iterator[None]:
+    """What processes started inside inherit: one BLAS thread each, and no ear for Ctrl+C.
+
+    The cores are busy with files; and Ctrl+C reaches every process of a terminal, while the parent
+    alone decides.
+    """
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    main = threading.current_thread() is threading.main_thread()
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
+    try:
+        yield
+    finally:
+        if main:
+            signal.signal(signal.SIGINT, handler)
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
