@@ -1,6 +1,10 @@
 """Opening and exporting through the window, and what may go wrong with either."""
 
+import os
 import shutil
+import stat
+import threading
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
@@ -139,6 +143,77 @@ def test_the_source_is_never_overwritten(qtbot, window, tmp_path):
     export(window, ExportChoice(path))
     assert "never overwritten" in window.bar.label.text()
     assert path.read_bytes() == INJECTED.read_bytes()
+
+
+def test_a_source_that_has_gone_is_not_written_anew(qtbot, window, tmp_path):
+    path = Path(shutil.copy(INJECTED, tmp_path / "walk.bvh"))
+    open_clip(qtbot, window, path)
+    path.unlink()
+    export(window, ExportChoice(path, replace=True))
+    assert "never overwritten" in window.bar.label.text()
+    assert not path.exists()
+
+
+def test_an_export_replaces_its_own_file_and_no_other(opened, tmp_path):
+    out = tmp_path / "out.bvh"
+    export(opened, ExportChoice(out))
+    opened.next_interval()
+    opened.accept()
+    export(opened, ExportChoice(out))  # as it was written: no question
+    assert "changed by up to" in opened.bar.label.text()
+    out.write_bytes(b"somebody else's by now")
+    export(opened, ExportChoice(out))
+    assert "such a file already" in opened.bar.label.text()
+    assert out.read_bytes() == b"somebody else's by now"
+    export(opened, ExportChoice(out, replace=True))
+    assert read_bvh(out).motion.frames == 344
+
+
+@pytest.mark.parametrize("name", ["out.replay.json", "walk_injected.intervals.csv"])
+def test_what_lies_beside_an_export_is_replaced_only_if_it_is_ours(opened, tmp_path, name):
+    (tmp_path / name).write_text("mine")
+    export(opened, ExportChoice(tmp_path / "out.bvh", replace=True))
+    assert name in opened.bar.label.text()
+    assert [p.name for p in tmp_path.iterdir() if p.is_file()] == [name]
+    assert (tmp_path / name).read_text() == "mine"
+
+
+def test_an_export_never_touches_a_review_of_itself(opened, tmp_path):
+    review = tmp_path / "out.twist.json"
+    review.write_text("a review of out.bvh")
+    export(opened, ExportChoice(tmp_path / "out.bvh"))
+    assert "byte for byte" in opened.bar.label.text()
+    assert review.read_text() == "a review of out.bvh"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links and FIFOs as POSIX has them")
+def test_an_export_follows_a_link_and_writes_into_a_fifo(opened, tmp_path):
+    real, link, fifo = tmp_path / "real.bvh", tmp_path / "link.bvh", tmp_path / "fifo.bvh"
+    link.symlink_to(real)
+    export(opened, ExportChoice(link))
+    assert link.is_symlink()
+    assert read_bvh(real).motion.frames == 344
+    os.mkfifo(fifo)
+    read = []
+    reader = threading.Thread(target=lambda: read.append(fifo.read_bytes()))
+    reader.start()
+    export(opened, ExportChoice(fifo, session=False, report=False))
+    reader.join(10.0)
+    assert read == [real.read_bytes()]
+    assert stat.S_ISFIFO(fifo.stat().st_mode)
+
+
+def test_a_tick_to_replace_is_for_the_file_it_was_given_for(opened, tmp_path):
+    one, other = tmp_path / "one.bvh", tmp_path / "other.bvh"
+    for path in (one, other):
+        path.write_text("there")
+    opened.export_dialog()
+    dialog = opened.findChild(ExportDialog)
+    dialog.path.setText(str(one))
+    dialog.replace.setChecked(True)
+    dialog.path.setText(str(other))
+    assert not dialog.choice().replace
+    dialog.reject()
 
 
 def test_an_export_into_nowhere_is_told(opened, tmp_path):

@@ -237,6 +237,57 @@ def test_a_journal_cut_anywhere_gives_back_every_whole_command(tmp_path_factory,
     assert session_bytes(CLIP, back.review.state) == states[back.entries]
 
 
+def test_a_journal_is_gone_on_with_where_it_was_cut(tmp_path):
+    path = tmp_path / "j"
+    review = fresh()
+    with closing(Journal(path, CLIP, review.state, steps=3)) as journal:
+        for judged in review.state.intervals[:2]:
+            journal.do(Decide((judged.id,), Decision.ACCEPTED, "me", "now"))
+    whole = path.read_bytes()
+    with pytest.raises(FileExistsError):
+        Journal(path, CLIP, review.state)
+    path.write_bytes(whole + b'{"do": "Deci')
+    back = recover(path)
+    assert (back.entries, back.steps, back.damaged) == (2, 5, 0)
+    with closing(Journal.resume(back)) as journal:
+        assert path.read_bytes() == whole
+        third = back.review.state.intervals[2]
+        journal.do(Decide((third.id,), Decision.REJECTED, "me", "now"))
+    assert path.read_bytes().startswith(whole)
+    assert recover(path).steps == 6
+    assert not back.review.saved  # whatever it began with, no session file has it
+
+
+def test_what_a_full_disk_refuses_goes_before_the_next_entry(tmp_path, monkeypatch):
+    path = tmp_path / "j"
+    review = fresh()
+    first, second, third, *_ = review.state.intervals
+    with closing(Journal(path, CLIP, review.state)) as journal:
+        journal.do(Decide((first.id,), Decision.ACCEPTED))
+        good = path.read_bytes()
+        with monkeypatch.context() as patch:
+            patch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
+            for judged in (second, third):
+                with pytest.raises(OSError, match="full"):
+                    journal.do(Decide((judged.id,), Decision.ACCEPTED))
+                assert path.read_bytes() == good
+        assert journal.waiting == 2
+        journal.write_waiting()
+        assert journal.waiting == 0
+    assert recover(path).steps == 3
+
+
+def test_a_journal_that_took_another_s_place_is_not_deleted(tmp_path):
+    path = tmp_path / "j"
+    journal = Journal(path, CLIP, fresh().state)
+    assert journal.is_there()
+    path.unlink()
+    path.write_bytes(b"another window's")
+    assert not journal.is_there()
+    journal.discard()
+    assert path.read_bytes() == b"another window's"
+
+
 def test_a_journal_damaged_in_the_middle_keeps_what_stands_before(tmp_path):
     path = tmp_path / "j"
     review = fresh()
@@ -251,6 +302,10 @@ def test_a_journal_damaged_in_the_middle_keeps_what_stands_before(tmp_path):
     assert (back.entries, back.damaged) == (2, 2)
     accepted = [j for j in back.review.state.intervals if j.decision == Decision.ACCEPTED]
     assert len(accepted) == 2
+    damaged = path.read_bytes()
+    Journal.resume(back).close()
+    assert recover(path).damaged == 0
+    assert path.with_name("j.damaged").read_bytes() == damaged
     path.write_bytes(b"nonsense\n")
     with pytest.raises(FormatError, match="journal"):
         recover(path)
@@ -300,6 +355,35 @@ def test_decisions_are_carried_over_to_another_take():
     assert (state.find(b.id).note, state.find(b.id).reason) == ("look", "motion")
     assert len(state.intervals) == 9
     assert sum(j.by_hand for j in state.intervals) == 1
+
+
+def test_carried_over_decisions_never_take_the_place_of_others():
+    review, other = fresh(), fresh()
+    a, b, c, *_ = review.state.intervals
+    review.do(Decide((a.id, b.id), Decision.ACCEPTED, "Ada", "then"))
+    review.do(Edit(c.id, resized(c.interval, c.interval.start, c.interval.stop + 2)))
+    review.do(Insert(constant("LeftLeg", 10, 20, 0.3)))
+    other.do(Decide((b.id,), Decision.REJECTED, "Bob", "now"))
+    for _ in range(2):  # a second time adds nothing
+        other.do(CarryOver(review.state.intervals, same_clip=True))
+        state = other.state
+        assert state.find(a.id).reviewer == "Ada"
+        assert (state.find(b.id).decision, state.find(b.id).reviewer) == (Decision.REJECTED, "Bob")
+        assert state.find(c.id).interval.stop == c.interval.stop + 2
+        assert state.find(c.id).edited
+        assert len(state.intervals) == 9
+
+
+def test_of_the_same_clip_a_decision_without_its_interval_stays_and_says_so():
+    review, other = fresh(), fresh()
+    (first, *_) = review.state.of_chain("LeftForeArm")
+    review.do(Decide((first.id,), Decision.ACCEPTED, "Ada", "then"))
+    other.do(Redetect({"LeftForeArm": 3.0}, ()))
+    other.do(CarryOver(review.state.intervals))
+    assert other.state.of_chain("LeftForeArm") == ()  # in another take the error may be gone
+    other.do(CarryOver(review.state.intervals, same_clip=True))
+    (kept,) = other.state.of_chain("LeftForeArm")
+    assert (kept.decision, kept.supported) == (Decision.ACCEPTED, False)
 
 
 def test_a_kept_interval_hides_no_other():
