@@ -14,7 +14,7 @@ EXAMPLES = {
     (document := json.loads(block))["schema"]: document
     for block in re.findall(r"```json\n(.*?)```", PAGE, re.S)
 }
-BY_NAME = {"tau_deg", "off_axis"}  # objects whose keys are joints, not words of the format
+BY_NAME = {"tau_deg", "off_axis", "files"}  # objects whose keys are joints or files
 
 
 def shape(value, key=""):
@@ -49,7 +49,7 @@ def real(tmp_path_factory):
         json.loads(Path(truth).read_text()),
         printed("evaluate", "--truth", truth, "--clean", walk, "--refined", out, "--json"),
         printed("diff", walk, dirty, "--json"),
-        *session_documents(dirty),
+        *session_documents(dirty, folder),
         *benchmark_documents(folder),
         *quamo_documents(folder, printed),
     ]
@@ -89,11 +89,11 @@ def quamo_documents(folder, printed):
         )
 
 
-def session_documents(path):
+def session_documents(path, folder):
     from twistcore.bvh import read_bvh
     from twistcore.chain import find_chains
     from twistcore.detection import detect
-    from twistcore.report import Report, report_to_json
+    from twistcore.report import Report, write_report
     from twistcore.review import (
         Review,
         Track,
@@ -111,8 +111,9 @@ def session_documents(path):
     plain = session_bytes(clip, review.state)
     review.do(Track(Tracking(("LeftForeArm",))))
     refined = accepted_motion(clip, chains, review.state)
-    report = report_to_json(Report(clip, chains, review.state, refined))
-    return json.loads(plain), json.loads(session_bytes(clip, review.state)), report
+    *_, report = write_report(folder, Report(clip, chains, review.state, refined))
+    documents = plain, session_bytes(clip, review.state), report.read_bytes()
+    return tuple(map(json.loads, documents))
 
 
 @pytest.mark.parametrize("schema", EXAMPLES)
