@@ -3,11 +3,12 @@
 from PySide6.QtCore import Qt
 
 from inspector.bundled import PAGES
+from inspector.session_files import journals, session_path
 from inspector.teaching.exercise import make_exercise
 from inspector.teaching.pages import read_page
 from tests.conftest import ASSETS
 from twistcore.exercise import score
-from twistcore.review import Decide, Decision
+from twistcore.review import Decide, Decision, recover
 
 # -- tour -----------------------------------------------------------------------------------------
 
@@ -59,7 +60,8 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     assert document.data.clip.path == mine
     assert document.review.state is state
     assert not document.review.saved
-    assert document.keeper.journal_path.exists()
+    (journal,) = journals(session_path(mine))
+    assert recover(journal).steps == 1
     assert (document.chain, document.frame) == ("LeftForeArm", 90)
     assert at_forearm.bar.buttons() == []  # no question about a journal that is its own
     at_forearm.undo()
