@@ -57,6 +57,10 @@ LIBRARIES = {
 }
 # The virtual screen, and the software OpenGL driver that draws on it.
 XVFB_PACKAGES = ["xvfb", "libgl1-mesa-dri"]
+# Tests that use the program as a person does have a screen of their own, where nothing else is
+# seen or typed, with a window manager and real mouse and keys.
+TEST_PROGRAMS = {"Xvfb": XVFB_PACKAGES, "openbox": ["openbox"], "xdotool": ["xdotool"]}
+QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
 FONT_PACKAGE = "fonts-dejavu-core"  # with no font at all Qt draws boxes for letters
 
 
@@ -94,10 +98,11 @@ def has_font() -> bool:
     return any(file.lower().endswith((".ttf", ".otf", ".ttc", ".pfb")) for file in files)
 
 
-def missing_system(*, windows: bool) -> dict[str, str]:
+def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
     """What the system lacks: library, program or font -> the Debian package that brings it.
 
-    Unless `windows` are to be opened, only what making .venv takes is looked for.
+    Unless `windows` are to be opened, only what making .venv takes is looked for; `tests` of them
+    take some programs more.
     """
     if not sys.platform.startswith("linux"):
         return {}
@@ -110,6 +115,9 @@ def missing_system(*, windows: bool) -> dict[str, str]:
     missing |= {so: package for so, package in LIBRARIES.items() if not is_loadable(so)}
     if not has_screen() and not shutil.which("Xvfb"):
         missing |= {package: package for package in XVFB_PACKAGES}
+    for program, packages in TEST_PROGRAMS.items() if tests else ():
+        if not shutil.which(program):
+            missing |= {package: package for package in packages}
     if not has_font():
         missing["a font"] = FONT_PACKAGE
     return missing
@@ -137,13 +145,13 @@ def install_packages(packages: Sequence[str]) -> None:
         raise SetupError(f"The system packages could not be installed. apt-get said:\n{problem}")
 
 
-def ensure_system(*, windows: bool) -> None:
+def ensure_system(*, windows: bool, tests: bool = False) -> None:
     """Bring the libraries, the virtual screen and a font where they are missing."""
-    missing = missing_system(windows=windows)
+    missing = missing_system(windows=windows, tests=tests)
     if missing:
         install_packages(sorted(set(missing.values())))
     importlib.invalidate_caches()  # Python itself may have just become complete
-    still = missing_system(windows=windows) if missing else {}
+    still = missing_system(windows=windows, tests=tests) if missing else {}
     if still:
         raise SetupError(f"Still not found after the installation: {', '.join(still)}.")
 
@@ -264,13 +272,20 @@ def start(command: Sequence[str], env: dict[str, str], cwd: Path = ROOT) -> int:
 @contextlib.contextmanager
 def screen() -> Iterator[dict[str, str]]:
     """The environment for a program with windows; a virtual screen where there is no real one."""
-    env = os.environ | {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
     if has_screen():
-        yield env
+        yield os.environ | QT_API
         return
+    with virtual_screen() as env:
+        yield env
+
+
+@contextlib.contextmanager
+def virtual_screen(*options: str) -> Iterator[dict[str, str]]:
+    """The environment for a program on a virtual screen of its own; options: of Xvfb."""
+    env = os.environ | QT_API
     reader, writer = os.pipe()
     command = ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1920x1080x24"]
-    command += ["+extension", "GLX", "+render", "-noreset"]
+    command += ["+extension", "GLX", "+render", "-noreset", *options]
     with tempfile.TemporaryDirectory(prefix="twist-inspector-") as scratch:
         # A session of its own, so that Ctrl+C does not take the screen from under the program.
         server = subprocess.Popen(
@@ -422,7 +437,7 @@ def main(argv: list[str]) -> int:
         return 2
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the screen is put away
     try:
-        ensure_system(windows=name != "check")
+        ensure_system(windows=name != "check", tests=name == "test")
         ensure_venv()
         if name == "setup":
             say(f"Ready. {PYTHON.parent} has everything; try: python3 dev.py run")

@@ -86,6 +86,7 @@ class MainWindow(
         apply_keys(self.actions_by_id, settings)
         self._build()
         self._connect()
+        self.apply_theme(self.theme)  # some views have no colours until they are told
         self._restore()
 
     # -- building -----------------------------------------------------------------------------

@@ -38,7 +38,7 @@ class ProgramActions(QMainWindow):
         self._choose_theme("dark", on)
 
     def _choose_theme(self, name: str, on: bool) -> None:
-        if on:
+        if on and name != self.settings.theme:
             self.settings.theme = name
             self.apply_theme(self._wanted_theme())
 

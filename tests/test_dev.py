@@ -68,6 +68,18 @@ def test_missing_libraries_name_their_packages(monkeypatch, no_screen):
     packages = set(dev.missing_system(windows=True).values())
     assert packages == {"libxcb-cursor0", "xvfb", "libgl1-mesa-dri", "fonts-dejavu-core"}
     assert not dev.missing_system(windows=False)
+    for_tests = set(dev.missing_system(windows=True, tests=True).values())
+    assert for_tests == packages | {"openbox", "xdotool"}
+
+
+def test_programs_for_tests_are_looked_for_beside_a_real_screen(monkeypatch, no_screen):
+    monkeypatch.setenv("DISPLAY", ":77")
+    monkeypatch.setattr(dev, "is_loadable", lambda _soname: True)
+    monkeypatch.setattr(dev, "has_font", lambda: True)
+    monkeypatch.setattr(dev.shutil, "which", lambda program: program == "openbox")
+    packages = set(dev.missing_system(windows=True, tests=True).values())
+    assert packages == {"xvfb", "libgl1-mesa-dri", "xdotool"}
+    assert not dev.missing_system(windows=True)
 
 
 def test_a_python_without_venv_is_completed(monkeypatch, no_screen, bare_project):

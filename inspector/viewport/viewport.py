@@ -302,6 +302,7 @@ class Viewport(Steering):
             for piece in self._specimens:
                 piece.remove()
             self._specimens = []
+            QWidget.update(self.view)  # the light makes them differ from the paper a little
         elif self.view is not None and self._scene is None:
             self._specimens = specimens(self.view.renderer, background(self.theme))
             self.view.reset_camera(render=False)

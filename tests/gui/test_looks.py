@@ -7,10 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QWidget
 
+from inspector import theme as themes
+from inspector.settings import Settings
 from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.theme import DARK, LIGHT
 from tests.conftest import ASSETS
+from tests.gui.windows import open_clip
 
 CHECK = Path(__file__).with_name("layout_check.py")
 
@@ -77,6 +81,52 @@ def test_text_has_a_contrast_of_four_and_a_half(theme):
     }
     assert low == {}
     assert contrast(theme.on_accent, theme.accent) >= 4.5
-    families = {colour(symbol.family, theme) for symbol in SYMBOLS.values()}
+    families = symbol_colours(theme)
     assert len(families) == 5
     assert min(contrast(ink, ground) for ink in families for ground in grounds) >= 4.5
+
+
+def style_sheets(window):
+    return [widget.styleSheet() for widget in window.findChildren(QWidget)]
+
+
+def colours(widget):
+    picture = widget.grab().toImage()
+    width, height = picture.width(), picture.height()
+    return {picture.pixelColor(x, y).name() for x in range(width) for y in range(height)}
+
+
+def symbol_colours(theme):
+    return {colour(symbol.family, theme) for symbol in SYMBOLS.values()}
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+def test_a_new_window_has_the_colours_of_the_system(
+    qtbot, show_window, tmp_path, monkeypatch, theme
+):
+    monkeypatch.setattr(themes, "system_theme", lambda: theme)
+    window = show_window(Settings())
+    assert window.theme is theme
+    as_made = style_sheets(window)
+    window.apply_theme(theme)
+    assert style_sheets(window) == as_made, "a view was made without its colours"
+    open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
+    window.document.select_chain("LeftForeArm")
+    window.show_teaching()
+    equations = window.teaching.equations
+    qtbot.waitUntil(lambda: colours(equations) >= symbol_colours(theme) | {theme.surface})
+    window.tour()
+    qtbot.waitUntil(lambda: window.guided_tour.at == 0)
+    assert "Space" in window.guide.task.text()
+    assert theme.accent in window.guide.task.styleSheet()
+
+
+@pytest.mark.parametrize("name", ["system", "light", "dark"])
+def test_a_window_takes_the_theme_that_was_chosen(show_window, monkeypatch, name):
+    monkeypatch.setattr(themes, "system_theme", lambda: DARK)
+    window = show_window(Settings(theme=name))
+    assert window.theme is (LIGHT if name == "light" else DARK)
+    assert window.actions_by_id[f"theme_{name}"].isChecked()
+    window.actions_by_id["theme_light"].trigger()
+    assert window.theme is LIGHT
+    assert window.settings.theme == "light"
