@@ -238,6 +238,13 @@ class Document(QObject):
         again = ("Try again", self.keeper.retry)  # which asks anew if that fails
         self.question.emit(text, (again, ("Save elsewhere…", self.save_elsewhere.emit)))
 
+    def look_around(self) -> None:
+        """The person is back at the window: what have other programs done meanwhile?"""
+        if self.data is not None:
+            if not self.keeper.read_only:
+                self.keeper.may_change()
+            self.check_clip()
+
     def check_clip(self) -> str:
         """A sentence if the clip has changed on disk since it was read, else ''.
 
@@ -424,7 +431,10 @@ class Document(QObject):
         if self._task is not None:
             self.message.emit("Another clip is being opened; nothing was changed.", False)
             return False
-        return self.keeper.may_change()
+        if self.keeper.may_change():
+            return True
+        self.intervals_changed.emit()  # what a person typed or dragged is not so
+        return False
 
     def undo(self) -> None:
         """Take the last command back."""

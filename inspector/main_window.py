@@ -237,7 +237,8 @@ class MainWindow(
             method.setChecked(True)
             method.blockSignals(False)
         title = "Twist Inspector"
-        self.setWindowTitle(f"{data.clip.name}[*] – {title}" if data else title)
+        look = " (look only)" if self.document.keeper.read_only else ""
+        self.setWindowTitle(f"{data.clip.name}[*]{look} – {title}" if data else title)
         self.setWindowModified(review is not None and not review.saved)
         intervals = self.document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
@@ -273,10 +274,10 @@ class MainWindow(
     # -- Qt events ----------------------------------------------------------------------------
 
     def changeEvent(self, event: QEvent) -> None:
-        """Coming to the front, look whether another program has changed the clip."""
+        """Coming to the front, look what other programs have done to the clip and its lock."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
-            self.document.check_clip()
+            self.document.look_around()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Finish an export, ask about unsaved decisions, keep the layout, let the 3D view go."""
