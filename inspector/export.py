@@ -14,7 +14,7 @@ from twistcore.bvh import Clip, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.compare import compare
 from twistcore.errors import TwistError
-from twistcore.quamo.tracker import Tell, nobody
+from twistcore.progress import Tell, nobody
 from twistcore.report import Report, write_report
 from twistcore.review import Decision, ReviewState, accepted_motion, write_session
 

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from inspector import theme as themes
 from inspector.actions import build_actions
+from inspector.background import Task
 from inspector.document import Document
 from inspector.exporter import Exporter
 from inspector.file_actions import FileActions
@@ -182,6 +183,9 @@ class MainWindow(
         document.question.connect(self.bar.ask)
         document.locate.connect(self.locate_clip)
         document.opening.connect(self._opening)
+        document.opening_share.connect(self._opening_share)
+        document.opening_over.connect(self._opening_over)
+        self.actions_by_id["cancel_opening"].setEnabled(False)
         document.message.connect(lambda *_: self.statusBar().clearMessage())
         document.opened.connect(self._opened)
         document.intervals_changed.connect(self._review_changed)
@@ -268,6 +272,11 @@ class MainWindow(
         if self.five_trackers is not None:
             self.five_trackers.set_theme(theme)
 
+    def close_unasked(self) -> None:
+        """Close without a question: decisions that are not saved wait in the journal."""
+        self._unasked = True
+        self.close()
+
     # -- Qt events ----------------------------------------------------------------------------
 
     def closeEvent(self, event: QCloseEvent) -> None:
@@ -275,6 +284,8 @@ class MainWindow(
         if not self.exporter.finish() or not self._may_leave():
             event.ignore()
             return
+        for task in self.findChildren(Task):
+            task.cancel()
         self.player.pause()
         self.recorder.cancel()
         if self.five_trackers is not None:
