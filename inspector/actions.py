@@ -40,6 +40,9 @@ ACTIONS: tuple[ActionSpec | str, ...] = (
     ),
     ActionSpec("next_clip", "File", "Next clip", ("Ctrl+N",), "The worst clip not yet decided"),
     ActionSpec("open_sample", "File", "Open the sample", (), "A walk with known twist errors"),
+    ActionSpec(
+        "cancel_opening", "File", "Cancel opening", ("Esc",), "Give up what is being opened"
+    ),
     ActionSpec("save_session", "File", "Save session", ("Ctrl+S",), "Keep all decisions"),
     ActionSpec("save_session_as", "File", "Save session as…", ("Ctrl+Shift+S",)),
     ActionSpec("export_dialog", "File", "Export…", ("Ctrl+E",), "Write the corrected BVH"),

@@ -15,10 +15,11 @@ from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, resolve_tau
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.motion import Motion, forward_kinematics
+from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Review, read_session, start_review
 from twistcore.review.session import check_belongs
 from twistcore.rotation import Array
-from twistcore.signals import TwistSignals, twist_signals
+from twistcore.signals import TwistSignals, signals_of_chains
 from twistcore.tuning import Profile
 
 
@@ -54,36 +55,44 @@ class ClipMissingError(TwistError):
         self.session = session
 
 
-def analyse(path: Path, profile: Profile | None = None) -> Analysed:
+# Where the stages of a long clip end, shares of the whole.
+_READ, _DETECTED, _MOVED = 0.1, 0.9, 0.95
+
+
+def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
     """Read and analyse a clip, with the session kept of it; raises TwistError.
 
-    profile: τ for a clip without a session, which has its own. Safe to call in any thread.
+    profile: τ for a clip without a session, which has its own; tell: how far it is. Safe to call
+    in any thread.
     """
     session = kept_session(path)
     if session is None:
-        return _read(path, profile)
+        return _read(path, profile, tell)
     try:
-        return analyse_session(session, path)
+        return analyse_session(session, path, tell)
     except FormatError as error:
         note = set_aside(session, str(error))
-        return replace(_read(path, profile), notes=(note,))
+        return replace(_read(path, profile, tell), notes=(note,))
 
 
-def _read(path: Path, profile: Profile | None) -> Analysed:
+def _read(path: Path, profile: Profile | None, tell: Tell) -> Analysed:
     stamp = stamp_of(path)
-    return replace(analysed(read_bvh(path), profile), stamp=stamp)
+    clip = read_bvh(path, tell=part(tell, 0.0, _READ))
+    return replace(analysed(clip, profile, part(tell, _READ, 1.0)), stamp=stamp)
 
 
-def analysed(clip: Clip, profile: Profile | None = None) -> Analysed:
-    """Analyse a clip that is in memory already."""
+def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
+    """Analyse a clip that is in memory already; tell: how far it is."""
     profile = profile or Profile({})
     method = profile.method or DEFAULT_METHOD
+    tell(0.0)
     chains = find_chains(clip.motion)
-    analysis = DETECTORS[method].analyse(clip.motion, chains)
+    analysis = DETECTORS[method].analyse(clip.motion, chains, part(tell, 0.0, _DETECTED))
+    tell(_DETECTED)
     tau = resolve_tau(analysis, chains, profile.tau)
     found = [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
     rotations, positions = forward_kinematics(clip.motion)
-    signals = {c.name: twist_signals(clip.motion, c) for c in chains}
+    signals = signals_of_chains(clip.motion, chains, part(tell, _MOVED, 1.0))
     assert clip.sha256  # hashed here, off the GUI thread: a large file takes a while
     return Analysed(
         clip=clip,
@@ -98,12 +107,13 @@ def analysed(clip: Clip, profile: Profile | None = None) -> Analysed:
     )
 
 
-def analyse_session(path: Path, clip_path: Path | None = None) -> Analysed:
+def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
     """The clip of a session with the session's review; raises TwistError.
 
     Without `clip_path` the clip is where it was when the session was saved, or beside the session.
     A clip that has changed gets a review of its own, and the session's as `earlier`. A session that
-    replays an export is read, never written: its review goes on in the clip's own session.
+    replays an export is read, never written: its review goes on in the clip's own session. tell:
+    how far it is.
     """
     session = read_session(path)
     if clip_path is None:
@@ -114,7 +124,7 @@ def analyse_session(path: Path, clip_path: Path | None = None) -> Analysed:
         same = (p for p in there if hashlib.sha256(p.read_bytes()).hexdigest() == session.sha256)
         clip_path = next(same, there[0])
     method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
-    data = _read(clip_path, Profile({}, method))
+    data = _read(clip_path, Profile({}, method), tell)
     try:
         check_belongs(session, data.clip, data.chains)
     except ClipMismatchError:

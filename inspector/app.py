@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 # pyvistaqt finds Qt through QtPy, which must not choose another binding; and it has no native
 # Wayland yet, so there the X server that Wayland brings is used. Both before Qt is imported.
@@ -16,13 +17,20 @@ os.environ.setdefault("QT_API", "pyside6")
 if os.environ.get("WAYLAND_DISPLAY") and os.environ.get("DISPLAY"):
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QFont, QSurfaceFormat
 from PySide6.QtWidgets import QApplication
 
+from inspector.background import wait_for_tasks
+from inspector.bundled import SAMPLE
 from inspector.settings import load_settings, settings_path
 from inspector.theme import apply_theme, system_theme
 
+if TYPE_CHECKING:
+    from inspector.demo import Script
+    from inspector.main_window import MainWindow
+
+_PATIENCE_MS = 500  # for work that was cancelled
 _NO_SCREEN = (
     "twist-inspector: no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
     "twistcore works without one."
@@ -43,25 +51,52 @@ def main(argv: Sequence[str] | None = None) -> int:
     window = MainWindow(settings, path)
     window.show()
     if complaint:
-        window.bar.show_message(complaint, True)
+        _say(window, complaint)
     keep_for_good()
-    if arguments.file:
+    script = _script(window, arguments)
+    if script is None and arguments.file:
         window.open_path(arguments.file)
-    script = None
-    if arguments.demo:
-        from inspector.demo import Demo
 
-        script = Demo(window, arguments.demo)
-    elif arguments.screenshot:
-        from inspector.demo import Screenshot
+    stopped = 0  # kept here: closing the last window ends the event loop, too, with 0
 
-        script = Screenshot(window, arguments.screenshot)
-    signal.signal(signal.SIGINT, lambda *_: window.close())
-    wake = QTimer()  # lets Python see Ctrl+C while Qt waits
+    def end(number: int, _frame: object) -> None:
+        nonlocal stopped
+        stopped = 128 + number
+        window.close_unasked()
+        app.exit(stopped)  # also where a dialog waits for an answer
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    wake = QTimer()  # lets Python see signals while Qt waits
     wake.start(200)
     wake.timeout.connect(lambda: None)
-    code = app.exec()
-    return script.code if script else code
+    app.exec()
+    code = stopped or (script.code if script is not None else 0)
+    if not wait_for_tasks(_PATIENCE_MS):
+        # Qt would wait for a thread that is far from its next look. What is to be kept is on disk.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    return code
+
+
+def _say(window: MainWindow, complaint: str) -> None:
+    """Say it now and, since a clip that is opened has sentences of its own, behind these."""
+    print(complaint, file=sys.stderr)
+    window.bar.show_message(complaint, True)
+    once = Qt.ConnectionType.SingleShotConnection | Qt.ConnectionType.QueuedConnection
+    window.document.opened.connect(lambda: window.bar.show_message(complaint, True), once)
+
+
+def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
+    """What drives the window by itself, if that was asked for."""
+    from inspector.demo import Demo, Screenshot
+
+    if arguments.demo:
+        return Demo(window, arguments.demo, arguments.file or SAMPLE)
+    if arguments.screenshot:
+        return Screenshot(window, arguments.screenshot, arguments.file)
+    return None
 
 
 def keep_for_good() -> None:
@@ -107,8 +142,16 @@ def _parser() -> argparse.ArgumentParser:
         prog="twist-inspector", description="See, judge and repair axial twist errors in a BVH."
     )
     parser.add_argument("file", nargs="?", type=Path, metavar="CLIP|SESSION|FOLDER")
-    parser.add_argument("--screenshot", type=Path, metavar="PNG", help="take a picture and quit")
     parser.add_argument(
-        "--demo", type=Path, metavar="DIR", help="drive a review by itself and leave its results"
+        "--screenshot",
+        type=Path,
+        metavar="PNG",
+        help="take a picture and quit; without a clip, of the empty window",
+    )
+    parser.add_argument(
+        "--demo",
+        type=Path,
+        metavar="DIR",
+        help="drive a review by itself and leave its results; without a clip, of the sample",
     )
     return parser

@@ -7,21 +7,28 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QRunnable, QThreadPool, Signal
 
+from twistcore.progress import Cancelled
+
 
 class Task(QObject):
     """Runs `work()` in the pool; `finished(result)` or `failed(exception)` arrive in this thread.
 
-    After `cancel()` neither is emitted.
+    Work that takes long calls `tell`; `progress(share)` arrives in this thread. After `cancel()`
+    nothing is emitted.
     """
 
     finished = Signal(object)
     failed = Signal(object)
+    progress = Signal(float)
     _done = Signal(object, object)
+    _told = Signal(float)
 
     def __init__(self, work: Callable[[], Any], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._cancelled = False
+        self._percent = 0
         self._done.connect(self._deliver)
+        self._told.connect(self._pass_on)
         self._runner = _Runner(work, self._done.emit)
 
     def start(self) -> None:
@@ -29,8 +36,20 @@ class Task(QObject):
         QThreadPool.globalInstance().start(self._runner)
 
     def cancel(self) -> None:
-        """Forget the answer; work that has begun runs out unheard."""
+        """Forget the answer; work under way ends when it next tells how far it is."""
         self._cancelled = True
+
+    def tell(self, share: float) -> None:
+        """For the work, in its thread: what share is done, 0…1; raises Cancelled after `cancel`."""
+        if self._cancelled:
+            raise Cancelled
+        if (percent := int(100.0 * share)) != self._percent:
+            self._percent = percent
+            self._told.emit(share)
+
+    def _pass_on(self, share: float) -> None:
+        if not self._cancelled:
+            self.progress.emit(share)
 
     def _deliver(self, result: object, error: object) -> None:
         if not self._cancelled:
@@ -50,9 +69,14 @@ class _Runner(QRunnable):
         """Called in a thread of the pool."""
         try:
             result, error = self._work(), None
-        except Exception as caught:  # whatever went wrong is told in the GUI thread
+        except (Exception, Cancelled) as caught:  # whatever went wrong is told in the GUI thread
             result, error = None, caught
         try:
             self._tell(result, error)
         except RuntimeError:
             return  # the program was closed meanwhile: nobody is left to tell
+
+
+def wait_for_tasks(milliseconds: int) -> bool:
+    """Let what runs come to its end; False if it did not in this time."""
+    return QThreadPool.globalInstance().waitForDone(milliseconds)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -18,6 +19,7 @@ from inspector.corrections import Corrections
 from inspector.keeping import Keeper, Leftover
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import DETECTORS, Interval, resolve_tau
+from twistcore.progress import Tell
 from twistcore.review import (
     CarryOver,
     Command,
@@ -34,6 +36,8 @@ from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
 from twistcore.tuning import Profile
 
+_WONDER_S = 1.0  # seconds until a person begins to wonder how far it is
+
 
 class Show(StrEnum):
     """Which poses the 3D view shows."""
@@ -48,6 +52,8 @@ class Document(QObject):
 
     opened = Signal()  # another clip, or none: everything is new
     opening = Signal(str)  # a clip is being read: its name
+    opening_share = Signal(float)  # how far that is, 0…1, where a person would begin to wonder
+    opening_over = Signal()  # it is open, cannot be opened or was cancelled
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
     method_changed = Signal()  # another detector: other curves
     chain_changed = Signal()  # the selected chain
@@ -81,6 +87,7 @@ class Document(QObject):
         self._task: Task | None = None
         self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
         self._changed = ""  # what is to be said about it
+        self._opening_since = 0.0
         self._drag = 0
 
     # -- opening ------------------------------------------------------------------------------
@@ -90,27 +97,43 @@ class Document(QObject):
 
         profile: τ for a clip that has no session yet.
         """
-        self._open(path, lambda: analyse(path, profile))
+        self._open(path, lambda tell: analyse(path, profile, tell))
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
         """Open a session and its clip, which may have moved to `clip`, in the background."""
-        self._open(path, lambda: analyse_session(path, clip))
+        self._open(path, lambda tell: analyse_session(path, clip, tell))
 
-    def _open(self, path: Path, work: Callable[[], Analysed]) -> None:
+    def _open(self, path: Path, work: Callable[[Tell], Analysed]) -> None:
         if self._task is not None:
             self._task.cancel()
-        self._task = Task(work, self)
-        self._task.finished.connect(self.show_clip)
-        self._task.failed.connect(self._open_failed)
+        self._task = task = Task(lambda: work(task.tell), self)
+        task.finished.connect(self.show_clip)
+        task.failed.connect(self._open_failed)
+        task.progress.connect(self._tell_opening)
+        self._opening_since = time.monotonic()
         self.opening.emit(path.name)
-        self._task.start()
+        task.start()
+
+    def cancel_opening(self) -> None:
+        """Give up what is being opened; what was open before stays."""
+        if self._task is not None:
+            self._task.cancel()
+            self._end_opening()
+
+    def _tell_opening(self, share: float) -> None:
+        if time.monotonic() - self._opening_since > _WONDER_S:
+            self.opening_share.emit(share)
+
+    def _end_opening(self) -> None:
+        self._task = None
+        self.opening_over.emit()
 
     def show_clip(self, data: Analysed, *, resumed: bool = False) -> None:
         """Make an analysed clip the present one.
 
         resumed: its review was put aside in this program, so that a journal on disk is its own.
         """
-        self._task = None
+        self.cancel_opening()
         self.data = data
         self.frame = 0
         self.interval_id = None
@@ -275,10 +298,11 @@ class Document(QObject):
 
     def close_clip(self) -> None:
         """Let the clip's journal and lock go; the program is about to end."""
+        self.cancel_opening()
         self.keeper.end()
 
     def _open_failed(self, error: Exception) -> None:
-        self._task = None
+        self._end_opening()
         if isinstance(error, ClipMissingError):
             session = error.session
             self.question.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))

@@ -17,7 +17,7 @@ from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.compare import compare
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
-from twistcore.quamo.tracker import Tell, nobody
+from twistcore.progress import Tell, nobody
 from twistcore.report import Report, check_report, write_report
 from twistcore.review import (
     Decision,

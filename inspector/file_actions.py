@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QAction, QDragEnterEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import QDockWidget, QFileDialog, QMainWindow, QMenu, QMessageBox
 
 from inspector.bundled import SAMPLE
@@ -34,6 +34,9 @@ class FileActions(QMainWindow):
     aside: Aside
     clips_dock: QDockWidget
     recent_menu: QMenu
+    actions_by_id: Mapping[str, QAction]
+    _being_opened = ""
+    _unasked = False  # closing: what is not saved stays in the journal
     _wait_for_first = False  # the folder's first clip that is ready opens by itself
     # The window and its other actions have these:
     leave_guide: Callable[[], None]
@@ -94,9 +97,25 @@ class FileActions(QMainWindow):
         """Open the bundled walk with known errors."""
         self.open_path(SAMPLE)
 
+    def cancel_opening(self) -> None:
+        """Give up what is being opened."""
+        self.document.cancel_opening()
+
     def _opening(self, name: str) -> None:
         self.bar.clear()
+        self._being_opened = name
         self.statusBar().showMessage(f"Opening {name} …")
+        self.actions_by_id["cancel_opening"].setEnabled(True)
+
+    def _opening_share(self, share: float) -> None:
+        action = self.actions_by_id["cancel_opening"]
+        key = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+        how = f"   {key} cancels." if key else ""
+        self.statusBar().showMessage(f"Opening {self._being_opened} … {100.0 * share:.0f} %{how}")
+
+    def _opening_over(self) -> None:
+        self.statusBar().clearMessage()
+        self.actions_by_id["cancel_opening"].setEnabled(False)
 
     def _opened(self) -> None:
         data = self.document.data
@@ -193,7 +212,7 @@ class FileActions(QMainWindow):
         """True once unsaved decisions are saved or knowingly given up."""
         self.leave_guide()
         self.detail.commit()
-        if self.document.data is None or self.document.review.saved:
+        if self._unasked or self.document.data is None or self.document.review.saved:
             return True
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(

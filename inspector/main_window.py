@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from inspector import theme as themes
 from inspector.actions import build_actions
+from inspector.background import Task
 from inspector.document import Document
 from inspector.exporter import Exporter
 from inspector.file_actions import FileActions
@@ -184,6 +186,9 @@ class MainWindow(
         document.save_elsewhere.connect(self.save_session_as)
         document.open_again.connect(self.open_path)
         document.opening.connect(self._opening)
+        document.opening_share.connect(self._opening_share)
+        document.opening_over.connect(self._opening_over)
+        self.actions_by_id["cancel_opening"].setEnabled(False)
         document.message.connect(lambda *_: self.statusBar().clearMessage())
         document.opened.connect(self._opened)
         document.intervals_changed.connect(self._review_changed)
@@ -271,6 +276,11 @@ class MainWindow(
         if self.five_trackers is not None:
             self.five_trackers.set_theme(theme)
 
+    def close_unasked(self) -> None:
+        """Close without a question: decisions that are not saved wait in the journal."""
+        self._unasked = True
+        self.close()
+
     # -- Qt events ----------------------------------------------------------------------------
 
     def changeEvent(self, event: QEvent) -> None:
@@ -284,6 +294,8 @@ class MainWindow(
         if not self.exporter.finish() or not self._may_leave():
             event.ignore()
             return
+        for task in self.findChildren(Task):
+            task.cancel()
         self.player.pause()
         self.recorder.cancel()
         if self.five_trackers is not None:
@@ -297,6 +309,8 @@ class MainWindow(
         self.settings.geometry = bytes(self.saveGeometry().toHex().data()).decode()
         self.settings.layout = bytes(self.saveState(_STATE_VERSION).toHex().data()).decode()
         if self._settings_file is not None:
-            save_settings(self._settings_file, self.settings)
+            trouble = save_settings(self._settings_file, self.settings)
+            if trouble:  # the window is going: a terminal may be there to read it
+                print(trouble, file=sys.stderr)
         self.viewport.close()
         super().closeEvent(event)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from twistcore.chain import Chain
 from twistcore.motion import Motion
+from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array, rotate, twist_angle, twist_reliability, wrap
 
 
@@ -48,6 +50,17 @@ def twist_signals(motion: Motion, chain: Chain) -> TwistSignals:
         swing_reliability=twist_reliability(q_p, axis),
         azimuth_reliability=np.linalg.norm(across, axis=-1),
     )
+
+
+def signals_of_chains(
+    motion: Motion, chains: Sequence[Chain], tell: Tell = nobody
+) -> dict[str, TwistSignals]:
+    """Signals of chains by name; tell: before each."""
+    found = {}
+    for k, chain in enumerate(chains):
+        tell(k / len(chains))
+        found[chain.name] = twist_signals(motion, chain)
+    return found
 
 
 def azimuth_increments(across: Array, axis: Array) -> Array:

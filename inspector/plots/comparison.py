@@ -106,7 +106,9 @@ class OtherDetector(Pane):
         self.forget()
         self._data = data
         detector = DETECTORS[self.method]
-        self._task = Task(lambda: detector.analyse(data.motion, data.chains), self)
+        self._task = task = Task(
+            lambda: detector.analyse(data.motion, data.chains, task.tell), self
+        )
         self._task.finished.connect(self._finished)
         self._task.start()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -13,9 +12,9 @@ from inspector.document import Document
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.motion import forward_kinematics
+from twistcore.progress import Tell
 from twistcore.quamo.metrics import Quality
 from twistcore.quamo.refine import quality_before_and_after
-from twistcore.quamo.tracker import Tell
 from twistcore.refinement import refine
 from twistcore.review import Track, Tracking
 from twistcore.review.tracking import Traces, traced_motion
@@ -45,10 +44,6 @@ class _Wanted:
     intervals: tuple[Interval, ...]
 
 
-class _CancelledError(Exception):
-    pass
-
-
 class Tracked(QObject):
     """What is tracked follows the review: `result` is of the review's tracking, or None.
 
@@ -65,7 +60,6 @@ class Tracked(QObject):
         self.asked: Tracking | None = None  # being tried before it becomes the review's
         self._task: Task | None = None
         self._under_way: _Wanted | None = None
-        self._cancelled = threading.Event()
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settle.timeout.connect(self._start)
         document.opened.connect(self._another)
@@ -130,7 +124,6 @@ class Tracked(QObject):
     def _halt(self) -> None:
         if self._task is not None:
             self._task.cancel()
-            self._cancelled.set()
         self._task = self._under_way = None
 
     def _start(self) -> None:
@@ -141,15 +134,9 @@ class Tracked(QObject):
         if self.result is not None and self.result.wanted == wanted:
             return
         self._halt()
-        stop = self._cancelled = threading.Event()
         self._under_way = wanted
-
-        def tell(share: float) -> None:
-            if stop.is_set():
-                raise _CancelledError
-            self.progress.emit(share)
-
-        self._task = Task(lambda: _work(data, wanted, tell), self)
+        self._task = task = Task(lambda: _work(data, wanted, task.tell), self)
+        task.progress.connect(self.progress)
         self._task.finished.connect(self._take)
         self._task.failed.connect(self._fail)
         self._task.start()

@@ -47,6 +47,17 @@ class RealScreen:
                 seen, since = now, time.monotonic()
         return seen
 
+    def status_bar(self):
+        """The picture's part with the active window's lowest line.
+
+        A title bar higher, as xdotool counts it twice.
+        """
+        words = self.use("getactivewindow", "getwindowgeometry", "--shell")
+        at = dict(word.split("=") for word in words if "=" in word)
+        left, top = int(at["X"]), int(at["Y"])
+        bottom = top + int(at["HEIGHT"])
+        return self.picture()[bottom - 50 : bottom, left : left + int(at["WIDTH"]) // 2]
+
     def use(self, *words):
         """Move the mouse, click, press keys: what xdotool knows."""
         done = subprocess.run(

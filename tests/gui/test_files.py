@@ -4,6 +4,8 @@ import os
 import shutil
 import stat
 import threading
+import time
+from itertools import cycle
 from pathlib import Path
 
 import pytest
@@ -11,10 +13,11 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication
 
+from inspector import document as documents
 from inspector.export import ExportChoice, ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import export, open_clip, wait_until_active
+from tests.gui.windows import export, open_clip, press, wait_until_active
 from twistcore.bvh import read_bvh
 
 
@@ -61,6 +64,49 @@ def test_what_cannot_be_opened_is_one_sentence_and_the_clip_stays(qtbot, opened,
     assert opened.bar.isVisible()
     assert opened.document.data.clip.name == "walk_injected.bvh"
     assert [p.name for p in path.parent.iterdir()] == ([name] if name in BAD else [])
+
+
+@pytest.fixture
+def endless(monkeypatch):
+    """Opening takes until it is cancelled; the names of clips whose opening has ended."""
+    ended = []
+
+    def analyse(path, _profile, tell):
+        try:
+            for percent in cycle(range(100)):
+                tell(percent / 100.0)
+                time.sleep(0.002)
+        finally:
+            ended.append(path.name)
+
+    monkeypatch.setattr(documents, "analyse", analyse)
+    monkeypatch.setattr(documents, "_WONDER_S", 0.05)
+    return ended
+
+
+def test_escape_cancels_what_is_being_opened(qtbot, opened, endless):
+    action = opened.actions_by_id["cancel_opening"]
+    assert not action.isEnabled()
+    opened.open_path(Path("endless.bvh"))
+    qtbot.waitUntil(lambda: "%" in opened.statusBar().currentMessage())
+    assert opened.statusBar().currentMessage().startswith("Opening endless.bvh … ")
+    assert action.isEnabled()
+    press(qtbot, opened, Qt.Key.Key_Escape)
+    assert opened.statusBar().currentMessage() == ""
+    assert not action.isEnabled()
+    qtbot.waitUntil(lambda: endless == ["endless.bvh"])
+    assert opened.document.data.clip.name == "walk_injected.bvh"
+    press(qtbot, opened, Qt.Key.Key_N)
+    press(qtbot, opened, Qt.Key.Key_A)
+    assert opened.document.review.undo_text, "the clip can be judged again"
+
+
+def test_another_clip_cancels_what_is_being_opened(qtbot, window, endless):
+    window.open_path(Path("one.bvh"))
+    window.open_path(Path("two.bvh"))
+    qtbot.waitUntil(lambda: endless == ["one.bvh"])
+    window.close()
+    qtbot.waitUntil(lambda: endless == ["one.bvh", "two.bvh"])
 
 
 def test_a_cut_motion_opens_with_a_note(qtbot, window, tmp_path):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from twistcore.bvh.uniform import UniformReader
 from twistcore.compiled import Loops, loops_for
+from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 
 _BLOCK = 1 << 18  # bytes at a time: what stays in a core's own cache
@@ -44,16 +45,17 @@ class BadNumberError(ValueError):
         self.offset, self.token = offset, token
 
 
-def read_numbers(data: bytes, start: int) -> Numbers:
+def read_numbers(data: bytes, start: int, tell: Tell = nobody) -> Numbers:
     """The numbers of data[start:] between white space; raises BadNumberError for the first other.
 
-    Read in blocks, so that little memory is needed beside the values.
+    Read in blocks, so that little memory is needed beside the values; tell: after each.
     """
     compiled = loops_for(len(data) - start)
-    return _read_blocks(data, start, _Scanner(compiled) if compiled else _numpy_reader(data, start))
+    reader = _Scanner(compiled) if compiled else _numpy_reader(data, start)
+    return _read_blocks(data, start, reader, tell)
 
 
-def _read_blocks(data: bytes, start: int, reader: _Reader) -> Numbers:
+def _read_blocks(data: bytes, start: int, reader: _Reader, tell: Tell) -> Numbers:
     """One block after the other, the values in room that is guessed from the first."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     spans = list(_spans(data, start, len(data)))
@@ -67,6 +69,7 @@ def _read_blocks(data: bytes, start: int, reader: _Reader) -> Numbers:
             values[filled:stop] = found.values
         lines.append(found.lines + filled)
         filled = stop
+        tell((b - start) / (len(data) - start))
     # The room guessed too much was never touched and so costs no memory.
     return Numbers(values[:filled], np.concatenate(lines) if lines else np.zeros(0, np.int64))
 

@@ -11,6 +11,7 @@ from twistcore.bvh.header import parse_header, shown
 from twistcore.bvh.numbers import LARGEST, BadNumberError, read_numbers
 from twistcore.bvh.rows import check_rows
 from twistcore.errors import BvhError
+from twistcore.progress import Tell, nobody
 
 _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
 _FRAMES = re.compile(rb"\s*Frames[ \t]*:?\s*([^\s:]*)", re.I)
@@ -25,8 +26,8 @@ _LINE = re.compile(rb"\r\n|\r|\n")
 _ASSUMED_FPS = 30.0
 
 
-def read_bvh(path: str | Path, *, fps: float | None = None) -> Clip:
-    """Read a BVH file; `fps` overrides the rate in the file.
+def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> Clip:
+    """Read a BVH file; `fps` overrides the rate in the file; tell: how far it is.
 
     Raises BvhError (file, line, column, what was expected) for anything that cannot be read
     without a guess that would move a joint; what was assumed harmlessly is in Clip.warnings.
@@ -40,10 +41,16 @@ def read_bvh(path: str | Path, *, fps: float | None = None) -> Clip:
         raise BvhError(str(path), "expected a BVH file, but this is a folder") from None
     except OSError as error:
         raise BvhError(str(path), f"cannot be read ({error.strerror})") from None
-    return parse_bvh(data, path, fps=fps)
+    return parse_bvh(data, path, fps=fps, tell=tell)
 
 
-def parse_bvh(data: bytes, path: str | Path = "clip.bvh", *, fps: float | None = None) -> Clip:
+def parse_bvh(
+    data: bytes,
+    path: str | Path = "clip.bvh",
+    *,
+    fps: float | None = None,
+    tell: Tell = nobody,
+) -> Clip:
     """The same from bytes in memory."""
     path = Path(path)
     name = str(path)
@@ -64,7 +71,7 @@ def parse_bvh(data: bytes, path: str | Path = "clip.bvh", *, fps: float | None =
         raise BvhError(name, "expected at least one channel in the hierarchy")
     start = seconds.end()
     try:
-        numbers = read_numbers(data, start)
+        numbers = read_numbers(data, start, tell)
     except BadNumberError as error:
         line, column = _place(data, error.offset)
         word = shown(error.token.decode("utf-8", "replace"))

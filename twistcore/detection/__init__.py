@@ -14,6 +14,7 @@ from twistcore.detection.consistency import ConsistencyDetector
 from twistcore.detection.interval import Interval
 from twistcore.detection.paper import PaperDetector
 from twistcore.motion import Motion
+from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 
 
@@ -38,8 +39,8 @@ class Detector(Protocol):
 
     name: str
 
-    def analyse(self, motion: Motion, chains: Sequence[Chain]) -> Analysis:
-        """Everything that does not depend on τ."""
+    def analyse(self, motion: Motion, chains: Sequence[Chain], tell: Tell = nobody) -> Analysis:
+        """Everything that does not depend on τ; tell: how far it is."""
         ...
 
 

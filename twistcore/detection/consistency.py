@@ -22,6 +22,7 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, pair_table, unpaired
 from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
+from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array, wrap
 
 SMALLEST_TAU = float(np.radians(1.5))
@@ -154,15 +155,20 @@ class ConsistencyDetector:
 
     name = "consistency"
 
-    def analyse(self, motion: Motion, chains: Sequence[Chain]) -> ConsistencyAnalysis:
-        """Everything that does not depend on τ."""
+    def analyse(
+        self, motion: Motion, chains: Sequence[Chain], tell: Tell = nobody
+    ) -> ConsistencyAnalysis:
+        """Everything that does not depend on τ; tell: how far it is."""
         cut = find_cuts(motion.rotations, motion.fps)
         segments = _segments(cut, motion.fps)
         cut[:1] = True
         out: dict[str, ChainAnalysis] = {}
         for lines in _alike(_lines(chains)):
-            counter = counter_rotation(_limbs(lines, motion), motion.fps, cut)
+            shares = len(out) / len(chains), (len(out) + sum(map(len, lines))) / len(chains)
+            here = part(tell, *shares)
+            counter = counter_rotation(_limbs(lines, motion), motion.fps, cut, here)
             for row, chain in enumerate(c for same in zip(*lines, strict=True) for c in same):
+                here(1.0)
                 edges, step = find_edges(counter, row)
                 tables = tuple(
                     pair_table(counter, row, edges, step, low, high) for low, high in segments

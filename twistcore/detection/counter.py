@@ -18,6 +18,7 @@ from twistcore.detection.prediction import (
     half_window,
     local_scale,
 )
+from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array, wrap
 
 SIGNIFICANT = 4.0  # |d| in σ: natural motion passes in ~1 % of the frames, before any pairing
@@ -56,8 +57,11 @@ class CounterRotation:
     lone: Mask
 
 
-def counter_rotation(limbs: Limbs, fps: float, cut: Mask) -> CounterRotation:
-    """Residuals of all chains of limbs; cut (frames,): increments across a cut, never used."""
+def counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell = nobody) -> CounterRotation:
+    """Residuals of all chains of limbs; cut (frames,): increments across a cut, never used.
+
+    tell: before every round.
+    """
     captured = limbs.increments()
     live = np.broadcast_to(~cut, captured.shape[1:])
     half = half_window(fps)
@@ -65,6 +69,7 @@ def counter_rotation(limbs: Limbs, fps: float, cut: Mask) -> CounterRotation:
     rounds = _Rounds(captured, limbs, cut, half)
     moving = np.ones(len(good), dtype=bool)  # chains of limbs that have not settled
     for turn in range(ROUNDS):
+        tell(turn / ROUNDS)
         increments = rounds.next(good, turn)
         new = *increments, *_jumps(*increments)
         if moving.all():

@@ -10,8 +10,9 @@ import numpy as np
 from twistcore.chain import Chain
 from twistcore.detection.interval import Interval
 from twistcore.motion import Motion
+from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array, wrap
-from twistcore.signals import TwistSignals, twist_signals
+from twistcore.signals import TwistSignals, signals_of_chains
 
 DEFAULT_TAU = float(np.radians(5.0))  # the paper names none; 5° gives its success rates again
 
@@ -41,9 +42,11 @@ class PaperDetector:
 
     name = "paper"
 
-    def analyse(self, motion: Motion, chains: Sequence[Chain]) -> PaperAnalysis:
-        """Everything that does not depend on τ."""
-        return PaperAnalysis({chain.name: twist_signals(motion, chain) for chain in chains})
+    def analyse(
+        self, motion: Motion, chains: Sequence[Chain], tell: Tell = nobody
+    ) -> PaperAnalysis:
+        """Everything that does not depend on τ; tell: how far it is."""
+        return PaperAnalysis(signals_of_chains(motion, chains, tell))
 
 
 def running_offset(signals: TwistSignals, tau: float) -> Array:

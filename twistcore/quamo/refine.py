@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton, forward_kinematics
+from twistcore.progress import Tell, nobody
 from twistcore.quamo.metrics import Quality, quality
 from twistcore.quamo.network import Network
 from twistcore.quamo.resample import corrected, resampled, sample_times
 from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
-from twistcore.quamo.tracker import HandGains, Step, Tell, nobody, track
+from twistcore.quamo.tracker import HandGains, Step, track
 from twistcore.rotation import Array
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from twistcore.errors import TwistError
+from twistcore.progress import Tell, nobody
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import (
     EXACT,
@@ -23,8 +24,6 @@ from twistcore.quamo.state_space import (
     next_velocity,
 )
 from twistcore.rotation import Array, normalise
-
-Tell = Callable[[float], None]
 
 LOST_AFTER = 5  # frames
 _TELL_EVERY = 25  # frames
@@ -154,11 +153,6 @@ class Track:
     r: Array
     snapped: NDArray[np.bool_]
     steps: tuple[Step, ...] = ()
-
-
-def nobody(share: float) -> None:
-    """Tells nobody how far it is."""
-    del share
 
 
 def track(

@@ -19,7 +19,7 @@ from twistcore.detection import Interval
 from twistcore.encoding import json_bytes
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.motion import Motion
-from twistcore.quamo.tracker import Tell, nobody
+from twistcore.progress import Tell, nobody
 from twistcore.refinement import refine
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking
 from twistcore.review.tracking import check_tracking, tracked_motion

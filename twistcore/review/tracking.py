@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
+from twistcore.progress import Tell, nobody
 from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.refine import (
     Tracked,
@@ -25,7 +26,7 @@ from twistcore.quamo.refine import (
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
-from twistcore.quamo.tracker import Step, Tell, nobody
+from twistcore.quamo.tracker import Step
 from twistcore.quamo.weights import weights_file
 from twistcore.review.model import Tracking
 from twistcore.rotation import Array

@@ -1,0 +1,137 @@
+"""The program in a process of its own: however it is started, it ends, and soon."""
+
+import os
+import re
+import shutil
+import signal
+import time
+
+import pytest
+from PySide6.QtCore import QTimer
+
+from inspector.analysed import analyse
+from inspector.demo import Screenshot
+from tests.conftest import ASSETS
+from tests.gui.real_screen import needs_real_screen, program, real_screen, wait_until
+from twistcore.review import write_session
+
+SOON = 2.5  # seconds; a long clip takes 5 to open on a fast machine
+INJECTED = ASSETS / "walk_injected.bvh"
+
+
+def run(folder, *words):
+    """Exit status and what was said."""
+    with program(os.environ, folder, *words) as process:
+        said, _ = process.communicate(timeout=60)
+        return process.returncode, said
+
+
+def write_session_of(path):
+    data = analyse(path)
+    session = path.with_name(f"{path.stem}.twist.json")
+    write_session(session, data.clip, data.review.state)
+    return session
+
+
+def long_clip(path, frames=100_000):
+    """The walk again and again."""
+    head, _, rows = INJECTED.read_text().rstrip().partition("Frame Time:")
+    step, *lines = rows.splitlines()
+    head = re.sub(r"Frames:.*", f"Frames: {frames}", head)
+    rounds, rest = divmod(frames, len(lines))
+    every = "\n".join(lines) + "\n"
+    path.write_text(f"{head}Frame Time:{step}\n{every * rounds}" + "\n".join(lines[:rest]) + "\n")
+    return path
+
+
+def test_a_picture_of_the_empty_window(tmp_path):
+    code, said = run(tmp_path, "--screenshot", tmp_path / "window.png")
+    assert (code, said) == (0, "")
+    assert (tmp_path / "window.png").stat().st_size > 10_000
+
+
+def test_without_a_clip_the_sample_is_demonstrated_again_and_again(tmp_path):
+    for _ in range(2):
+        code, said = run(tmp_path, "--demo", tmp_path / "out")
+        assert code == 0, said
+        assert said.startswith("walk_injected_refined.bvh: ")
+    assert (tmp_path / "out" / "walk_injected_refined.bvh").exists()
+    assert (tmp_path / "out" / "inspector.png").exists()
+
+
+def test_a_picture_of_a_session(tmp_path):
+    session = write_session_of(shutil.copy(INJECTED, tmp_path / "mine.bvh"))
+    code, said = run(tmp_path, session, "--screenshot", tmp_path / "window.png")
+    assert (code, said) == (0, "")
+
+
+@pytest.mark.parametrize("what", ["missing.bvh", "missing.json", "empty", "broken", "lost"])
+def test_what_cannot_be_opened_ends_in_a_sentence(tmp_path, what):
+    path = tmp_path / what
+    if what in ("empty", "broken"):
+        path.mkdir()
+    if what == "broken":
+        (path / "no.bvh").write_text("no")
+    if what == "lost":
+        clip = shutil.copy(INJECTED, tmp_path / "lost.bvh")
+        path = write_session_of(clip)
+        clip.unlink()
+    code, said = run(tmp_path, path, "--screenshot", tmp_path / "window.png")
+    assert code == 2
+    assert len(said.splitlines()) == 1
+    assert what.partition(".")[0] in said
+    assert not (tmp_path / "window.png").exists()
+
+
+def test_a_picture_that_cannot_be_written_ends_in_a_sentence(tmp_path):
+    (tmp_path / "file").write_text("")
+    code, said = run(tmp_path, "--screenshot", tmp_path / "file" / "window.png")
+    assert code == 2
+    assert len(said.splitlines()) == 1
+
+
+def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, capsys):
+    window = show_window()
+    script = Screenshot(window, tmp_path / "window.png", shutil.copy(INJECTED, tmp_path))
+    QTimer.singleShot(0, window, window.show_about)
+    qtbot.waitUntil(lambda: not window.isVisible())
+    assert script.code == 2
+    assert "nobody to answer" in capsys.readouterr().out
+
+
+@needs_real_screen
+@pytest.mark.parametrize("share_seen", [False, True], ids=["reading", "analysing"])
+def test_closing_the_window_ends_what_is_being_opened(tmp_path, share_seen):
+    clip = long_clip(tmp_path / "long.bvh")
+    with real_screen(tmp_path) as screen, program(screen.env, tmp_path, clip) as process:
+        wait_until(lambda: screen.windows("^Twist Inspector$"))
+        if share_seen:
+            screen.steady_picture()  # it says what is being opened, not yet how far
+            told = screen.status_bar()
+            wait_until(lambda: (screen.status_bar() != told).any())
+        assert not screen.windows("^long.bvh"), "it is open already"
+        screen.use("key", "alt+F4")
+        begun = time.monotonic()
+        process.communicate(timeout=30)
+        assert time.monotonic() - begun < SOON
+        assert process.returncode == 0
+
+
+@needs_real_screen
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_while_it_asks(tmp_path, number):
+    """Decisions that are not saved wait in the journal."""
+    clip = shutil.copy(INJECTED, tmp_path / "mine.bvh")
+    with real_screen(tmp_path) as screen, program(screen.env, tmp_path, clip) as process:
+        wait_until(lambda: screen.windows("^mine.bvh"))
+        (window,) = screen.windows("^mine.bvh")
+        journal = tmp_path / "mine.twist.json.journal"
+        wait_until(journal.exists, meanwhile=lambda: screen.use("key", "n", "key", "a"))
+        screen.use("key", "alt+F4")
+        wait_until(lambda: screen.use("getactivewindow") != [window])
+        process.send_signal(number)
+        begun = time.monotonic()
+        process.communicate(timeout=30)
+        assert time.monotonic() - begun < SOON
+        assert process.returncode == 128 + number
+        assert journal.exists()
