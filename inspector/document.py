@@ -14,14 +14,13 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.analysed import Analysed, ClipMissingError, analyse, analyse_session
 from inspector.background import Task
-from inspector.clip_on_disk import Stamp, stamp_of, what_changed
 from inspector.corrections import Corrections
-from inspector.keeping import Keeper, Leftover
+from inspector.keeping import Keeper
+from inspector.recovery import Recovery
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import DETECTORS, Interval, resolve_tau
 from twistcore.progress import Tell
 from twistcore.review import (
-    CarryOver,
     Command,
     Decide,
     Decision,
@@ -65,8 +64,6 @@ class Document(QObject):
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
     locate = Signal(object)  # the clip of this session file is asked for
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
-    save_elsewhere = Signal()  # a place for the session is asked for
-    open_again = Signal(object)  # this clip is to be read anew
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -78,15 +75,14 @@ class Document(QObject):
         self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
         self.keeper = Keeper(self)
         self.keeper.told.connect(self.message)
-        self.keeper.failing.connect(self._ask_about_disk)
-        self.keeper.locked.connect(self._ask_about_lock)
+        self.recovery = Recovery(self.keeper, lambda: self.data, self.do, self._use_review, self)
+        self.recovery.message.connect(self.message)
+        self.recovery.question.connect(self.question)
         self.reviewer = ""
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._corrections: Corrections | None = None
         self._task: Task | None = None
-        self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
-        self._changed = ""  # what is to be said about it
         self._opening_since = 0.0
         self._drag = 0
 
@@ -139,7 +135,6 @@ class Document(QObject):
         self.interval_id = None
         self._corrections = Corrections(data.motion, data.chains)
         self.hidden = frozenset()
-        self._stamp, self._changed = data.stamp, ""
         self.keeper.begin(data.clip, data.review, data.session, resumed=resumed)
         intervals = self.review.state.intervals
         self.chain = intervals[0].interval.chain if intervals else ""
@@ -149,23 +144,7 @@ class Document(QObject):
         self.opened.emit()
         if not resumed:
             self._tell_about(data)
-        if self.keeper.read_only:
-            self._ask_about_lock()
-        else:
-            self._ask_next()
-
-    def _ask_next(self) -> None:
-        """Ask about the latest thing that an earlier run left, then about an earlier version."""
-        data = self.data
-        assert data is not None
-        if self.keeper.leftovers:
-            self._offer(self.keeper.leftovers[0])
-        elif data.earlier:
-            carry = CarryOver(_fitting(data.earlier, data.motion.frames))
-            self.question.emit(
-                f"{data.clip.name} has changed since its session was saved.",
-                (("Carry decisions over", lambda: self.do(carry)),),
-            )
+        self.recovery.begin(data)
 
     def _tell_about(self, data: Analysed) -> None:
         if data.session is not None:
@@ -192,98 +171,6 @@ class Document(QObject):
             self.message.emit(" ".join(told[:3]) + more, False)
         for note in data.notes:
             self.message.emit(note, True)
-
-    def _offer(self, leftover: Leftover) -> None:
-        assert self.data is not None
-        steps = leftover.recovered.steps
-        kept = "1 step was kept" if steps == 1 else f"{steps} steps were kept"
-        if not leftover.same_clip:
-            which = f"A review of another version of {self.data.clip.name}"
-            answer = "Carry decisions over"
-        elif self._touched:
-            which, answer = "Another review of this clip", "Add its decisions"
-        else:
-            which, answer = "The last review of this clip", "Restore"
-        self.question.emit(
-            f"{which} ended without saving ({leftover.when:%d %B, %H:%M}); {kept}.",
-            (
-                (answer, lambda: self.restore(leftover)),
-                ("Discard", lambda: self.discard(leftover)),
-            ),
-        )
-
-    @property
-    def _touched(self) -> bool:
-        """Whether anything has been done to the open review, or was restored into it."""
-        return bool(self.review.position) or not self.review.saved
-
-    def restore(self, leftover: Leftover) -> None:
-        """Go on with the review that an earlier run left in its journal.
-
-        One of another version of the clip, or beside decisions made since, is added to these.
-        """
-        assert self.data is not None
-        if self._touched or not leftover.same_clip:
-            earlier = leftover.recovered.review.state.intervals
-            carry = CarryOver(_fitting(earlier, self.data.motion.frames), leftover.same_clip)
-            if not (self.do(carry) and self.keeper.on_disk):
-                return  # it stays until this is as safe as it is
-            self.keeper.forget(leftover)
-        else:
-            review = leftover.recovered.review
-            self.data = replace(self.data, review=review)
-            self.keeper.continue_with(review, leftover)
-            self._review_changed()
-        self._ask_next()
-
-    def discard(self, leftover: Leftover) -> None:
-        """Forget what an earlier run left."""
-        self.keeper.forget(leftover)
-        self._ask_next()
-
-    def _ask_about_lock(self) -> None:
-        assert self.data is not None
-        lock = self.keeper.lock
-        self.question.emit(
-            f"{self.data.clip.name} is open in another window ({lock and lock.holder}). "
-            "You can look; nothing can be changed here.",
-            (("Take over", self._take_over), ("Look only", lambda: None)),
-        )
-
-    def _take_over(self) -> None:
-        assert self.data is not None
-        if trouble := self.keeper.take_over():
-            self.message.emit(trouble, True)
-        else:  # what the other window has saved meanwhile is read, what it has not is offered
-            self.open_again.emit(self.data.clip.path)
-
-    def _ask_about_disk(self, text: str) -> None:
-        again = ("Try again", self.keeper.retry)  # which asks anew if that fails
-        self.question.emit(text, (again, ("Save elsewhere…", self.save_elsewhere.emit)))
-
-    def look_around(self) -> None:
-        """The person is back at the window: what have other programs done meanwhile?"""
-        if self.data is not None:
-            if not self.keeper.read_only:
-                self.keeper.may_change()
-            self.check_clip()
-
-    def check_clip(self) -> str:
-        """A sentence if the clip has changed on disk since it was read, else ''.
-
-        The person is asked once whether to open it again.
-        """
-        if self.data is None or self.data.stamp is None:
-            return ""
-        clip, stamp = self.data.clip, stamp_of(self.data.clip.path)
-        if stamp != self._stamp:
-            self._stamp = stamp
-            self._changed = what_changed(clip, self.data.stamp, stamp)
-            keep = ("Keep what is open", lambda: None)
-            again = ("Open it again", lambda: self.open_again.emit(clip.path))
-            if self._changed:
-                self.question.emit(self._changed, (again, keep) if stamp else (keep,))
-        return self._changed
 
     def snapshot(self, parent: QObject | None = None) -> Document:
         """A document with the same clip, review and selection, and nothing behind it on disk."""
@@ -563,6 +450,11 @@ class Document(QObject):
             out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]
         return out
 
+    def _use_review(self, review: Review) -> None:
+        assert self.data is not None
+        self.data = replace(self.data, review=review)
+        self._review_changed()
+
     def _review_changed(self) -> None:
         assert self._corrections is not None
         self._corrections.update(self.review.state)
@@ -580,8 +472,3 @@ class Document(QObject):
             analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
             self.data = replace(self.data, analysis=analysis, method=method)
             self.method_changed.emit()
-
-
-def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
-    """The intervals of another take that end within this one."""
-    return tuple(judged for judged in earlier if judged.interval.stop <= frames)

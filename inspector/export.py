@@ -81,7 +81,7 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
         tuple(data.chains),
         document.review.state,
         uncorrected(document),
-        document.check_clip(),
+        document.recovery.check_clip(),
         dict(document.exported),
     )
 

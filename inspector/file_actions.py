@@ -177,7 +177,7 @@ class FileActions(QMainWindow):
         self.detail.commit()
         saved, told = self.document.keeper.save(path)
         if saved:
-            if changed := self.document.check_clip():
+            if changed := self.document.recovery.check_clip():
                 told += f" {changed} The session belongs to the version that is open."
             self._review_changed()
             if self.document.data is not None:

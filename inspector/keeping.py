@@ -4,53 +4,28 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from inspector.leftovers import Leftover, holds_more, read_leftover
 from inspector.lock import ReviewLock
 from inspector.session_files import (
     JOURNAL_SUFFIX,
     journals,
     refuge_path,
     session_path,
-    set_aside,
     written,
 )
 from twistcore.atomic import free_name, write_atomically
 from twistcore.bvh import Clip
-from twistcore.chain import find_chains
-from twistcore.errors import ClipMismatchError, FormatError, TwistError
-from twistcore.review import Command, Journal, Recovered, Review, ReviewState, recover
+from twistcore.review import Command, Journal, Review, ReviewState
 from twistcore.review.journal import command_to_json, state_entry
-from twistcore.review.session import check_belongs, session_bytes, session_document
+from twistcore.review.session import session_bytes
 
 _IDLE_MS = 300  # a drag that pauses this long is put on disk
 _RETRY_MS = 5000  # what the disk did not take is tried again
-
-
-@dataclass(frozen=True, eq=False)
-class Leftover:
-    """A journal that an earlier run left, with something in it that the open review has not.
-
-    same_clip: it belongs to the clip as it is, not to another version of it.
-    """
-
-    recovered: Recovered
-    same_clip: bool
-
-    @property
-    def path(self) -> Path:
-        """The journal."""
-        return self.recovered.path
-
-    @property
-    def when(self) -> datetime:
-        """Its last step, local time."""
-        return datetime.fromtimestamp(written(self.path) / 1e9)
 
 
 class Keeper(QObject):
@@ -107,11 +82,9 @@ class Keeper(QObject):
         self.read_only = not self._take_lock()
         if self.read_only:
             return
-        beside = [path for place in self._places() for path in journals(place)]
-        found = [leftover for path in beside if (leftover := self._leftover(path)) is not None]
-        found.sort(key=lambda leftover: written(leftover.path), reverse=True)
-        self.leftovers = [leftover for leftover in found if self._holds_more(leftover)]
-        same = [leftover for leftover in found if leftover not in self.leftovers]
+        found = self._find_leftovers()
+        self.leftovers = [left for left in found if holds_more(left, clip, review.state)]
+        same = [left for left in found if left not in self.leftovers]
         if resumed and not review.saved:
             if same and same[0].same_clip:
                 self._resume(same.pop(0))
@@ -120,6 +93,18 @@ class Keeper(QObject):
                 self._begin_journal(review.state, steps=1)
         for leftover in same:
             self.forget(leftover)
+
+    def _find_leftovers(self) -> list[Leftover]:
+        """Journals beside the session and in the refuge, the latest first."""
+        assert self._clip is not None
+        found = []
+        for path in (path for place in self._places() for path in journals(place)):
+            leftover, told = read_leftover(path, self._clip)
+            if told:
+                self.told.emit(told, True)
+            if leftover is not None:
+                found.append(leftover)
+        return sorted(found, key=lambda left: written(left.path), reverse=True)
 
     def end(self) -> None:
         """Let the clip go; its journal stays unless everything in it is saved."""
@@ -150,22 +135,33 @@ class Keeper(QObject):
             self._journal.discard()
             self._journal = None
 
-    def continue_with(self, review: Review, leftover: Leftover) -> None:
+    def continue_with(self, leftover: Leftover) -> None:
         """Go on with a recovered review, in its own journal."""
         self.give_up()  # nothing was done in the review that was open
         self.leftovers.remove(leftover)
-        self._review = review
+        self._review = leftover.recovered.review
         self._resume(leftover)
         self._first, self._detached = 0, False
 
     def forget(self, leftover: Leftover) -> None:
         """Delete what an earlier run left: it was answered, or there is nothing more in it."""
+        self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
+
+    def put_aside(self, leftover: Leftover) -> str:
+        """Keep what an earlier run left under a name that is not offered; '' if that failed."""
+        aside = free_name(leftover.path, ".earlier")
+        done = self._done_with(leftover, lambda: leftover.path.rename(aside))
+        return aside.name if done else ""
+
+    def _done_with(self, leftover: Leftover, work: Callable[[], object]) -> bool:
         if leftover in self.leftovers:
             self.leftovers.remove(leftover)
         try:
-            leftover.path.unlink(missing_ok=True)
+            work()
         except OSError as error:
-            self.told.emit(f"{leftover.path}: not deleted ({error.strerror}).", True)
+            self.told.emit(f"{leftover.path}: it stays where it is ({error.strerror}).", True)
+            return False
+        return True
 
     @property
     def on_disk(self) -> bool:
@@ -286,41 +282,6 @@ class Keeper(QObject):
             return taken
         self.lock = None
         return True  # nowhere to write: nobody else can either
-
-    def _leftover(self, path: Path) -> Leftover | None:
-        """What a journal holds; None for one that cannot be used, which is set aside."""
-        assert self._clip is not None
-        try:
-            recovered = recover(path)
-        except FormatError as error:
-            if path.stat().st_size:
-                self.told.emit(set_aside(path, str(error)), True)
-            else:
-                path.unlink(missing_ok=True)
-            return None
-        except TwistError as error:
-            self.told.emit(str(error), True)
-            return None
-        if recovered.damaged:
-            told = f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
-            self.told.emit(told, True)
-        try:
-            check_belongs(recovered.session, self._clip, find_chains(self._clip.motion))
-        except ClipMismatchError:
-            return Leftover(recovered, same_clip=False)
-        return Leftover(recovered, same_clip=True)
-
-    def _holds_more(self, leftover: Leftover) -> bool:
-        """Whether there is anything in it that the open review has not."""
-        assert self._review is not None
-        state = leftover.recovered.review.state
-        if leftover.same_clip:
-            return self._content(state) != self._content(self._review.state)
-        return any(judged.kept for judged in state.intervals)
-
-    def _content(self, state: ReviewState) -> dict[str, Any]:
-        assert self._clip is not None
-        return {k: v for k, v in session_document(self._clip, state).items() if k != "next_id"}
 
     # -- the files ----------------------------------------------------------------------------
 

@@ -183,8 +183,8 @@ class MainWindow(
         self.exporter.message.connect(self.bar.show_message)
         document.question.connect(self.bar.ask)
         document.locate.connect(self.locate_clip)
-        document.save_elsewhere.connect(self.save_session_as)
-        document.open_again.connect(self.open_path)
+        document.recovery.save_elsewhere.connect(self.save_session_as)
+        document.recovery.open_again.connect(self.open_path)
         document.opening.connect(self._opening)
         document.opening_share.connect(self._opening_share)
         document.opening_over.connect(self._opening_over)
@@ -287,7 +287,7 @@ class MainWindow(
         """Coming to the front, look what other programs have done to the clip and its lock."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
-            self.document.look_around()
+            self.document.recovery.look_around()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Finish an export, ask about unsaved decisions, keep the layout, let the 3D view go."""

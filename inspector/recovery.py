@@ -1,0 +1,174 @@
+"""What a person is asked about a clip: earlier reviews of it, its lock, its journal, its file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from PySide6.QtCore import QObject, Signal
+
+from inspector.analysed import Analysed
+from inspector.clip_on_disk import Stamp, stamp_of, what_changed
+from inspector.keeping import Keeper
+from inspector.leftovers import Leftover
+from twistcore.review import CarryOver, Command, Judged, Review
+
+
+class Recovery(QObject):
+    """Asks, and does what is answered. What is not answered is asked again at the next start."""
+
+    question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    message = Signal(str, bool)
+    save_elsewhere = Signal()  # a place for the session is asked for
+    open_again = Signal(object)  # this clip is to be read anew
+
+    def __init__(
+        self,
+        keeper: Keeper,
+        data: Callable[[], Analysed | None],
+        do: Callable[[Command], bool],
+        use: Callable[[Review], None],
+        parent: QObject | None = None,
+    ) -> None:
+        """`data`: the open clip; do: carries out a command; use: makes a review the open one."""
+        super().__init__(parent)
+        self._keeper, self._data, self._do, self._use = keeper, data, do, use
+        self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
+        self._changed = ""  # what is to be said about it
+        keeper.failing.connect(self._ask_about_disk)
+        keeper.locked.connect(self._ask_about_lock)
+
+    def begin(self, data: Analysed) -> None:
+        """Another clip is open."""
+        self._stamp, self._changed = data.stamp, ""
+        if self._keeper.read_only:
+            self._ask_about_lock()
+        else:
+            self._ask_next()
+
+    def look_around(self) -> None:
+        """The person is back at the window: what have other programs done meanwhile?"""
+        if self._data() is not None:
+            if not self._keeper.read_only:
+                self._keeper.may_change()
+            self.check_clip()
+
+    def check_clip(self) -> str:
+        """A sentence if the clip has changed on disk since it was read, else ''.
+
+        The person is asked once whether to open it again.
+        """
+        data = self._data()
+        if data is None or data.stamp is None:
+            return ""
+        path, stamp = data.clip.path, stamp_of(data.clip.path)
+        if stamp != self._stamp:
+            self._stamp = stamp
+            self._changed = what_changed(data.clip, data.stamp, stamp)
+            keep = ("Keep what is open", lambda: None)
+            again = ("Open it again", lambda: self.open_again.emit(path))
+            if self._changed:
+                self.question.emit(self._changed, (again, keep) if stamp else (keep,))
+        return self._changed
+
+    def _ask_next(self) -> None:
+        """Ask about the latest thing that an earlier run left, then about an earlier version."""
+        data = self._open()
+        if self._keeper.leftovers:
+            self._offer(self._keeper.leftovers[0])
+        elif data.earlier:
+            carry = CarryOver(_fitting(data.earlier, data.motion.frames))
+            self.question.emit(
+                f"{data.clip.name} has changed since its session was saved.",
+                (("Carry decisions over", lambda: self._do(carry)),),
+            )
+
+    def _offer(self, leftover: Leftover) -> None:
+        steps = leftover.recovered.steps
+        kept = "1 step was kept" if steps == 1 else f"{steps} steps were kept"
+        if not leftover.same_clip:
+            which = f"A review of another version of {self._open().clip.name}"
+            answer = "Carry decisions over"
+        elif self._touched:
+            which, answer = "Another review of this clip", "Add its decisions"
+        else:
+            which, answer = "The last review of this clip", "Restore"
+        self.question.emit(
+            f"{which} ended without saving ({leftover.when:%d %B, %H:%M}); {kept}.",
+            (
+                (answer, lambda: self.restore(leftover)),
+                ("Discard", lambda: self.discard(leftover)),
+            ),
+        )
+
+    @property
+    def _touched(self) -> bool:
+        """Whether anything has been done to the open review, or was restored into it."""
+        review = self._open().review
+        return bool(review.position) or not review.saved
+
+    def _open(self) -> Analysed:
+        data = self._data()
+        assert data is not None
+        return data
+
+    def restore(self, leftover: Leftover) -> None:
+        """Go on with the review that an earlier run left in its journal.
+
+        One of another version of the clip, or beside decisions made since, is added to these.
+        """
+        if self._touched or not leftover.same_clip:
+            self._add(leftover)
+            if leftover in self._keeper.leftovers:
+                return
+        else:
+            self._keeper.continue_with(leftover)
+            self._use(leftover.recovered.review)
+        self._ask_next()
+
+    def _add(self, leftover: Leftover) -> None:
+        earlier = leftover.recovered.review.state.intervals
+        carry = CarryOver(_fitting(earlier, self._open().motion.frames), leftover.same_clip)
+        before = _kept(self._open().review.state.intervals)
+        if not (self._do(carry) and self._keeper.on_disk):
+            return  # it stays until this is as safe as it is
+        carried = _kept(self._open().review.state.intervals) - before
+        if leftover.same_clip or carried >= _kept(earlier):
+            self._keeper.forget(leftover)
+        elif name := self._keeper.put_aside(leftover):
+            self.message.emit(
+                f"{carried} of {_kept(earlier)} decisions were carried over; what else was decided "
+                f"is about nothing in this version. It stays in {name}.",
+                True,
+            )
+
+    def discard(self, leftover: Leftover) -> None:
+        """Forget what an earlier run left."""
+        self._keeper.forget(leftover)
+        self._ask_next()
+
+    def _ask_about_lock(self) -> None:
+        lock = self._keeper.lock
+        self.question.emit(
+            f"{self._open().clip.name} is open in another window ({lock and lock.holder}). "
+            "You can look; nothing can be changed here.",
+            (("Take over", self._take_over), ("Look only", lambda: None)),
+        )
+
+    def _take_over(self) -> None:
+        if trouble := self._keeper.take_over():
+            self.message.emit(trouble, True)
+        else:  # what the other window has saved meanwhile is read, what it has not is offered
+            self.open_again.emit(self._open().clip.path)
+
+    def _ask_about_disk(self, text: str) -> None:
+        again = ("Try again", self._keeper.retry)  # which asks anew if that fails
+        self.question.emit(text, (again, ("Save elsewhere…", self.save_elsewhere.emit)))
+
+
+def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
+    """The intervals of another take that end within this one."""
+    return tuple(judged for judged in earlier if judged.interval.stop <= frames)
+
+
+def _kept(intervals: Sequence[Judged]) -> int:
+    return sum(judged.kept for judged in intervals)
