@@ -17,7 +17,7 @@ os.environ.setdefault("QT_API", "pyside6")
 if os.environ.get("WAYLAND_DISPLAY") and os.environ.get("DISPLAY"):
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QTimer
 from PySide6.QtGui import QFont, QSurfaceFormat
 from PySide6.QtWidgets import QApplication
 
@@ -84,8 +84,13 @@ def _say(window: MainWindow, complaint: str) -> None:
     """Say it now and, since a clip that is opened has sentences of its own, behind these."""
     print(complaint, file=sys.stderr)
     window.bar.show_message(complaint, True)
-    once = Qt.ConnectionType.SingleShotConnection | Qt.ConnectionType.QueuedConnection
-    window.document.opened.connect(lambda: window.bar.show_message(complaint, True), once)
+    opened = window.document.opened
+
+    def again() -> None:
+        opened.disconnect(again)
+        QTimer.singleShot(0, window, lambda: window.bar.show_message(complaint, True))
+
+    opened.connect(again)
 
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:

@@ -20,7 +20,7 @@ EXAMPLES = {
     "twistcore.quamo.poses.PosesError": (("a.npz: expected poses",), {}),
     "twistcore.quamo.stability.UnstableGainsError": (("κP is too large",), {}),
     "inspector.analysed.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),
-    "inspector.quality.tracking._CancelledError": ((), {}),
+    "twistcore.progress.Cancelled": ((), {}),
     "inspector.video.reader.VideoError": (("a.mp4: no video",), {}),
 }
 EXTRAS = {"numba", "torch", "av"}  # a module that needs an extra may not be importable

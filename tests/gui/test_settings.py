@@ -286,6 +286,7 @@ def test_the_program_starts(tmp_path, damage):
         words, env=environment, capture_output=True, text=True, timeout=120, check=False
     )
     assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+    assert "settings" in done.stderr
     assert picture.stat().st_size > 10_000
     if damage == "fifo":
         assert path.is_fifo()
