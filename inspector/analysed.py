@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from inspector.clip_on_disk import Stamp, stamp_of
-from inspector.session_files import REPLAY_SUFFIX, kept_session, set_aside
+from inspector.session_files import REPLAY_SUFFIX, kept_sessions, set_aside
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, resolve_tau
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody, part
-from twistcore.review import Judged, Review, read_session, start_review
-from twistcore.review.session import check_belongs
+from twistcore.review import Judged, Review, Session, start_review
+from twistcore.review.session import check_belongs, parse_session
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
 from twistcore.tuning import Profile
@@ -36,7 +36,8 @@ class Analysed:
     positions: Array  # (frames, joints, 3)
     review: Review
     method: str = DEFAULT_METHOD
-    session: Path | None = None  # the file the review was read from
+    session: Path | None = None  # the file the review was read from,
+    session_sha256: str = ""  # and its bytes'
     earlier: tuple[Judged, ...] = ()  # a review of another version of this clip
     notes: tuple[str, ...] = ()
     stamp: Stamp | None = None  # of the clip's file before it was read; None if it was in memory
@@ -65,14 +66,21 @@ def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> 
     profile: τ for a clip without a session, which has its own; tell: how far it is. Safe to call
     in any thread.
     """
-    session = kept_session(path)
-    if session is None:
+    sessions = kept_sessions(path)
+    if not sessions:
         return _read(path, profile, tell)
+    session, *older = sessions
+    notes = [f"Another session of {path.name}, not the latest, is {other}." for other in older]
     try:
-        return analyse_session(session, path, tell)
+        data = session.read_bytes()
+        kept = parse_session(data, session)
     except FormatError as error:
-        note = set_aside(session, str(error))
-        return replace(_read(path, profile, tell), notes=(note,))
+        notes.append(set_aside(session, str(error)))
+        return replace(_read(path, profile, tell), notes=tuple(notes))
+    except OSError as error:
+        notes.append(f"{session}: the session cannot be read ({error.strerror}).")
+        return replace(_read(path, profile, tell), notes=tuple(notes))
+    return replace(_with_session(session, data, kept, path, tell), notes=tuple(notes))
 
 
 def _read(path: Path, profile: Profile | None, tell: Tell) -> Analysed:
@@ -115,7 +123,13 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     replays an export is read, never written: its review goes on in the clip's own session. tell:
     how far it is.
     """
-    session = read_session(path)
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise TwistError(f"{path}: expected a session file, but there is no such file") from None
+    except OSError as error:
+        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
+    session = parse_session(data, path)
     if clip_path is None:
         places = [Path(session.clip), path.with_name(Path(session.clip).name)]
         there = [p for p in places if p.is_file()]
@@ -123,15 +137,22 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
             raise ClipMissingError(path, session.clip)
         same = (p for p in there if hashlib.sha256(p.read_bytes()).hexdigest() == session.sha256)
         clip_path = next(same, there[0])
+    return _with_session(path, data, session, clip_path, tell)
+
+
+def _with_session(path: Path, data: bytes, session: Session, clip: Path, tell: Tell) -> Analysed:
     method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
-    data = _read(clip_path, Profile({}, method), tell)
+    found = _read(clip, Profile({}, method), tell)
     try:
-        check_belongs(session, data.clip, data.chains)
+        check_belongs(session, found.clip, found.chains)
     except ClipMismatchError:
-        return replace(data, earlier=session.state.intervals)
-    own = data.review.state
-    state = replace(
-        session.state, tau={**own.tau, **session.state.tau}, chain_order=own.chain_order
-    )
-    own_file = None if path.name.endswith(REPLAY_SUFFIX) else path
-    return replace(data, review=Review(state), session=own_file)
+        return replace(found, earlier=session.state.intervals)
+    own = found.review.state
+    known = {name: t for name, t in session.state.tau.items() if name in own.tau}
+    tau = {**own.tau, **known}
+    review = Review(replace(session.state, method=method, tau=tau, chain_order=own.chain_order))
+    if path.name.endswith(REPLAY_SUFFIX):
+        review.mark_unsaved()  # in the clip's own session
+        return replace(found, review=review)
+    sha256 = hashlib.sha256(data).hexdigest()
+    return replace(found, review=review, session=path, session_sha256=sha256)

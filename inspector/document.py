@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, Signal
 from inspector.analysed import Analysed, ClipMissingError, analyse, analyse_session
 from inspector.background import Task
 from inspector.corrections import Corrections
-from inspector.keeping import Keeper
+from inspector.keeping import Keeper, PutAside
 from inspector.recovery import Recovery
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import DETECTORS, Interval, resolve_tau
@@ -50,6 +50,7 @@ class Document(QObject):
     """State of the program. Every change goes through a method here and ends in a signal."""
 
     opened = Signal()  # another clip, or none: everything is new
+    leaving = Signal()  # the open clip is about to be replaced: what is half typed is kept now
     opening = Signal(str)  # a clip is being read: its name
     opening_share = Signal(float)  # how far that is, 0…1, where a person would begin to wonder
     opening_over = Signal()  # it is open, cannot be opened or was cancelled
@@ -64,6 +65,7 @@ class Document(QObject):
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
     locate = Signal(object)  # the clip of this session file is asked for
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    withdrawn = Signal()  # the last question is no longer one
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -78,13 +80,14 @@ class Document(QObject):
         self.recovery = Recovery(self.keeper, lambda: self.data, self.do, self._use_review, self)
         self.recovery.message.connect(self.message)
         self.recovery.question.connect(self.question)
+        self.recovery.withdrawn.connect(self.withdrawn)
         self.reviewer = ""
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._corrections: Corrections | None = None
         self._task: Task | None = None
         self._opening_since = 0.0
-        self._drag = 0
+        self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
 
     # -- opening ------------------------------------------------------------------------------
 
@@ -124,25 +127,28 @@ class Document(QObject):
         self._task = None
         self.opening_over.emit()
 
-    def show_clip(self, data: Analysed, *, resumed: bool = False) -> None:
-        """Make an analysed clip the present one.
-
-        resumed: its review was put aside in this program, so that a journal on disk is its own.
-        """
+    def show_clip(self, data: Analysed, aside: PutAside | None = None) -> None:
+        """Make an analysed clip the present one; aside: its review, if that was put aside."""
         self.cancel_opening()
+        self.leaving.emit()
+        self.recovery.end()
         self.data = data
         self.frame = 0
         self.interval_id = None
         self._corrections = Corrections(data.motion, data.chains)
         self.hidden = frozenset()
-        self.keeper.begin(data.clip, data.review, data.session, resumed=resumed)
+        if aside is not None:
+            self.keeper.go_on(aside)
+        else:
+            names = [chain.name for chain in data.chains]
+            self.keeper.begin(data.clip, names, data.review, data.session, data.session_sha256)
         intervals = self.review.state.intervals
         self.chain = intervals[0].interval.chain if intervals else ""
         if not self.chain and data.chains:
             self.chain = data.chains[0].name
         self._corrections.update(data.review.state)
         self.opened.emit()
-        if not resumed:
+        if aside is None:
             self._tell_about(data)
         self.recovery.begin(data)
 
@@ -169,8 +175,8 @@ class Document(QObject):
         if told:
             more = f" (and {len(told) - 3} more: see the chains)" if len(told) > 3 else ""
             self.message.emit(" ".join(told[:3]) + more, False)
-        for note in data.notes:
-            self.message.emit(note, True)
+        if notes := [*data.notes, *self.keeper.notes]:
+            self.message.emit(" ".join(notes), True)
 
     def snapshot(self, parent: QObject | None = None) -> Document:
         """A document with the same clip, review and selection, and nothing behind it on disk."""

@@ -44,7 +44,8 @@ class Export:
     """What is written, whatever the person does meanwhile.
 
     left_out: what cannot be corrected; changed: that the clip on disk is another by now, or '';
-    ours: SHA-256 of files as this program wrote them.
+    ours: SHA-256 of files as this program wrote them, those of this export as they come; own: what
+    only the review itself may write.
     """
 
     choice: ExportChoice
@@ -53,15 +54,8 @@ class Export:
     state: ReviewState
     left_out: str
     changed: str
-    ours: Mapping[Path, str]
-
-
-@dataclass(frozen=True)
-class Written:
-    """The sentence that says what was changed, and the SHA-256 of what may be replaced again."""
-
-    text: str
-    files: Mapping[Path, str]
+    ours: dict[Path, str]
+    own: frozenset[Path]
 
 
 def prepare(document: Document, choice: ExportChoice) -> Export:
@@ -72,7 +66,8 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
     data = document.data
     assert data is not None
     choice = replace(choice, path=data.clip.path.absolute().parent / choice.path)
-    check_targets(choice, data.clip, document.exported)
+    own = document.keeper.files
+    check_targets(choice, data.clip, document.exported, own)
     if choice.undecided and not document.accept_undecided():
         raise TwistError(f"{choice.path}: not written, since nothing can be accepted here.")
     return Export(
@@ -83,20 +78,25 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
         uncorrected(document),
         document.recovery.check_clip(),
         dict(document.exported),
+        own,
     )
 
 
-def check_targets(choice: ExportChoice, clip: Clip, ours: Mapping[Path, str]) -> None:
+def check_targets(
+    choice: ExportChoice, clip: Clip, ours: Mapping[Path, str], own: frozenset[Path]
+) -> None:
     """TwistError where anything would be replaced that is neither ours nor given up.
 
-    ours: SHA-256 of files as this program wrote them: what is there now is compared. What lies
-    beside the export is replaced only if this program wrote it, whatever the person says of the
-    export itself.
+    ours: SHA-256 of files as this program wrote them: what is there now is compared; own: what only
+    the review itself may write. What lies beside the export is replaced only if this program wrote
+    it, whatever the person says of the export itself.
     """
     path, replay = choice.path, replay_path(choice.path)
     there, source = path.exists(), clip.path.resolve()
     if path.resolve() == source or (there and clip.path.exists() and path.samefile(clip.path)):
         raise TwistError(f"{path}: choose another name; the source is never overwritten.")
+    if path in own or replay in own:
+        raise TwistError(f"{path}: choose another name; the review itself is kept there.")
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, ours)):
             raise TwistError(f"{file}: there is such a file already; choose another name.")
@@ -117,24 +117,28 @@ def _as_written(path: Path, ours: Mapping[Path, str]) -> bool:
     return path in ours and hashlib.sha256(path.read_bytes()).hexdigest() == ours[path]
 
 
-def write(export: Export, tell: Tell = nobody) -> Written:
-    """Correct, track and write everything chosen.
+def write(export: Export, tell: Tell = nobody) -> str:
+    """Correct, track and write everything chosen; returns the sentence that says what was changed.
 
     tell: called with the share of the tracking that is done. Raises OSError where the disk says no,
     TwistError where a file that is none of ours has come meanwhile.
     """
     choice, clip, state = export.choice, export.clip, export.state
     refined = accepted_motion(clip, export.chains, state, tell=tell)
-    check_targets(choice, clip, export.ours)
+    check_targets(choice, clip, export.ours, export.own)
     jumps = write_bvh(clip, refined, choice.path)
-    files = [choice.path]
+    _take_note(export, choice.path)
     if choice.session:
-        files.append(replay_path(choice.path))
-        write_session(files[-1], clip, state)
+        write_session(replay_path(choice.path), clip, state)
+        _take_note(export, replay_path(choice.path))
     if choice.report:
         write_report(choice.path.parent, Report(clip, export.chains, state, refined))
-    ours = {f: hashlib.sha256(f.read_bytes()).hexdigest() for f in files if f.is_file()}
-    return Written(_told(export, refined, jumps), ours)
+    return _told(export, refined, jumps)
+
+
+def _take_note(export: Export, path: Path) -> None:
+    if path.is_file():
+        export.ours[path] = hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:

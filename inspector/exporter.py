@@ -6,7 +6,7 @@ from PySide6.QtCore import QEventLoop, QObject, Signal
 
 from inspector.background import Task
 from inspector.document import Document
-from inspector.export import Export, ExportChoice, Written, prepare, write
+from inspector.export import Export, ExportChoice, prepare, write
 from twistcore.errors import TwistError
 
 
@@ -61,20 +61,22 @@ class Exporter(QObject):
             done = f" {100.0 * share:.0f} %" if share > 0.0 else ""
             self.message.emit(f"Writing {self._export.choice.path.name} …{done}", False)
 
-    def _take(self, written: Written) -> None:
+    def _take(self, text: str) -> None:
         assert self._export is not None
-        self._document.exported.update(written.files)
-        self._end(written.text, wrong=bool(self._export.changed))
+        self._end(text, wrong=bool(self._export.changed))
 
     def _fail(self, error: Exception) -> None:
         assert self._export is not None
         self._failed = True
         if isinstance(error, OSError):
-            self._end(f"{self._export.choice.path}: not written ({error.strerror}).", wrong=True)
+            which = error.filename or self._export.choice.path
+            self._end(f"{which}: not written ({error.strerror}).", wrong=True)
         else:
             self._end(f"{self._export.choice.path}: not written: {error}", wrong=True)
 
     def _end(self, text: str, *, wrong: bool) -> None:
+        if self._export is not None:  # some of it may be there, if not all
+            self._document.exported.update(self._export.ours)
         self._export = None
         self.message.emit(text, wrong)
         self.ended.emit()

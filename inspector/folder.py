@@ -14,7 +14,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
 
-from inspector.session_files import kept_session
+from inspector.session_files import kept_sessions
 from inspector.survey_worker import work
 from twistcore.batch import ClipSurvey
 from twistcore.tuning import Profile
@@ -281,11 +281,11 @@ def _spawn() -> _Worker:
 
 def decided_in(clip: Path) -> tuple[int, int] | None:
     """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
-    session = kept_session(clip)
-    if session is None:
+    sessions = kept_sessions(clip)
+    if not sessions:
         return None
     try:
-        document = json.loads(session.read_text(encoding="utf-8"))
+        document = json.loads(sessions[0].read_text(encoding="utf-8"))
         decisions = [i["decision"] for i in document["intervals"]]
     except (OSError, ValueError, KeyError, TypeError):
         return None

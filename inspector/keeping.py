@@ -2,30 +2,47 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from inspector.leftovers import Leftover, holds_more, read_leftover
-from inspector.lock import ReviewLock
+from inspector.leftovers import Leftover, holds_more, read_leftover, same_review
+from inspector.lock import Holder, ReviewLock
 from inspector.session_files import (
     JOURNAL_SUFFIX,
+    KnownSessions,
     journals,
     refuge_path,
+    remember_place,
     session_path,
     written,
 )
-from twistcore.atomic import free_name, write_atomically
+from twistcore.atomic import free_name
 from twistcore.bvh import Clip
-from twistcore.review import Command, Journal, Review, ReviewState
+from twistcore.errors import TwistError
+from twistcore.file_lock import is_held
+from twistcore.review import Command, Journal, Recovered, Review, ReviewState, recover
 from twistcore.review.journal import command_to_json, state_entry
 from twistcore.review.session import session_bytes
 
 _IDLE_MS = 300  # a drag that pauses this long is put on disk
 _RETRY_MS = 5000  # what the disk did not take is tried again
+
+
+@dataclass(frozen=True, eq=False)
+class PutAside:
+    """A review that another clip is open instead of, for a while."""
+
+    clip: Clip
+    review: Review
+    session_file: Path | None
+    known: KnownSessions
+    journal: Path | None
+    steps: int
 
 
 class Keeper(QObject):
@@ -38,6 +55,7 @@ class Keeper(QObject):
 
     told = Signal(str, bool)  # a sentence for the person; True if something went wrong
     failing = Signal(str)  # steps are not on disk, said again with every one
+    caught_up = Signal()  # what was said to be in the window only is on disk, or given up
     locked = Signal()  # another window has, or has taken, the review
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -45,6 +63,7 @@ class Keeper(QObject):
         self.session_file: Path | None = None
         self.read_only = False
         self.leftovers: list[Leftover] = []  # of earlier runs, not answered, the latest first
+        self.notes: list[str] = []  # what went wrong when the clip was taken up
         self.away: Path | None = None  # the refuge, where the clip's folder cannot be written
         self.lock: ReviewLock | None = None
         self._clip: Clip | None = None
@@ -55,7 +74,8 @@ class Keeper(QObject):
         self._first = 0  # position of the review's history at which the journal begins
         self._detached = False  # the journal no longer knows the review's history
         self._behind = False  # the disk has not taken everything
-        self._known: dict[Path, str] = {}  # session files as this program read or wrote them
+        self._known = KnownSessions()
+        self._robbed: Path | None = None  # the clip whose lock was just taken from another window
         self._idle = QTimer(self)
         self._idle.setSingleShot(True)
         self._idle.setInterval(_IDLE_MS)
@@ -67,41 +87,77 @@ class Keeper(QObject):
     # -- one clip after the other -------------------------------------------------------------
 
     def begin(
-        self, clip: Clip, review: Review, session_file: Path | None, *, resumed: bool = False
+        self,
+        clip: Clip,
+        chains: Sequence[str],
+        review: Review,
+        session_file: Path | None,
+        sha256: str = "",
     ) -> None:
         """Watch over another clip's review; `leftovers` are what earlier runs left of it.
 
-        resumed: the review was put aside in this program, and its journal is gone on with.
+        chains: names of the clip's; sha256: of the session file as it was read.
         """
         self.end()
-        self._clip, self._review = clip, review
-        self.session_file = session_file
-        self._known = {}
+        self._watch(clip, review, session_file, KnownSessions())
         if session_file is not None:
-            self._know(session_file)
-        self.read_only = not self._take_lock()
+            self._known.know(session_file, sha256)
         if self.read_only:
             return
-        found = self._find_leftovers()
-        self.leftovers = [left for left in found if holds_more(left, clip, review.state)]
-        same = [left for left in found if left not in self.leftovers]
-        if resumed and not review.saved:
-            if same and same[0].same_clip:
-                self._resume(same.pop(0))
-                self._detached = True
-            else:
-                self._begin_journal(review.state, steps=1)
-        for leftover in same:
-            self.forget(leftover)
+        for leftover in self._find_leftovers(frozenset(chains)):
+            if holds_more(leftover, clip, review.state):
+                self.leftovers.append(leftover)
+            elif review.saved:  # it is in the session file, or there is nothing in it
+                self.forget(leftover)
 
-    def _find_leftovers(self) -> list[Leftover]:
-        """Journals beside the session and in the refuge, the latest first."""
+    def put_aside(self) -> PutAside | None:
+        """What is needed to go on later, once another clip was open meanwhile."""
+        if self._clip is None or self._review is None:
+            return None
+        self.flush()
+        journal = self._journal.path if self._journal is not None else None
+        return PutAside(
+            self._clip, self._review, self.session_file, self._known, journal, self._steps
+        )
+
+    def go_on(self, aside: PutAside) -> None:
+        """Watch over a review again that was put aside, in the journal that it had."""
+        self.end()
+        self._watch(aside.clip, aside.review, aside.session_file, aside.known)
+        if self.read_only or aside.review.saved:
+            return
+        self._detached = True
+        if aside.journal is not None:
+            with suppress(TwistError):
+                recovered = recover(aside.journal, aside.clip)
+                if same_review(aside.clip, recovered.review.state, aside.review.state):
+                    self._resume(recovered)
+                    return
+        self._steps = aside.steps
+        self._begin_journal(aside.review.state, aside.steps)
+
+    def _watch(
+        self, clip: Clip, review: Review, session_file: Path | None, known: KnownSessions
+    ) -> None:
+        self._clip, self._review = clip, review
+        self.session_file, self._known = session_file, known
+        self.read_only = not self._take_lock()
+
+    def _find_leftovers(self, chains: frozenset[str]) -> list[Leftover]:
+        """Journals beside the clip, its session and in the refuge, the latest first.
+
+        Those that a living window holds are none, unless that was robbed of the lock just now.
+        """
         assert self._clip is not None
+        robbed, self._robbed = self._robbed == self._clip.path, None
         found = []
-        for path in (path for place in self._places() for path in journals(place)):
-            leftover, told = read_leftover(path, self._clip)
+        places = dict.fromkeys((*self._places(), session_path(self._clip.path)))
+        for path in (path for place in places for path in journals(place)):
+            if not robbed and is_held(path):
+                continue
+            leftover, told = read_leftover(path, self._clip, chains)
             if told:
-                self.told.emit(told, True)
+                self.notes.append(told)
             if leftover is not None:
                 found.append(leftover)
         return sorted(found, key=lambda left: written(left.path), reverse=True)
@@ -111,6 +167,7 @@ class Keeper(QObject):
         self.flush()
         if self._journal is not None:
             self.retry()
+        if self._journal is not None:
             if self._review is not None and self._review.saved:
                 self._journal.discard()
             else:
@@ -119,7 +176,7 @@ class Keeper(QObject):
         self._steps = 0
         self._detached = False
         self._caught_up()
-        self.leftovers = []
+        self.leftovers, self.notes = [], []
         if self.lock is not None:
             self.lock.release()
         self.lock = None
@@ -140,18 +197,24 @@ class Keeper(QObject):
         self.give_up()  # nothing was done in the review that was open
         self.leftovers.remove(leftover)
         self._review = leftover.recovered.review
-        self._resume(leftover)
+        self._resume(leftover.recovered)
         self._first, self._detached = 0, False
 
     def forget(self, leftover: Leftover) -> None:
-        """Delete what an earlier run left: it was answered, or there is nothing more in it."""
-        self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
+        """Delete what an earlier run left: it was answered, or there is nothing more in it.
 
-    def put_aside(self, leftover: Leftover) -> str:
+        One with lines that could not be read is only renamed.
+        """
+        if leftover.recovered.damaged:
+            self.keep(leftover, ".damaged")
+        else:
+            self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
+
+    def keep(self, leftover: Leftover, mark: str = ".earlier") -> str:
         """Keep what an earlier run left under a name that is not offered; '' if that failed."""
-        aside = free_name(leftover.path, ".earlier")
-        done = self._done_with(leftover, lambda: leftover.path.rename(aside))
-        return aside.name if done else ""
+        kept = free_name(leftover.path, mark)
+        done = self._done_with(leftover, lambda: leftover.path.rename(kept))
+        return kept.name if done else ""
 
     def _done_with(self, leftover: Leftover, work: Callable[[], object]) -> bool:
         if leftover in self.leftovers:
@@ -214,32 +277,42 @@ class Keeper(QObject):
     def retry(self) -> bool:
         """Try again to put on disk what it did not take; True if all is there."""
         if self._behind and self._clip is not None and self._review is not None:
-            if self._journal is None:
-                self._begin_journal(self._review.state, self._steps)
+            journal = self._journal
+            if journal is not None and journal.is_there():
+                self._write(journal.write_waiting)
             else:
-                self._write(self._journal.write_waiting)
+                if journal is not None:
+                    journal.close()
+                    self._journal = None
+                self._begin_journal(self._review.state, self._steps)
         return not self._behind
 
     def save(self, path: Path | None = None) -> tuple[bool, str]:
         """Write the session file, at `path` if given; whether it was, and what is to be said."""
         if self._clip is None or self._review is None:
-            return True, ""
+            return False, "Nothing was saved: the clip is no longer open for review."
         wanted = path or self.session_file or session_path(self._clip.path)
-        if self.read_only or not self.may_change():
-            return False, f"{wanted.name} is open in another window; this one cannot save it."
+        if (self.read_only or not self.may_change()) and (
+            path is None or path == self.session_file
+        ):
+            holder = self.lock.holder if self.lock is not None else None
+            return False, f"This window cannot save it: {self._clip.name} is held by {holder}."
         self.flush()
         refuge = refuge_path(self._clip.path)
-        for place in (wanted,) if path else (wanted, refuge):
+        for place in (wanted,) if path else dict.fromkeys((wanted, refuge)):
             try:
                 if place == refuge:
                     place.parent.mkdir(parents=True, exist_ok=True)
-                told = self._write_session(place)
+                if (held := self._lock_also(place)) is not None:
+                    return False, f"{place.name} is held by {held}: choose another name."
+                told = self._known.write(place, session_bytes(self._clip, self._review.state))
             except OSError as error:
                 last = error
                 continue
             if place != wanted:
                 told += f"{wanted}: not saved ({last.strerror}); the session is {place} instead."
             self.session_file = place
+            remember_place(self._clip.path, place)
             self._review.mark_saved()
             self.give_up()
             return True, told
@@ -247,70 +320,78 @@ class Keeper(QObject):
         kept = f"in the journal {self._journal.path.name}" if there else "in this window only"
         return False, f"{wanted}: not saved ({last.strerror}). Your decisions stay {kept}."
 
+    @property
+    def files(self) -> frozenset[Path]:
+        """What only the review itself may write: session, journal, lock."""
+        if self._clip is None:
+            return frozenset()
+        own = [*self._places(), session_path(self._clip.path)]
+        beside = [p.with_name(p.name + JOURNAL_SUFFIX) for p in own]
+        locks = [p.with_name(p.name + ".lock") for p in beside]
+        journal = [self._journal.path] if self._journal is not None else []
+        return frozenset((*own, *beside, *locks, *journal))
+
     # -- places and lock ----------------------------------------------------------------------
 
     def take_over(self) -> str:
         """Take the lock from its holder; a sentence if that failed, else ''."""
-        if self.lock is None:
+        if self.lock is None or self._clip is None:
             return ""
         try:
             self.read_only = not self.lock.take_over()
         except OSError as error:
             return f"{self.lock.path.name}: the lock cannot be taken ({error.strerror})."
-        return "" if not self.read_only else f"The lock is held again by {self.lock.holder}."
+        if self.read_only:
+            return f"The lock is held again by {self.lock.holder}."
+        self._robbed = self._clip.path
+        return ""
 
-    def _places(self) -> tuple[Path, Path]:
-        """The session whose journal and lock are to be kept, and the one in the refuge."""
+    def _places(self) -> tuple[Path, ...]:
+        """The session that a journal and a lock belong to, and the one in the refuge."""
         assert self._clip is not None
-        return self.session_file or session_path(self._clip.path), refuge_path(self._clip.path)
+        wanted = self.session_file or session_path(self._clip.path)
+        return tuple(dict.fromkeys((wanted, refuge_path(self._clip.path))))
 
     def _take_lock(self) -> bool:
-        wanted, refuge = self._places()
+        places = self._places()
         self.away = None
-        for place in (wanted, refuge):
-            lock = ReviewLock(place.with_name(f"{place.name}{JOURNAL_SUFFIX}.lock"))
+        for place in places:
+            lock = _lock_of(place)
             try:
-                if place == refuge:
+                if place == places[-1]:
                     place.parent.mkdir(parents=True, exist_ok=True)
                 taken = lock.take()
             except OSError:
                 continue
             self.lock = lock
-            self.away = place.parent if place != wanted else None
+            self.away = place.parent if place != places[0] else None
             if lock.left_by is not None:
-                self.told.emit(f"A lock was left behind by {lock.left_by}; it is yours now.", False)
+                self.notes.append(f"A lock was left behind by {lock.left_by}; it is yours now.")
             return taken
         self.lock = None
         return True  # nowhere to write: nobody else can either
 
+    def _lock_also(self, place: Path) -> Holder | None:
+        """Take the lock of a session that is to be written instead; its holder if it has one."""
+        lock = _lock_of(place)
+        if self.lock is not None and self.lock.path == lock.path:
+            return None
+        if not lock.take():
+            return lock.holder
+        if self.lock is not None:
+            self.lock.release()
+        self.lock, self.read_only = lock, False
+        return None
+
     # -- the files ----------------------------------------------------------------------------
 
-    def _know(self, path: Path) -> None:
-        self._known[path] = hashlib.sha256(path.read_bytes()).hexdigest()
-
-    def _write_session(self, path: Path) -> str:
-        """Write it; another review that lies there is kept beside it, and a sentence says so."""
-        assert self._clip is not None
-        assert self._review is not None
-        told = ""
-        if path.exists():
-            there = path.read_bytes()
-            if hashlib.sha256(there).hexdigest() != self._known.get(path):
-                kept = free_name(path, ".earlier")
-                write_atomically(kept, there)
-                told = f"{path.name} held another review; that one is now {kept.name}. "
-        data = session_bytes(self._clip, self._review.state)
-        write_atomically(path, data)
-        self._known[path] = hashlib.sha256(data).hexdigest()
-        return told
-
-    def _resume(self, leftover: Leftover) -> None:
-        self._steps = leftover.recovered.steps
+    def _resume(self, recovered: Recovered) -> None:
+        self._steps = recovered.steps
         try:
-            self._journal = Journal.resume(leftover.recovered)
-        except OSError as error:
+            self._journal = Journal.resume(recovered)
+        except OSError:
             self._journal = None
-            self._complain(error)
+            self._begin_journal(recovered.review.state, recovered.steps)
 
     def _append(self, entry: Mapping[str, Any]) -> None:
         if self.read_only or self._clip is None or self._review is None:
@@ -343,11 +424,11 @@ class Keeper(QObject):
     def _begin_journal(self, state: ReviewState, steps: int) -> bool:
         """Begin a journal with a state that unsaved steps led to; False if no disk takes it."""
         assert self._clip is not None
-        wanted, refuge = self._places()
-        for place in (wanted, refuge):
+        places = self._places()
+        for place in places:
             path = free_name(place, JOURNAL_SUFFIX)
             try:
-                if place == refuge:
+                if place == places[-1]:
                     place.parent.mkdir(parents=True, exist_ok=True)
                 self._journal = Journal(path, self._clip, state, steps)
             except OSError as error:
@@ -381,5 +462,8 @@ class Keeper(QObject):
         if self._behind:
             self._behind = False
             self._again.stop()
-            if self._steps:
-                self.told.emit("All steps are on disk again.", False)
+            self.caught_up.emit()
+
+
+def _lock_of(session: Path) -> ReviewLock:
+    return ReviewLock(session.with_name(f"{session.name}{JOURNAL_SUFFIX}.lock"))

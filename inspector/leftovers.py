@@ -10,10 +10,9 @@ from typing import Any
 
 from inspector.session_files import set_aside, written
 from twistcore.bvh import Clip
-from twistcore.chain import find_chains
-from twistcore.errors import ClipMismatchError, FormatError, TwistError
-from twistcore.review import Recovered, ReviewState, recover
-from twistcore.review.session import check_belongs, session_document
+from twistcore.errors import FormatError, TwistError
+from twistcore.review import Judged, Recovered, ReviewState, recover
+from twistcore.review.session import session_document
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +36,13 @@ class Leftover:
         return datetime.fromtimestamp(written(self.path) / 1e9)
 
 
-def read_leftover(path: Path, clip: Clip) -> tuple[Leftover | None, str]:
+def read_leftover(path: Path, clip: Clip, chains: frozenset[str]) -> tuple[Leftover | None, str]:
     """What a journal holds and a sentence for the person, '' if all is well.
 
-    None for one that cannot be used: if it is damaged it is set aside.
+    chains: names of the clip's. None for one that cannot be used: if it is damaged it is set aside.
     """
     try:
-        recovered = recover(path)
+        recovered = recover(path, clip)
     except FormatError as error:
         with suppress(OSError):
             if not path.stat().st_size:  # a crash before its first line was there
@@ -55,19 +54,42 @@ def read_leftover(path: Path, clip: Clip) -> tuple[Leftover | None, str]:
     told = ""
     if recovered.damaged:
         told = f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
-    try:
-        check_belongs(recovered.session, clip, find_chains(clip.motion))
-    except ClipMismatchError:
-        return Leftover(recovered, same_clip=False), told
-    return Leftover(recovered, same_clip=True), told
+    same = recovered.session.sha256 == clip.sha256 and chains == recovered.session.state.tau.keys()
+    return Leftover(recovered, same), told
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
-    """Whether there is anything in it that a review of the clip has not."""
+    """Whether there may be anything in it that a review of the clip has not."""
     left = leftover.recovered.review.state
     if leftover.same_clip:
-        return _content(clip, left) != _content(clip, state)
-    return any(judged.kept for judged in left.intervals)
+        return leftover.recovered.damaged > 0 or not same_review(clip, left, state)
+    return leftover.recovered.steps > 0 or any(judged.kept for judged in left.intervals)
+
+
+def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
+    """Whether two reviews of a clip would be saved alike."""
+    return _content(clip, one) == _content(clip, other)
+
+
+def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
+    """How many of its decisions a review has not, of how many; what else it set counts as one."""
+    left = leftover.recovered.review.state
+    kept = [judged for judged in left.intervals if judged.kept]
+    has = {_work(judged) for judged in state.intervals}
+    lost = sum(_work(judged) not in has for judged in kept)
+    began = leftover.recovered.session.state
+    others = [(s.method, dict(s.tau), s.tracking) for s in (left, state, began)]
+    if others[0] not in others[1:]:
+        return lost + 1, len(kept) + 1
+    return lost, len(kept)
+
+
+def _work(judged: Judged) -> tuple[object, ...]:
+    """What a person decided about an interval; where it lies only if that is the person's, too."""
+    interval = judged.interval
+    place = (interval.start, interval.stop, interval.offset.tobytes())
+    own = place if judged.by_hand or judged.edited else ()
+    return interval.chain, judged.decision, judged.note, judged.reason, judged.decided_at, own
 
 
 def _content(clip: Clip, state: ReviewState) -> dict[str, Any]:

@@ -16,12 +16,9 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-if sys.platform == "win32":
-    import msvcrt
-else:
-    import fcntl
+from twistcore.file_lock import lock
 
-_FAR = 1 << 20  # Windows locks bytes, not files: one that nobody reads
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link there leads to a file that is not ours
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,7 @@ class ReviewLock:
         while True:
             handle, writable = _open(self.path)
             try:
-                held = not _locked(handle)
+                held = not lock(handle)
                 if not _same(self.path, handle):
                     continue  # its holder has just deleted it
                 found = _read(handle)
@@ -79,6 +76,16 @@ class ReviewLock:
             finally:
                 if handle >= 0:
                     os.close(handle)
+
+    def is_free(self) -> bool:
+        """Whether its holder has let it go meanwhile."""
+        try:
+            if not self.take():
+                return False
+        except OSError:
+            return False
+        self.release()
+        return True
 
     def take_over(self) -> bool:
         """Take it from whoever holds it; OSError where that cannot be (a living one on Windows)."""
@@ -116,24 +123,9 @@ class ReviewLock:
 def _open(path: Path) -> tuple[int, bool]:
     """The file, made if missing, and whether it can be written."""
     try:
-        return os.open(path, os.O_RDWR | os.O_CREAT, 0o666), True
+        return os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666), True
     except PermissionError:
-        return os.open(path, os.O_RDONLY), False
-
-
-def _locked(handle: int) -> bool:
-    """Whether the system's lock on the file is ours now."""
-    try:
-        if sys.platform == "win32":
-            os.lseek(handle, _FAR, os.SEEK_SET)
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        else:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        return sys.platform != "win32"  # a file system without locks: by what the file says
-    return True
+        return os.open(path, os.O_RDONLY | _NO_LINK), False
 
 
 def _same(path: Path, handle: int) -> bool:

@@ -182,6 +182,7 @@ class MainWindow(
         document.message.connect(self.bar.show_message)
         self.exporter.message.connect(self.bar.show_message)
         document.question.connect(self.bar.ask)
+        document.withdrawn.connect(self.bar.clear)
         document.locate.connect(self.locate_clip)
         document.recovery.save_elsewhere.connect(self.save_session_as)
         document.recovery.open_again.connect(self.open_path)

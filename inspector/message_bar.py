@@ -55,6 +55,8 @@ class MessageBar(QFrame):
     def ask(self, text: str, answers: Answers) -> None:
         """Show a sentence with buttons; it stays until one is pressed or it is closed."""
         self._asked = (text, answers)
+        if self.isVisible() and self.property("wrong") and not self._answers.count():
+            text = f"{self.label.text()} {text}"  # the error is not to go unread
         self._show(text, False)
         self._timer.stop()
         for name, slot in answers:
@@ -79,6 +81,7 @@ class MessageBar(QFrame):
 
     def _close(self) -> None:
         if self._asked is not None and not self._answers.count():
+            self.hide()
             self.ask(*self._asked)
         else:
             self.clear()

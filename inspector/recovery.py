@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
 from inspector.analysed import Analysed
 from inspector.clip_on_disk import Stamp, stamp_of, what_changed
 from inspector.keeping import Keeper
-from inspector.leftovers import Leftover
+from inspector.leftovers import Leftover, missing
+from inspector.session_files import session_path
 from twistcore.review import CarryOver, Command, Judged, Review
 
 
@@ -17,6 +19,7 @@ class Recovery(QObject):
     """Asks, and does what is answered. What is not answered is asked again at the next start."""
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    withdrawn = Signal()  # the last question is no longer one
     message = Signal(str, bool)
     save_elsewhere = Signal()  # a place for the session is asked for
     open_again = Signal(object)  # this clip is to be read anew
@@ -34,7 +37,9 @@ class Recovery(QObject):
         self._keeper, self._data, self._do, self._use = keeper, data, do, use
         self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
         self._changed = ""  # what is to be said about it
+        self._asks_about_disk = False
         keeper.failing.connect(self._ask_about_disk)
+        keeper.caught_up.connect(self._disk_has_room)
         keeper.locked.connect(self._ask_about_lock)
 
     def begin(self, data: Analysed) -> None:
@@ -44,6 +49,11 @@ class Recovery(QObject):
             self._ask_about_lock()
         else:
             self._ask_next()
+
+    def end(self) -> None:
+        """The clip is about to go: no question about it may be answered any more."""
+        self._asks_about_disk = False
+        self.withdrawn.emit()
 
     def look_around(self) -> None:
         """The person is back at the window: what have other programs done meanwhile?"""
@@ -60,12 +70,12 @@ class Recovery(QObject):
         data = self._data()
         if data is None or data.stamp is None:
             return ""
-        path, stamp = data.clip.path, stamp_of(data.clip.path)
+        stamp = stamp_of(data.clip.path)
         if stamp != self._stamp:
             self._stamp = stamp
             self._changed = what_changed(data.clip, data.stamp, stamp)
             keep = ("Keep what is open", lambda: None)
-            again = ("Open it again", lambda: self.open_again.emit(path))
+            again = ("Open it again", lambda: self.open_again.emit(self._source()))
             if self._changed:
                 self.question.emit(self._changed, (again, keep) if stamp else (keep,))
         return self._changed
@@ -116,59 +126,77 @@ class Recovery(QObject):
 
         One of another version of the clip, or beside decisions made since, is added to these.
         """
+        if leftover not in self._keeper.leftovers:
+            return
         if self._touched or not leftover.same_clip:
-            self._add(leftover)
-            if leftover in self._keeper.leftovers:
+            if not self._add(leftover):
                 return
         else:
             self._keeper.continue_with(leftover)
             self._use(leftover.recovered.review)
         self._ask_next()
 
-    def _add(self, leftover: Leftover) -> None:
+    def _add(self, leftover: Leftover) -> bool:
+        """Add what it holds to the open review; True once that is on disk and it is answered."""
         earlier = leftover.recovered.review.state.intervals
         carry = CarryOver(_fitting(earlier, self._open().motion.frames), leftover.same_clip)
-        before = _kept(self._open().review.state.intervals)
         if not (self._do(carry) and self._keeper.on_disk):
-            return  # it stays until this is as safe as it is
-        carried = _kept(self._open().review.state.intervals) - before
-        if leftover.same_clip or carried >= _kept(earlier):
+            return False  # it stays until this is as safe as it is
+        lost, of = missing(leftover, self._open().review.state)
+        if not lost:
             self._keeper.forget(leftover)
-        elif name := self._keeper.put_aside(leftover):
+        elif name := self._keeper.keep(leftover):
             self.message.emit(
-                f"{carried} of {_kept(earlier)} decisions were carried over; what else was decided "
-                f"is about nothing in this version. It stays in {name}.",
+                f"{of - lost} of {of} decisions were taken over; the others are about nothing "
+                f"here, or were decided otherwise. They stay in {name}.",
                 True,
             )
+        return True
 
     def discard(self, leftover: Leftover) -> None:
         """Forget what an earlier run left."""
+        if leftover not in self._keeper.leftovers:
+            return
         self._keeper.forget(leftover)
         self._ask_next()
 
     def _ask_about_lock(self) -> None:
-        lock = self._keeper.lock
-        self.question.emit(
-            f"{self._open().clip.name} is open in another window ({lock and lock.holder}). "
-            "You can look; nothing can be changed here.",
-            (("Take over", self._take_over), ("Look only", lambda: None)),
-        )
+        lock, name = self._keeper.lock, self._open().clip.name
+        take = self._take_over
+        if lock is not None and lock.is_free():
+            text = f"{name} is no longer open in the other window."
+            answers = (("Review it here", take), ("Look only", lambda: None))
+        else:
+            text = f"{name} is open in another window ({lock and lock.holder}). "
+            text += "You can look; nothing can be changed here."
+            answers = (("Take over", take), ("Look only", lambda: None))
+        self.question.emit(text, answers)
 
     def _take_over(self) -> None:
         if trouble := self._keeper.take_over():
             self.message.emit(trouble, True)
         else:  # what the other window has saved meanwhile is read, what it has not is offered
-            self.open_again.emit(self._open().clip.path)
+            self.open_again.emit(self._source())
+
+    def _source(self) -> Path:
+        """What to open for this clip and its review: the session, where it is not beside it."""
+        path, session = self._open().clip.path, self._keeper.session_file
+        own = session is None or session == session_path(path) or not session.exists()
+        return path if own or session is None else session
 
     def _ask_about_disk(self, text: str) -> None:
+        self._asks_about_disk = True
         again = ("Try again", self._keeper.retry)  # which asks anew if that fails
         self.question.emit(text, (again, ("Save elsewhere…", self.save_elsewhere.emit)))
+
+    def _disk_has_room(self) -> None:
+        if self._asks_about_disk and self._data() is not None:
+            self._asks_about_disk = False
+            self.withdrawn.emit()
+            self.message.emit("All steps are on disk.", False)
+            self._ask_next()
 
 
 def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
     """The intervals of another take that end within this one."""
     return tuple(judged for judged in earlier if judged.interval.stop <= frames)
-
-
-def _kept(intervals: Sequence[Judged]) -> int:
-    return sum(judged.kept for judged in intervals)

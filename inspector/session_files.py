@@ -6,19 +6,24 @@ Where the clip's folder cannot be written, they are in a folder of the person's 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
+from contextlib import suppress
 from pathlib import Path
 
 import platformdirs
 
-from twistcore.atomic import free_name
+from twistcore.atomic import free_name, write_atomically
+from twistcore.encoding import json_bytes
 
 SESSION_SUFFIX = ".twist.json"
 REPLAY_SUFFIX = ".replay.json"  # what an export did: never a review that goes on
 JOURNAL_SUFFIX = ".journal"
 # A crash before an earlier journal was answered leaves another; the last is an older program's.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
+_SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
+_POINTER_SUFFIX = ".elsewhere.json"
 
 
 def session_path(clip: Path) -> Path:
@@ -33,7 +38,7 @@ def replay_path(export: Path) -> Path:
 
 def is_session(path: Path) -> bool:
     """Whether a file is to be opened as a session, by its name: `.twist.json.earlier` is, too."""
-    return path.suffix == ".json" or SESSION_SUFFIX in path.name
+    return _SESSION.fullmatch(path.name) is not None
 
 
 def refuge_path(clip: Path) -> Path:
@@ -43,10 +48,29 @@ def refuge_path(clip: Path) -> Path:
     return folder / f"{clip.stem}-{mark}{SESSION_SUFFIX}"
 
 
-def kept_session(clip: Path) -> Path | None:
-    """The session that there is of a clip, the newer one if the refuge has one too."""
-    there = [p for p in (refuge_path(clip), session_path(clip)) if p.exists()]
-    return max(there, key=written, default=None)
+def kept_sessions(clip: Path) -> list[Path]:
+    """The sessions that there are of a clip, the latest first.
+
+    Beside it, in the refuge, and where a person last saved it under another name.
+    """
+    refuge = refuge_path(clip)
+    places = [session_path(clip), refuge]
+    with suppress(OSError, ValueError, TypeError, KeyError):
+        places.append(Path(json.loads(_pointer(refuge).read_bytes())["session"]))
+    return sorted((p for p in dict.fromkeys(places) if p.exists()), key=written, reverse=True)
+
+
+def remember_place(clip: Path, session: Path) -> None:
+    """Keep in mind where a clip's session was saved, if not where it is looked for anyway."""
+    refuge = refuge_path(clip)
+    if session not in (session_path(clip), refuge):
+        with suppress(OSError):
+            refuge.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(_pointer(refuge), json_bytes({"session": str(session.absolute())}))
+
+
+def _pointer(refuge: Path) -> Path:
+    return refuge.with_name(refuge.name.removesuffix(SESSION_SUFFIX) + _POINTER_SUFFIX)
 
 
 def journals(session: Path) -> list[Path]:
@@ -76,3 +100,30 @@ def set_aside(path: Path, why: str) -> str:
     except OSError as error:
         return f"{why}. It cannot be set aside ({error.strerror})."
     return f"{why}. It was set aside as {aside.name}."
+
+
+class KnownSessions:
+    """Session files as this program read or wrote them: what else lies there is kept."""
+
+    def __init__(self) -> None:
+        self._sha256: dict[Path, str] = {}
+
+    def know(self, path: Path, sha256: str) -> None:
+        """Its review is the open one."""
+        self._sha256[path] = sha256
+
+    def write(self, path: Path, data: bytes) -> str:
+        """Write it; another review that lies there is kept beside it, and a sentence says so.
+
+        Raises OSError and leaves what is there as it was.
+        """
+        told = ""
+        if path.exists():
+            there = path.read_bytes()
+            if hashlib.sha256(there).hexdigest() != self._sha256.get(path):
+                kept = free_name(path, ".earlier")
+                write_atomically(kept, there)
+                told = f"{path.name} held another review; that one is now {kept.name}. "
+        write_atomically(path, data)
+        self.know(path, hashlib.sha256(data).hexdigest())
+        return told

@@ -61,4 +61,4 @@ class WriteDialog(QDialog):
         name, _ = QFileDialog.getSaveFileName(self, title, self.path.text(), self.pattern())
         if name:
             self.path.setText(name)
-            self.replace.setChecked(True)  # the file dialog has asked already
+            self.replace.setChecked(Path(name).exists())  # the file dialog has asked already

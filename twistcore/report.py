@@ -86,13 +86,16 @@ def check_report(folder: Path, clip: Clip) -> None:
     except OSError as error:
         raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None
     for path in others:
-        if path.is_file() and marks.get(path.name) != _sha256(path):
+        if path.is_dir() or (path.is_file() and marks.get(path.name) != _sha256(path)):
             raise TwistError(
-                f"{path}: expected a place for the report, but there is a file that this program "
-                "did not write, or that was changed since"
+                f"{path}: expected a place for the report, but what is there this version did not "
+                "write, or it was changed since; move it, or do without the report"
             )
     if listing.is_file() and not marks:
-        raise TwistError(f"{listing}: expected a place for the report, but there is another file")
+        raise TwistError(
+            f"{listing}: expected a place for the report, but there is another file; move it, or "
+            "do without the report"
+        )
 
 
 def _files(folder: Path, clip: Clip) -> tuple[Path, ...]:

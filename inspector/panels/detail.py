@@ -101,9 +101,18 @@ class DetailCard(QWidget):
         document.numbering_changed.connect(self._refresh)
         self._letters = LetterKeys(self)
         self._letters.watch(self.start, self.stop, self.delta)
-        document.opened.connect(self._refresh)
+        document.leaving.connect(self.commit)
+        document.opened.connect(self._take_clip)
+        document.opening.connect(lambda _: self.setEnabled(False))
+        document.opening_over.connect(lambda: self.setEnabled(True))
         document.intervals_changed.connect(self._refresh)
         document.interval_changed.connect(self._refresh)
+        self._refresh()
+
+    def _take_clip(self) -> None:
+        """Another clip: what is shown was about the last one, where it is committed already."""
+        self._shown = None
+        self._show_note(None)
         self._refresh()
 
     def _refresh(self) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from inspector.analysed import Analysed
 from inspector.document import Document
+from inspector.keeping import PutAside
 
 
 class Aside:
@@ -18,7 +19,7 @@ class Aside:
 
     def __init__(self, document: Document) -> None:
         self._document = document
-        self._kept: Analysed | None = None
+        self._kept: tuple[Analysed, PutAside | None] | None = None
         self._place: tuple[int, str, int | None] = (0, "", None)
         self._folder: Path | None = None
 
@@ -36,8 +37,9 @@ class Aside:
     def show(self, data: Analysed) -> None:
         """Open a borrowed clip; the first one puts the person's aside."""
         document = self._document
+        document.leaving.emit()
         if self._kept is None and document.data is not None and not self._borrowed():
-            self._kept = document.data
+            self._kept = document.data, document.keeper.put_aside()
             self._place = (document.frame, document.chain, document.interval_id)
         if self._borrowed():
             document.review.mark_saved()
@@ -48,17 +50,18 @@ class Aside:
         if self._folder is None:
             return
         document = self._document
-        if self._borrowed():
+        borrowed = self._borrowed()
+        if borrowed:
             document.review.mark_saved()
         kept, self._kept = self._kept, None
         if kept is not None:
-            document.show_clip(kept, resumed=True)
+            document.show_clip(*kept)
             frame, chain, interval = self._place
             if chain:
                 document.select_chain(chain)
             document.select_interval(interval)
             document.go_to(frame)
-        else:
+        elif borrowed:
             document.close_clip()
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder = None

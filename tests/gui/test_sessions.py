@@ -11,7 +11,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from inspector.export import ExportChoice
-from inspector.session_files import kept_session, refuge_path, session_path
+from inspector.session_files import kept_sessions, refuge_path, session_path
 from inspector.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
@@ -117,13 +117,13 @@ def test_of_two_journals_the_newer_is_offered_and_neither_is_lost(qtbot, show_wi
 
 def test_of_two_sessions_the_newer_is_gone_on_with(path):
     both = refuge_path(path), session_path(path)
-    assert kept_session(path) is None
+    assert kept_sessions(path) == []
     both[0].parent.mkdir(parents=True)
     for newer in (0, 1):
         for k, session in enumerate(both):
             session.write_text("{}")
             os.utime(session, (1e9 + (k == newer), 1e9 + (k == newer)))
-        assert kept_session(path) == both[newer]
+        assert kept_sessions(path) == [both[newer], both[1 - newer]]
 
 
 def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,8 +21,10 @@ import numpy as np
 
 from twistcore.atomic import free_name, sync_folder, write_atomically
 from twistcore.bvh import Clip
+from twistcore.detection import DETECTORS, Interval
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
+from twistcore.file_lock import is_held, lock
 from twistcore.review.commands import (
     Annotate,
     CarryOver,
@@ -49,6 +51,15 @@ from twistcore.review.session import (
 )
 
 SCHEMA = "twistcore.journal/1"
+_DAMAGE = (
+    ArithmeticError,  # a number out of all bounds
+    AttributeError,
+    FormatError,
+    KeyError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
 UNDO, REDO = {"undo": True}, {"redo": True}
 
 
@@ -63,6 +74,7 @@ class Journal:
         """
         self.path = path
         self._file: BinaryIO | None = path.open("xb", buffering=0)
+        lock(self._file.fileno())  # by which others see that it is no leftover
         self._good = 0  # bytes that are whole lines on disk
         self._waiting: list[bytes] = []
         try:
@@ -76,17 +88,25 @@ class Journal:
 
     @classmethod
     def resume(cls, recovered: Recovered) -> Journal:
-        """Go on with a journal that an earlier run left; raises OSError and changes nothing.
+        """Go on with a journal that an earlier run left; raises OSError and shortens nothing good.
 
         Lines that could not be replayed are first put beside it, under a name of their own.
         """
         path = recovered.path
+        data = path.read_bytes()
         if recovered.damaged:
-            write_atomically(free_name(path, ".damaged"), path.read_bytes())
+            write_atomically(free_name(path, ".damaged"), data)
+        try:  # a file of our own: another window may still have the old one open
+            write_atomically(path, data[: recovered.size])
+        except OSError:
+            if is_held(path):
+                raise
+        file = path.open("r+b", buffering=0)
+        lock(file.fileno())
+        file.truncate(recovered.size)  # what a crash cut short, or what was put beside
         journal = cls.__new__(cls)
-        journal.path, journal._good, journal._waiting = path, recovered.size, []
-        journal._file = path.open("r+b", buffering=0)
-        journal._file.truncate(recovered.size)  # what a crash cut short, or what was put beside
+        journal.path, journal._file = path, file
+        journal._good, journal._waiting = recovered.size, []
         return journal
 
     @property
@@ -140,11 +160,15 @@ class Journal:
                 file.close()
 
     def discard(self) -> None:
-        """Close and delete: everything in it is in a session file, or given up knowingly."""
+        """Close and delete: everything in it is in a session file, or given up knowingly.
+
+        One that cannot be deleted stays: it is offered once more, and holds nothing new.
+        """
         mine = self.is_there()
         self.close()
         if mine:
-            self.path.unlink(missing_ok=True)
+            with suppress(OSError):
+                self.path.unlink()
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,8 +189,11 @@ class Recovered:
     damaged: int
 
 
-def recover(path: Path) -> Recovered:
-    """Replay a journal; raises TwistError where nothing of it can be used."""
+def recover(path: Path, clip: Clip | None = None) -> Recovered:
+    """Replay a journal; raises TwistError where nothing of it can be used.
+
+    clip: if it is the journal's own, entries about frames that it has not are damaged ones.
+    """
     try:
         lines = path.read_bytes().split(b"\n")
     except OSError as error:
@@ -179,35 +206,63 @@ def recover(path: Path) -> Recovered:
             raise FormatError(f"expected a document with schema {SCHEMA!r}")
         session = session_from_document(head["session"])
         steps = int(head.get("steps", 0))
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError, FormatError):
+    except _DAMAGE:
         raise FormatError(f"{path}: expected a journal; its first line is damaged") from None
     review = Review(session.state)
     review.mark_unsaved()
     entries, size = 0, len(lines[0]) + 1
     # Behind the last newline stands nothing, or a line that a crash cut short.
     whole = lines[1:-1]
+    own = clip is not None and clip.sha256 == session.sha256
+    frames = clip.motion.frames if clip is not None and own else None
     for line in whole:
         try:
-            review = _replayed(review, json.loads(line))
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError, FormatError):
+            review = _replayed(review, json.loads(line), frames)
+        except _DAMAGE:
             break  # later commands may refer to what this one did
         entries += 1
         size += len(line) + 1
     return Recovered(path, session, review, entries, steps + entries, size, len(whole) - entries)
 
 
-def _replayed(review: Review, entry: Mapping[str, Any]) -> Review:
+def _replayed(review: Review, entry: Mapping[str, Any], frames: int | None) -> Review:
     if "session" in entry:
-        review = Review(session_from_document(entry["session"]).state)
+        state = session_from_document(entry["session"]).state
+        _check(tuple(state.tau), (j.interval for j in state.intervals), review.state, frames)
+        review = Review(state)
         review.mark_unsaved()
-        return review
-    if "undo" in entry:
+    elif "undo" in entry:
         review.undo()
     elif "redo" in entry:
         review.redo()
     else:
-        review.do(command_from_json(entry))
+        command = command_from_json(entry)
+        match command:
+            case Edit() | Insert():
+                _check((), (command.interval,), review.state, frames)
+            case Redetect():
+                _check(tuple(command.tau), command.found, review.state, frames)
+                if command.method and command.method not in DETECTORS:
+                    raise FormatError(f"a detector {command.method!r}")
+            case CarryOver():
+                _check((), (j.interval for j in command.earlier), None, frames)
+        review.do(command)
     return review
+
+
+def _check(
+    chains: Iterable[str],
+    intervals: Iterable[Interval],
+    state: ReviewState | None,
+    frames: int | None,
+) -> None:
+    """FormatError where there is no such chain in the review, or no such frame in the clip."""
+    intervals = tuple(intervals)
+    named = {*chains, *(interval.chain for interval in intervals)}
+    if state is not None and not named <= state.tau.keys():
+        raise FormatError("a chain that the review has not")
+    if frames is not None and any(interval.stop > frames for interval in intervals):
+        raise FormatError("an interval behind the last frame")
 
 
 def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:

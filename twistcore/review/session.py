@@ -27,6 +27,10 @@ from twistcore.review.tracking import check_tracking, tracked_motion
 SCHEMA = "twistcore.session/1"
 # A session that tracks: a program that knows nothing of it must not replay the rest.
 TRACKING_SCHEMA = "twistcore.session/2"
+_KINDS = {
+    **dict.fromkeys(("by_hand", "edited", "supported"), bool),
+    **dict.fromkeys(("reviewer", "decided_at", "note", "reason"), str),
+}
 _ENDLESS = 100_000_000  # no clip has as many frames: a damaged number, not a wish for memory
 
 
@@ -70,11 +74,18 @@ def write_session(path: Path, clip: Clip, state: ReviewState) -> None:
 def read_session(path: Path) -> Session:
     """Read a session; raises TwistError or FormatError in one sentence."""
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        data = path.read_bytes()
     except FileNotFoundError:
         raise TwistError(f"{path}: expected a session file, but there is no such file") from None
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
+    return parse_session(data, path)
+
+
+def parse_session(data: bytes, path: Path) -> Session:
+    """The same from the file's bytes; FormatError in one sentence."""
+    try:
+        document = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: expected JSON ({error})") from None
     try:
@@ -109,7 +120,7 @@ def session_from_document(document: Any) -> Session:
             tracking=tracking_from_json(document["tracking"]) if tracks else None,
         )
         return Session(str(document["clip"]), str(document["sha256"]), fps, state)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise FormatError(f"{error} is missing or of the wrong kind") from None
 
 
@@ -196,6 +207,8 @@ def interval_from_json(entry: Mapping[str, Any]) -> Interval:
     confidence, residual = entry["confidence"], float(np.radians(entry["residual_deg"]))
     if not (math.isfinite(residual) and (confidence is None or math.isfinite(confidence))):
         raise ValueError("a number that is not finite")
+    if not isinstance(entry["open"], bool):
+        raise TypeError("open")
     return Interval(
         entry["chain"],
         start,
@@ -225,6 +238,9 @@ def judged_to_json(judged: Judged) -> dict[str, Any]:
 
 def judged_from_json(entry: Mapping[str, Any]) -> Judged:
     """The reverse; KeyError, TypeError or ValueError where it is damaged."""
+    for key, kind in _KINDS.items():
+        if not isinstance(entry.get(key, kind()), kind):
+            raise TypeError(key)
     return Judged(
         int(entry["id"]),
         interval_from_json(entry),

@@ -1,0 +1,44 @@
+"""The operating system's lock on an open file: it ends with the program that holds it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+_FAR = 1 << 40  # Windows locks bytes, not files: one that nobody reads
+
+
+def lock(handle: int) -> bool:
+    """Lock an open file; False if another opening of it holds the lock.
+
+    True on a file system that knows no locks.
+    """
+    try:
+        if sys.platform == "win32":
+            os.lseek(handle, _FAR, os.SEEK_SET)
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return sys.platform != "win32"
+    return True
+
+
+def is_held(path: Path) -> bool:
+    """Whether a living program has locked the file; False for one that cannot be opened."""
+    try:
+        handle = os.open(path, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        return not lock(handle)
+    finally:
+        os.close(handle)
