@@ -365,8 +365,6 @@ class Keeper(QObject):
                 continue
             self.lock = lock
             self.away = place.parent if place != places[0] else None
-            if lock.left_by is not None:
-                self.notes.append(f"A lock was left behind by {lock.left_by}; it is yours now.")
             return taken
         self.lock = None
         return True  # nowhere to write: nobody else can either

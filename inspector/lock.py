@@ -50,12 +50,11 @@ class ReviewLock:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.holder: Holder | None = None  # whose it is, where it could not be taken
-        self.left_by: Holder | None = None  # who left it behind, where it was taken from the dead
         self._handle: int | None = None
 
     def take(self) -> bool:
         """True if it is ours now, else `holder` says whose it is; OSError where no file can be."""
-        self.holder = self.left_by = None
+        self.holder = None
         while True:
             handle, writable = _open(self.path)
             try:
@@ -69,7 +68,6 @@ class ReviewLock:
                 if not writable:  # another person's, who is gone
                     self.path.unlink()
                     continue
-                self.left_by = found
                 _write(handle)
                 self._handle, handle = handle, -1
                 return True
