@@ -43,6 +43,7 @@ class PutAside:
     known: KnownSessions
     journal: Path | None
     steps: int
+    leftovers: tuple[Leftover, ...]
 
 
 class Keeper(QObject):
@@ -117,13 +118,21 @@ class Keeper(QObject):
         self.flush()
         journal = self._journal.path if self._journal is not None else None
         return PutAside(
-            self._clip, self._review, self.session_file, self._known, journal, self._steps
+            self._clip,
+            self._review,
+            self.session_file,
+            self._known,
+            journal,
+            self._steps,
+            tuple(self.leftovers),
         )
 
     def go_on(self, aside: PutAside) -> None:
         """Watch over a review again that was put aside, in the journal that it had."""
         self.end()
         self._watch(aside.clip, aside.review, aside.session_file, aside.known)
+        if not self.read_only:
+            self.leftovers = [left for left in aside.leftovers if left.path.exists()]
         if self.read_only or aside.review.saved:
             return
         self._detached = True
