@@ -123,6 +123,8 @@ def _open(path: Path) -> tuple[int, bool]:
     try:
         return os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666), True
     except PermissionError:
+        if not path.exists():
+            raise
         return os.open(path, os.O_RDONLY | _NO_LINK), False
 
 

@@ -2,8 +2,8 @@
 
 Reads a command a line from standard input and answers each with a line of JSON: what the window
 says and offers, and the review. Commands: accept [N] (the first undecided), note SIZE, undo, save,
-export [replace], press TEXT, close ANSWER, limit BYTES (of any file it writes; 'none' lifts it),
-front, state.
+export [replace], tour, leave, tour_and_leave, open NAME, select (the first), press TEXT, close
+ANSWER, limit BYTES (of any file it writes; 'none' lifts it), front, state.
 """
 
 import json
@@ -57,6 +57,28 @@ class Driver:
         path = clip.with_name(f"{clip.stem}_refined.bvh")
         self.window.export(ExportChoice(path, replace=bool(replace)))
         self.window.exporter.finish()
+
+    def tour(self) -> None:
+        self.window.tour()
+        while self.window.guided_tour.at < 0:
+            QTest.qWait(5)
+
+    def leave(self) -> None:
+        self.window.leave_guide()
+
+    def tour_and_leave(self) -> None:
+        """Before the tour's clip is there."""
+        self.window.tour()
+        self.window.leave_guide()
+
+    def open(self, name: str) -> None:
+        clip = self.window.document.data.clip.path
+        self.window.open_path(clip.with_name(name))
+        while self.window.document.data.clip.path.name != name:
+            QTest.qWait(5)
+
+    def select(self) -> None:
+        self.window.document.select_interval(self.window.document.intervals[0].id)
 
     def press(self, text: str) -> None:
         opened = []

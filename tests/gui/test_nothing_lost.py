@@ -386,6 +386,137 @@ def test_a_window_that_was_robbed_of_its_lock_stops_and_loses_nothing(clip, star
     assert "4 steps were kept" in last.answer["says"]
 
 
+def test_a_window_that_was_robbed_and_has_not_noticed_harms_nobody(clip, start):
+    one = start(clip)
+    one.tell("accept", "accept")
+    other = start(clip)
+    other.tell("press Take over", "press Restore", "accept")
+    one.tell("close Discard")  # its own decisions; the other window goes on with a copy
+    one.end()
+    other.kill()
+    assert "3 steps were kept" in start(clip).answer["says"]
+
+
+def test_a_lock_that_is_a_link_leads_nowhere(clip, start):
+    precious = clip.with_name("precious.txt")
+    precious.write_text("precious")
+    clip.with_name("walk.twist.json.journal.lock").symlink_to(precious)
+    start(clip).tell("accept", "save")
+    assert precious.read_text() == "precious"
+
+
+# -- another clip meanwhile -------------------------------------------------------------------
+
+
+def test_a_note_stays_with_the_clip_it_was_typed_for(clip, start):
+    other = Path(shutil.copy(clip, clip.with_name("other.bvh")))
+    program = start(other)
+    program.tell("note 40", "save", "close")
+    program.end()
+    program = start(clip)
+    program.tell("select", "open other.bvh")
+    assert (program.answer["note"], program.answer["saved"]) == (40, True)
+    program.tell("select", "open walk.bvh")
+    assert (program.answer["note"], program.answer["saved"]) == (0, True)
+
+
+def test_a_tour_that_was_left_before_it_began_ends_no_review(clip, start):
+    program = start(clip)
+    program.tell("accept", "tour_and_leave", "accept", "save")
+    assert program.answer["saved"]
+    assert len(read_session(clip.with_name("walk.twist.json")).state.chosen()) == 2
+
+
+def test_what_another_window_saves_during_a_tour_is_kept(clip, start):
+    one = start(clip)
+    one.tell("accept", "save", "tour")
+    other = start(clip)
+    other.tell("accept", "accept", "accept", "save", "close")
+    other.end()
+    saved = clip.with_name("walk.twist.json").read_bytes()
+    one.tell("leave", "accept 6", "save")
+    assert "walk.twist.json.earlier" in one.answer["says"]
+    assert clip.with_name("walk.twist.json.earlier").read_bytes() == saved
+
+
+def test_a_question_does_not_outlive_its_clip(clip, start):
+    program = start(clip)
+    program.tell("accept", "accept")
+    program.kill()
+    program = start(clip)
+    program.tell("tour")
+    assert program.answer["offers"] == []
+    program.tell("leave")
+    assert program.answer["offers"] == ["Restore", "Discard"]
+
+
+# -- damage -----------------------------------------------------------------------------------
+
+
+def test_an_entry_that_is_damaged_costs_none_before_it_and_is_kept(clip, start):
+    program = start(clip)
+    program.tell("accept", "accept", "accept")
+    program.kill()
+    journal = clip.with_name("walk.twist.json.journal")
+    lines = journal.read_bytes().splitlines(keepends=True)
+    lines[2] = lines[2].replace(b'"accepted"', b'"acceptXd"')
+    journal.write_bytes(b"".join(lines))
+    damaged = journal.read_bytes()
+    program = start(clip)
+    assert "2 entries are damaged" in program.answer["says"]
+    assert "1 step was kept" in program.answer["says"]
+    program.tell("press Restore")
+    assert program.accepted == 1
+    assert journal.with_name("walk.twist.json.journal.damaged").read_bytes() == damaged
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        ("note", 7),
+        ("method", "tarot"),
+        ("next_id", 1e999),
+        ("stop", 10_000),
+        ("chain", "Tail"),
+        ("offset_deg", "wide"),
+    ],
+    ids=lambda d: d[0],
+)
+def test_a_damaged_session_stops_no_start(clip, start, damage):
+    program = start(clip)
+    program.tell("accept", "save", "close")
+    program.end()
+    session = clip.with_name("walk.twist.json")
+    document = json.loads(session.read_bytes())
+    key, value = damage
+    (document if key in document else document["intervals"][0])[key] = value
+    session.write_text(json.dumps(document))
+    program = start(clip)
+    program.tell("accept 7", "save", "select")
+    assert program.answer["saved"]
+    assert program.process.poll() is None
+
+
+def test_a_session_that_cannot_be_read_stops_no_start(clip, start):
+    clip.with_name("walk.twist.json").mkdir()
+    program = start(clip)
+    assert "cannot be read" in program.answer["says"]
+    program.tell("accept", "save")
+    assert program.answer["saved"]
+    assert "instead" in program.answer["says"]
+
+
+def test_a_replay_that_is_opened_takes_no_unanswered_review_away(clip, start):
+    program = start(clip)
+    program.tell("accept", "accept", "accept", "export")
+    program.kill()
+    program = start(clip.with_name("walk_refined.replay.json"))
+    assert not program.answer["saved"]
+    program.tell("close Discard")
+    program.end()
+    assert "3 steps were kept" in start(clip).answer["says"]
+
+
 # -- exports ----------------------------------------------------------------------------------
 
 
