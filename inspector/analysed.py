@@ -17,7 +17,7 @@ from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Review, Session, start_review
-from twistcore.review.session import check_belongs, parse_session
+from twistcore.review.session import check_belongs, read_session_file
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
 from twistcore.tuning import Profile
@@ -72,15 +72,15 @@ def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> 
     session, *older = sessions
     notes = [f"Another session of {path.name}, not the latest, is {other}." for other in older]
     try:
-        data = session.read_bytes()
-        kept = parse_session(data, session)
+        kept, sha256 = read_session_file(session)
     except FormatError as error:
         notes.append(set_aside(session, str(error)))
         return replace(_read(path, profile, tell), notes=tuple(notes))
-    except OSError as error:
-        notes.append(f"{session}: the session cannot be read ({error.strerror}).")
+    except TwistError as error:
+        notes.append(f"{error}: its review is not shown.")
         return replace(_read(path, profile, tell), notes=tuple(notes))
-    return replace(_with_session(session, data, kept, path, tell), notes=tuple(notes))
+    data = _with_session(session, sha256, kept, path, tell)
+    return replace(data, notes=tuple(notes))
 
 
 def _read(path: Path, profile: Profile | None, tell: Tell) -> Analysed:
@@ -123,13 +123,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     replays an export is read, never written: its review goes on in the clip's own session. tell:
     how far it is.
     """
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise TwistError(f"{path}: expected a session file, but there is no such file") from None
-    except OSError as error:
-        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
-    session = parse_session(data, path)
+    session, sha256 = read_session_file(path)
     if clip_path is None:
         places = [Path(session.clip), path.with_name(Path(session.clip).name)]
         there = [p for p in places if p.is_file()]
@@ -137,10 +131,10 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
             raise ClipMissingError(path, session.clip)
         same = (p for p in there if hashlib.sha256(p.read_bytes()).hexdigest() == session.sha256)
         clip_path = next(same, there[0])
-    return _with_session(path, data, session, clip_path, tell)
+    return _with_session(path, sha256, session, clip_path, tell)
 
 
-def _with_session(path: Path, data: bytes, session: Session, clip: Path, tell: Tell) -> Analysed:
+def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:
     method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
     found = _read(clip, Profile({}, method), tell)
     try:
@@ -154,5 +148,4 @@ def _with_session(path: Path, data: bytes, session: Session, clip: Path, tell: T
     if path.name.endswith(REPLAY_SUFFIX):
         review.mark_unsaved()  # in the clip's own session
         return replace(found, review=review)
-    sha256 = hashlib.sha256(data).hexdigest()
     return replace(found, review=review, session=path, session_sha256=sha256)

@@ -18,6 +18,7 @@ from inspector.theme import DARK
 from inspector.viewport import Viewport
 from tests.conftest import ASSETS
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
+from tests.gui.programs import Program
 from tests.gui.windows import close_window, open_clip, wait_until_active
 
 
@@ -148,6 +149,29 @@ def at_forearm(qtbot, show_window, tmp_path):
     window.document.select_chain("LeftForeArm")
     window.document.go_to(90)
     return window
+
+
+@pytest.fixture
+def clip(tmp_path):
+    """A copy of the walk with eight errors in a folder of its own."""
+    folder = tmp_path / "clips"
+    folder.mkdir()
+    return Path(shutil.copy(INJECTED, folder / "walk.bvh"))
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Starts the program on a clip, as a process; kills what is still there at the end."""
+    started = []
+
+    def run(clip):
+        started.append(Program(clip, tmp_path / "state"))
+        return started[-1]
+
+    yield run
+    for program in started:
+        if program.process.poll() is None:
+            program.kill()
 
 
 def _render_windows() -> int:

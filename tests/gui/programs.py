@@ -58,3 +58,8 @@ class Program:
         self.process.wait(30)
         for pipe in (self.process.stdin, self.process.stdout):
             pipe.close()
+
+
+def beside(clip):
+    """Names of what lies beside a clip."""
+    return sorted(p.name for p in clip.parent.iterdir() if p != clip)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -73,25 +74,24 @@ def write_session(path: Path, clip: Clip, state: ReviewState) -> None:
 
 def read_session(path: Path) -> Session:
     """Read a session; raises TwistError or FormatError in one sentence."""
+    return read_session_file(path)[0]
+
+
+def read_session_file(path: Path) -> tuple[Session, str]:
+    """The same, and the SHA-256 of the bytes that were read."""
     try:
         data = path.read_bytes()
     except FileNotFoundError:
         raise TwistError(f"{path}: expected a session file, but there is no such file") from None
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
-    return parse_session(data, path)
-
-
-def parse_session(data: bytes, path: Path) -> Session:
-    """The same from the file's bytes; FormatError in one sentence."""
     try:
-        document = json.loads(data)
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: expected JSON ({error})") from None
-    try:
-        return session_from_document(document)
+        session = session_from_document(json.loads(data))
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: expected JSON ({error})") from None
+    return session, hashlib.sha256(data).hexdigest()
 
 
 def session_from_document(document: Any) -> Session:
