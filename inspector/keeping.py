@@ -11,7 +11,7 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from inspector.leftovers import Leftover, holds_more, read_leftover, same_review
-from inspector.lock import Holder, ReviewLock
+from inspector.lock import ReviewLock
 from inspector.session_files import (
     JOURNAL_SUFFIX,
     KnownSessions,
@@ -31,6 +31,10 @@ from twistcore.review.session import session_bytes
 
 _IDLE_MS = 300  # a drag that pauses this long is put on disk
 _RETRY_MS = 5000  # what the disk did not take is tried again
+
+
+class _HeldError(Exception):
+    """Another window has the session that was to be written; says who."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,17 +308,17 @@ class Keeper(QObject):
         if (self.read_only or not self.may_change()) and (
             path is None or path == self.session_file
         ):
-            holder = self.lock.holder if self.lock is not None else None
-            return False, f"This window cannot save it: {self._clip.name} is held by {holder}."
+            name = self._clip.name
+            return False, f"This window cannot save it: {name} is under review in another one."
         self.flush()
         refuge = refuge_path(self._clip.path)
         for place in (wanted,) if path else dict.fromkeys((wanted, refuge)):
             try:
                 if place == refuge:
                     place.parent.mkdir(parents=True, exist_ok=True)
-                if (held := self._lock_also(place)) is not None:
-                    return False, f"{place.name} is held by {held}: choose another name."
-                told = self._known.write(place, session_bytes(self._clip, self._review.state))
+                told = self._write_session(place)
+            except _HeldError as error:
+                return False, f"{place.name} is open in another window ({error})."
             except OSError as error:
                 last = error
                 continue
@@ -378,19 +382,27 @@ class Keeper(QObject):
         self.lock = None
         return True  # nowhere to write: nobody else can either
 
-    def _lock_also(self, place: Path) -> Holder | None:
-        """Take the lock of a session that is to be written instead; its holder if it has one."""
-        lock = _lock_of(place)
+    # -- the files ----------------------------------------------------------------------------
+
+    def _write_session(self, path: Path) -> str:
+        """Write it under its own lock, which is then the one that is held; what is to be said."""
+        assert self._clip is not None
+        assert self._review is not None
+        data = session_bytes(self._clip, self._review.state)
+        lock = _lock_of(path)
         if self.lock is not None and self.lock.path == lock.path:
-            return None
+            return self._known.write(path, data)
         if not lock.take():
-            return lock.holder
+            raise _HeldError(str(lock.holder))
+        try:
+            told = self._known.write(path, data)
+        except OSError:
+            lock.release()
+            raise
         if self.lock is not None:
             self.lock.release()
         self.lock, self.read_only = lock, False
-        return None
-
-    # -- the files ----------------------------------------------------------------------------
+        return told
 
     def _resume(self, recovered: Recovered) -> None:
         self._steps = recovered.steps
@@ -413,8 +425,8 @@ class Keeper(QObject):
             self._journal = None
             self._begin_journal(self._review.state, self._steps)
             if self._journal is not None:
-                told = f"{journal.path.name} was deleted while it was open; it is now {{}}."
-                self.told.emit(told.format(self._journal.path), True)
+                told = f"{journal.path.name} was deleted while it was open; it is now "
+                self.told.emit(f"{told}{self._journal.path}.", True)
         elif self._detached:  # an undo of what was saved
             self._begin_journal(self._review.state, self._steps)
         elif (begun := self._begin_before_last()) is not None:

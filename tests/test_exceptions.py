@@ -20,6 +20,7 @@ EXAMPLES = {
     "twistcore.quamo.poses.PosesError": (("a.npz: expected poses",), {}),
     "twistcore.quamo.stability.UnstableGainsError": (("κP is too large",), {}),
     "inspector.analysed.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),
+    "inspector.keeping._HeldError": (("Twist Inspector, process 7",), {}),
     "twistcore.progress.Cancelled": ((), {}),
     "inspector.video.reader.VideoError": (("a.mp4: no video",), {}),
 }

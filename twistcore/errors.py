@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copyreg
 from typing import Any
 
 
@@ -11,7 +10,12 @@ class TwistError(Exception):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Sentence and attributes, whatever __init__ asks for: it must come out of a process."""
-        return copyreg.__newobj__, (type(self), *self.args), vars(self)  # type: ignore[attr-defined]
+        return _remade, (type(self), self.args), vars(self)
+
+
+def _remade(kind: type[TwistError], arguments: tuple[Any, ...]) -> TwistError:
+    """Without __init__, which asks for more than the sentence; the attributes follow."""
+    return kind.__new__(kind, *arguments)
 
 
 class BvhError(TwistError):

@@ -138,6 +138,25 @@ def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     assert "cannot save" in other.bar.label.text()
 
 
+def test_the_lock_follows_the_session_that_was_written_and_no_other(
+    qtbot, window, show_window, path, tmp_path
+):
+    open_clip(qtbot, window, path)
+    window.next_interval()
+    window.accept()
+    keeper, other = window.document.keeper, tmp_path / "other.twist.json"
+    saved, told = keeper.save(tmp_path / "nowhere" / "else.twist.json")
+    assert not saved
+    assert "not saved" in told
+    assert keeper.lock.path == tmp_path / "walk.twist.json.journal.lock"
+    assert keeper.save(other) == (True, "")
+    second = show_window()
+    open_clip(qtbot, second, path)  # it goes on with the session where that was saved last
+    assert second.document.data.session == other
+    assert second.document.keeper.read_only
+    assert not second.document.keeper.save(other)[0]
+
+
 def test_a_session_beside_the_clip_is_gone_on_with(qtbot, window, path):
     open_clip(qtbot, window, path)
     window.next_interval()

@@ -106,10 +106,12 @@ def test_restoring_on_a_full_disk_leaves_the_only_copy(crowded):
 # -- files that go or come meanwhile ----------------------------------------------------------
 
 
-def test_a_journal_that_is_deleted_is_written_anew(clip, start):
+@pytest.mark.parametrize("name", ["walk", "take {1} 100%s"])
+def test_a_journal_that_is_deleted_is_written_anew(clip, start, name):
+    clip = clip.rename(clip.with_name(f"{name}.bvh"))
     program = start(clip)
     program.tell("accept", "accept")
-    journal = clip.with_name("walk.twist.json.journal")
+    journal = clip.with_name(f"{name}.twist.json.journal")
     journal.unlink()
     program.tell("accept")
     assert "was deleted while it was open" in program.answer["says"]
