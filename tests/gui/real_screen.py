@@ -60,16 +60,30 @@ class RealScreen:
 
     def use(self, *words):
         """Move the mouse, click, press keys: what xdotool knows."""
-        done = subprocess.run(
-            ["xdotool", *map(str, words)], env=self.env, check=True, capture_output=True, text=True
-        )
-        return done.stdout.split()
+        return self._asked(*words, check=True).stdout.split()
 
     def windows(self, title):
         """Numbers of the windows to be seen with this in their title."""
-        words = ["xdotool", "search", "--onlyvisible", "--name", title]
-        done = subprocess.run(words, env=self.env, check=False, capture_output=True, text=True)
-        return done.stdout.split()
+        return self._asked("search", "--onlyvisible", "--name", title).stdout.split()
+
+    def active(self):
+        """The number of the window that gets the keys; None while none does."""
+        done = self._asked("getactivewindow")
+        return done.stdout.strip() if done.returncode == 0 else None
+
+    def shown(self, title):
+        """The window with this in its title, once it gets the keys."""
+        wait_until(lambda: self.active() in self.windows(title))
+        return self.active()
+
+    def managed(self):
+        """Whether the window manager is there: until it is, its keys do nothing."""
+        return self._asked("get_num_desktops").returncode == 0
+
+    def _asked(self, *words, check=False):
+        return subprocess.run(
+            ["xdotool", *map(str, words)], env=self.env, check=check, capture_output=True, text=True
+        )
 
 
 @contextlib.contextmanager
@@ -77,8 +91,10 @@ def real_screen(folder):
     """Xvfb and openbox, without a compositor, as long as it lasts."""
     with dev.virtual_screen("-fbdir", str(folder)) as env:
         manager = subprocess.Popen(["openbox"], env=env, stderr=subprocess.DEVNULL)
+        screen = RealScreen(env, folder)
         try:
-            yield RealScreen(env, folder)
+            wait_until(screen.managed)
+            yield screen
         finally:
             manager.kill()
             manager.wait()

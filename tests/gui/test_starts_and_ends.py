@@ -104,7 +104,7 @@ def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, caps
 def test_closing_the_window_ends_what_is_being_opened(tmp_path, share_seen):
     clip = long_clip(tmp_path / "long.bvh")
     with real_screen(tmp_path) as screen, program(screen.env, tmp_path, clip) as process:
-        wait_until(lambda: screen.windows("^Twist Inspector$"))
+        screen.shown("^Twist Inspector$")
         if share_seen:
             screen.steady_picture()  # it says what is being opened, not yet how far
             told = screen.status_bar()
@@ -123,12 +123,11 @@ def test_a_signal_ends_it_while_it_asks(tmp_path, number):
     """Decisions that are not saved wait in the journal."""
     clip = shutil.copy(INJECTED, tmp_path / "mine.bvh")
     with real_screen(tmp_path) as screen, program(screen.env, tmp_path, clip) as process:
-        wait_until(lambda: screen.windows("^mine.bvh"))
-        (window,) = screen.windows("^mine.bvh")
+        window = screen.shown("^mine.bvh")
         journal = tmp_path / "mine.twist.json.journal"
         wait_until(journal.exists, meanwhile=lambda: screen.use("key", "n", "key", "a"))
         screen.use("key", "alt+F4")
-        wait_until(lambda: screen.use("getactivewindow") != [window])
+        wait_until(lambda: screen.active() not in (window, None))
         process.send_signal(number)
         begun = time.monotonic()
         process.communicate(timeout=30)

@@ -16,8 +16,7 @@ def differing(a, b):
 @needs_real_screen
 def test_nothing_stays_of_menu_palette_and_dialog(tmp_path):
     with real_screen(tmp_path) as screen, program(screen.env, tmp_path) as process:
-        wait_until(lambda: process.poll() is not None or screen.windows("^Twist Inspector$"))
-        (window,) = screen.windows("^Twist Inspector$")
+        window = screen.shown("^Twist Inspector$")
         screen.use("mousemove", 1900, 1070)
         before = screen.steady_picture()
         assert differing(before, before[0, 0]) > LARGE, "the window is not to be seen"
