@@ -21,8 +21,8 @@ from matplotlib import pyplot as plt
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import detect
-from twistcore.detection.audit import FLIP, NaturalEvent, natural_events
 from twistcore.detection.cuts import leading_frames
+from twistcore.detection.natural_events import FLIP, NaturalEvent, natural_events
 from twistcore.motion import Motion
 from twistcore.rotation import geodesic_angle
 from twistcore.synthesis.protocol import twist_increments

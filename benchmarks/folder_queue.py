@@ -19,7 +19,7 @@ from PySide6.QtCore import QEventLoop, QTimer
 from scipy.stats import spearmanr
 
 from inspector.app import make_application
-from inspector.settings import Settings
+from inspector.session.settings import Settings
 from twistcore.batch import severity
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
 from twistcore.chain import find_chains
@@ -50,7 +50,7 @@ def main() -> None:
     parser.add_argument("--scrub", action="store_true", help="move the playhead all the while")
     arguments = parser.parse_args()
     make_application()
-    from inspector.main_window import MainWindow
+    from inspector.window.main_window import MainWindow
 
     with tempfile.TemporaryDirectory() as folder:
         truth = {}

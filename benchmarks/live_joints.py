@@ -19,15 +19,12 @@ from unittest.mock import patch
 
 import numpy as np
 
-from twistcore.benchmark.passes import apply_method, draw
-from twistcore.benchmark.scene import Scene, make_scene
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain
-from twistcore.detection import counter
+from twistcore.detection import counter_rotation as counter
 from twistcore.detection.consistency import ConsistencyDetector
-from twistcore.detection.increments import twist_increments
 from twistcore.detection.prediction import Mask
-from twistcore.evaluation import SUCCESS
+from twistcore.detection.twist_increments import twist_increments
 from twistcore.motion import Motion
 from twistcore.rotation import (
     Array,
@@ -36,6 +33,9 @@ from twistcore.rotation import (
     normalise,
     quaternion_from_axis_angle,
 )
+from twistcore.study.benchmark.clip_scene import Scene, make_scene
+from twistcore.study.benchmark.passes import apply_method, draw
+from twistcore.study.evaluation import SUCCESS
 from twistcore.synthesis import InjectedError, inject, parse_protocol
 
 METHOD = "consistency"

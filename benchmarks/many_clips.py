@@ -21,10 +21,11 @@ from PySide6.QtWidgets import QApplication
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from inspector.analysed import analyse
-from inspector.document import Document
-from inspector.theme import DARK
-from inspector.viewport import Style, Viewport
+from inspector.session.document import Document
+from inspector.session.opening import analyse
+from inspector.viewport.solid_and_ghost import Style
+from inspector.viewport.viewport import Viewport
+from inspector.widgets.theme import DARK
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 CLIPS = ("walk.bvh", "walk_injected.bvh", "dance.bvh", "basketball.bvh")

@@ -20,10 +20,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from benchmarks.tau_drag import CHAIN, SAMPLE, tiled
-from inspector.analysed import analysed
 from inspector.app import make_application
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
+from inspector.session.opening import analysed
+from inspector.session.settings import Settings
+from inspector.window.main_window import MainWindow
 from twistcore.bvh import read_bvh
 from twistcore.review import Redetect
 from twistcore.review.model import constant

@@ -20,11 +20,11 @@ from twistcore.bvh import read_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.detection import Interval, detect
 from twistcore.detection.cuts import leading_frames
-from twistcore.evaluation import SUCCESS
 from twistcore.motion import Motion
-from twistcore.quamo.refine import track_by_hand
+from twistcore.quamo.track_clip import track_by_hand
 from twistcore.refinement import refine
 from twistcore.rotation import geodesic_angle
+from twistcore.study.evaluation import SUCCESS
 from twistcore.synthesis import (
     InjectedError,
     draw_errors,

@@ -24,12 +24,19 @@ from benchmarks.quamo_fits import (
     shrunk,
     without_offset,
 )
-from twistcore.quamo.data import HELD_OUT, Sequence24, read_folder
-from twistcore.quamo.metrics import METRICS, errors
-from twistcore.quamo.noise import Noise
 from twistcore.quamo.state_space import Gains
-from twistcore.quamo.tables import CONDITIONS, Condition, Method, hand_method, noisy_clip, score
 from twistcore.rotation import Array
+from twistcore.study.quamo.noise import Noise
+from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.quamo_tables import (
+    CONDITIONS,
+    Condition,
+    Method,
+    hand_method,
+    noisy_clip,
+    score,
+)
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 
 GAINS = ((400.0, 16.0), (550.0, 16.0), (600.0, 15.0), (900.0, 20.0), (1200.0, 24.0))
 ROOT_GAINS = ((100.0, 8.0), (200.0, 12.0), (400.0, 20.0))

@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from twistcore.quamo.data import Sequence24
-from twistcore.quamo.metrics import in_contact, root_aligned, second_difference
-from twistcore.quamo.noise import SMOOTH_SECONDS, Noise
 from twistcore.quamo.state_space import NETWORK_DT, exponential, logarithm
-from twistcore.quamo.tables import Method, noisy_clip
 from twistcore.quamo.topology import ANKLES, TOES
 from twistcore.rotation import Array, conjugate, multiply
+from twistcore.study.quamo.noise import SMOOTH_SECONDS, Noise
+from twistcore.study.quamo.pose_errors import in_contact, root_aligned, second_difference
+from twistcore.study.quamo.quamo_tables import Method, noisy_clip
+from twistcore.study.quamo.sequences import Sequence24
 
 FIT_SEEDS = (100, 101)  # of the noise that is fitted on
 PATH_TAPS, ROOT_TAPS = 20, 50  # frames of the past: 0.8 s and 2 s

@@ -15,11 +15,11 @@ import numpy as np
 
 from twistcore.bvh import read_bvh
 from twistcore.quamo import Gains, HandGains, track
-from twistcore.quamo.metrics import METRICS, errors, quality
-from twistcore.quamo.noise import LEVELS, Noise, noisy
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
 from twistcore.rotation import Array
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.pose_errors import METRICS, errors, quality
 from twistcore.synthesis import generator
 
 EVERY, STEPS = 4, (1, 2)  # of the clips; of the frames

@@ -15,15 +15,15 @@ from statistics import median
 
 import numpy as np
 
+from twistcore.cli.quamo_commands import FINAL, WEIGHTS, weights_name
 from twistcore.errors import TwistError
 from twistcore.motion import forward_kinematics
 from twistcore.quamo import HandGains, Tracker
-from twistcore.quamo.command import FINAL, WEIGHTS, weights_name
-from twistcore.quamo.data import read_sequence
 from twistcore.quamo.network import Network, read_network, untrained
-from twistcore.quamo.noise import LEVELS, Noise, noisy
 from twistcore.quamo.topology import motion_24
-from twistcore.quamo.torch_model import import_torch, make_step, unroll
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.sequences import read_sequence
+from twistcore.study.quamo.torch_model import import_torch, make_step, unroll
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "dance.bvh"
 BLOCK = 50

@@ -23,10 +23,12 @@ from pyvistaqt import QtInteractor
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks._frames import Figures, run
-from inspector.analysed import Analysed, analyse
-from inspector.document import Document, Show
-from inspector.theme import DARK
-from inspector.viewport import Style, Viewport, driver
+from inspector.session.document import Document, Show
+from inspector.session.opening import Analysed, analyse
+from inspector.viewport import opengl as driver
+from inspector.viewport.solid_and_ghost import Style
+from inspector.viewport.viewport import Viewport
+from inspector.widgets.theme import DARK
 from twistcore.detection import Interval
 from twistcore.review import Insert
 

@@ -26,8 +26,8 @@ def child(begun: float, clip: Path) -> None:
     from inspector.app import make_application
 
     app = make_application()
-    from inspector.main_window import MainWindow
-    from inspector.settings import Settings
+    from inspector.session.settings import Settings
+    from inspector.window.main_window import MainWindow
 
     window = MainWindow(Settings(), None)
     window.show()

@@ -23,7 +23,7 @@ from twistcore.bvh import read_bvh
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.rotation import Array
 from twistcore.tuning import GRID, TauCurve, clip_tuning, tau_curve
-from twistcore.tuning.curve import PROTOCOLS
+from twistcore.tuning.tau_curve import PROTOCOLS
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,10 +28,10 @@ from PySide6.QtCore import QEvent, QEventLoop, QObject
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
-from inspector.analysed import analysed
 from inspector.app import keep_for_good, make_application
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
+from inspector.session.opening import analysed
+from inspector.session.settings import Settings
+from inspector.window.main_window import MainWindow
 from twistcore.bvh import Clip, parse_bvh, read_bvh
 from twistcore.bvh.patch import changed_rotations, patch_rotations
 from twistcore.chain import find_chains

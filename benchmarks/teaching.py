@@ -21,13 +21,15 @@ from PySide6.QtWidgets import QApplication, QWidget
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks._frames import Figures, run
-from inspector.analysed import analyse
 from inspector.app import make_application
-from inspector.document import Document
-from inspector.plots import Timeline
-from inspector.teaching import Lesson, TeachingPanel
-from inspector.theme import DARK
-from inspector.viewport import Viewport, driver
+from inspector.session.document import Document
+from inspector.session.opening import analyse
+from inspector.teaching.lesson import Lesson
+from inspector.teaching.teaching_panel import TeachingPanel
+from inspector.timeline.timeline import Timeline
+from inspector.viewport import opengl as driver
+from inspector.viewport.viewport import Viewport
+from inspector.widgets.theme import DARK
 
 CLIP = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
 TARGET_MS = 25.0

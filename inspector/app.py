@@ -21,14 +21,14 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QFont, QSurfaceFormat
 from PySide6.QtWidgets import QApplication
 
-from inspector.background import wait_for_tasks
 from inspector.bundled import SAMPLE
-from inspector.settings import load_settings, settings_path
-from inspector.theme import apply_theme, system_theme
+from inspector.session.settings import load_settings, settings_path
+from inspector.widgets.background import wait_for_tasks
+from inspector.widgets.theme import apply_theme, system_theme
 
 if TYPE_CHECKING:
-    from inspector.demo import Script
-    from inspector.main_window import MainWindow
+    from inspector.window.demo import Script
+    from inspector.window.main_window import MainWindow
 
 _PATIENCE_MS = 500  # for work that was cancelled
 _NO_SCREEN = (
@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(_NO_SCREEN, file=sys.stderr)
         return 2
     app = make_application()
-    from inspector.main_window import MainWindow  # after the application: VTK asks for it
+    from inspector.window.main_window import MainWindow  # after the application: VTK asks for it
 
     path = settings_path()
     settings, complaint = load_settings(path)
@@ -95,7 +95,7 @@ def _say(window: MainWindow, complaint: str) -> None:
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
     """What drives the window by itself, if that was asked for."""
-    from inspector.demo import Demo, Screenshot
+    from inspector.window.demo import Demo, Screenshot
 
     if arguments.demo:
         return Demo(window, arguments.demo, arguments.file or SAMPLE)

@@ -17,12 +17,12 @@ from PySide6.QtTest import QTest
 
 from inspector.app import make_application
 from inspector.bundled import SAMPLE
-from inspector.settings import Settings
-from inspector.viewport import driver
+from inspector.session.settings import Settings
+from inspector.viewport import opengl as driver
 from twistcore.decomposition import WhatIf
 
 if TYPE_CHECKING:
-    from inspector.main_window import MainWindow
+    from inspector.window.main_window import MainWindow
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 _SIZE = (1440, 900)
@@ -35,7 +35,7 @@ _SEED = 5  # of the exercise
 def main() -> int:
     """Take every picture; returns the exit code."""
     make_application()
-    from inspector.main_window import MainWindow
+    from inspector.window.main_window import MainWindow
 
     def skin(window: MainWindow) -> None:
         window.actions_by_id["skin"].trigger()

@@ -17,12 +17,12 @@ EXAMPLES = {
     "twistcore.errors.ClipMismatchError": (("other joints",), {}),
     "twistcore.errors.FormatError": (("a.json: expected JSON",), {}),
     "twistcore.bvh.numbers.BadNumberError": ((17, b"1.0.0"), {}),
-    "twistcore.quamo.poses.PosesError": (("a.npz: expected poses",), {}),
+    "twistcore.quamo.npz_poses.PosesError": (("a.npz: expected poses",), {}),
     "twistcore.quamo.stability.UnstableGainsError": (("κP is too large",), {}),
-    "inspector.analysed.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),
-    "inspector.keeping._HeldError": (("Twist Inspector, process 7",), {}),
+    "inspector.session.opening.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),
+    "inspector.session.keeper._HeldError": (("Twist Inspector, process 7",), {}),
     "twistcore.progress.Cancelled": ((), {}),
-    "inspector.video.reader.VideoError": (("a.mp4: no video",), {}),
+    "inspector.video.video_reader.VideoError": (("a.mp4: no video",), {}),
 }
 EXTRAS = {"numba", "torch", "av"}  # a module that needs an extra may not be importable
 

@@ -17,9 +17,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.document import Document, Show
-from inspector.panels.keys import LetterKeys
-from inspector.playback import SPEEDS, Player
+from inspector.session.document import Document, Show
+from inspector.session.player import SPEEDS, Player
+from inspector.widgets.letter_keys import LetterKeys
 
 _PLAY, _PAUSE = "Play", "Pause"
 

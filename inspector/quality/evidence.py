@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from inspector.analysed import Analysed
-from inspector.background import Task
-from inspector.document import Document
+from inspector.session.document import Document
+from inspector.session.opening import Analysed
 from inspector.viewport.camera import guess_up
+from inspector.widgets.background import Task
 from twistcore.detection.cuts import leading_frames
 from twistcore.quality import SLIDE_SPEED, JointQuality, joint_quality
-from twistcore.quamo.metrics import Quality
-from twistcore.quamo.refine import quality_before_and_after
+from twistcore.quamo.track_clip import quality_before_and_after
 from twistcore.rotation import Array
+from twistcore.study.quamo.pose_errors import Quality
 
 
 @dataclass(frozen=True)

@@ -22,15 +22,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.document import Document
-from inspector.panels.keys import LetterKeys
-from inspector.plots.traces import Trace, TracePlot
-from inspector.quality.tracking import Tracked
-from inspector.theme import Theme
-from inspector.tuning.caption import Caption
+from inspector.quality.tracked_clip import Tracked
+from inspector.session.document import Document
+from inspector.widgets.caption import Caption
+from inspector.widgets.letter_keys import LetterKeys
+from inspector.widgets.theme import Theme
+from inspector.widgets.traces import Trace, TracePlot
+from twistcore.export.tracking import DEMONSTRATION, WARNING, knows_learned, weights_mark
 from twistcore.quamo import Gains
 from twistcore.review import Tracking
-from twistcore.review.tracking import DEMONSTRATION, WARNING, knows_learned, weights_mark
 
 _GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka", 1000.0, ""))
 _GAIN_ROLES = ("before", "after", "accepted")

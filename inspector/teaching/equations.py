@@ -13,11 +13,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.steady import SteadyLabel
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import SECTIONS, SYMBOLS, Equation, colour
-from inspector.teaching.typeset import EM, Formula, Typesetter
-from inspector.theme import Theme, figures_font
+from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.theme import Theme, figures_font
+from inspector.widgets.typeset import EM, Formula, Typesetter
 from twistcore.decomposition import Decomposition
 
 _SIZE = 1.04  # of a formula, in heights of the program's font

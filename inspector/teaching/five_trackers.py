@@ -1,158 +1,58 @@
-"""The lesson 'why quaternions': one joint through ±180° and five trackers, side by side."""
+"""One joint that turns through ±180°, and five trackers that follow it: the lesson's numbers."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QSlider,
-    QSpinBox,
-    QVBoxLayout,
-    QWidget,
+
+from twistcore.quamo import Gains, HandGains, track
+from twistcore.quamo.state_space import EXACT, FIRST_ORDER
+from twistcore.rotation import Array, geodesic_angle, quaternion_from_axis_angle
+from twistcore.study.quamo.representations import (
+    REPRESENTATIONS,
+    Representation,
+    coordinates,
+    track_coordinates,
 )
 
-from inspector.plots.curves import root_scale
-from inspector.plots.traces import Trace, TracePlot
-from inspector.steady import SteadyLabel
-from inspector.teaching.seams import FRAMES, euler_angles, followers, turning
-from inspector.theme import Theme
-from inspector.tuning.caption import Caption
-from twistcore.rotation import Array
-
-_WORDS = {
-    "Quaternion": "The way from the pose to the input is a rotation itself, the shorter of two. "
-    "It has no seam: what is left is the lag of the gains.",
-    "axis-angle, raw": "At 180° the vector leaps from one end to the other. The tracker runs all "
-    "the way back, through poses nobody made.",
-    "Euler XYZ, raw": "180° becomes −180° between two frames. The tracker takes the leap of the "
-    "number for a motion.",
-    "Euler XYZ, wrapped": "Differences taken into ±180° close the seam. But the three angles do "
-    "not run evenly where the joint does: the faster it turns, the further off.",
-    "Quaternion, first-order": "A straight step, put back onto the sphere, falls short of "
-    "the turn. The next frame's error makes up for it: here it hardly shows.",
-}
-_TITLES = {"axis-angle, raw": "Axis-angle"}
-_EULER = (("X", "before"), ("Y", "accepted"), ("Z", "after"))
-_LEAP = 180.0  # degrees
+AXIS = np.array([0.36, 0.48, 0.8])
+DT = 0.04  # seconds: 25 Hz
+FRAMES = 101
+_TRACKED = ("axis-angle, raw", "Euler XYZ, raw", "Euler XYZ, wrapped")
 
 
-class FiveTrackers(QWidget):
-    """A window of its own; everything in it follows the slider and the frame."""
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """name; distance: from the input, degrees, (frames,)."""
 
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent, Qt.WindowType.Window)
-        self.setWindowTitle("Why quaternions")
-        self.frame = 0
-        self._build(theme)
-        self.set_theme(theme)
-        self.resize(1180, 620)
-
-    def _build(self, theme: Theme) -> None:
-        self.words = Caption()
-        self.slider = QSlider(Qt.Orientation.Horizontal)
-        self.slider.setRange(10, 150)  # hundredths of a turn a second
-        self.slider.setValue(40)
-        self.slider.setAccessibleName("Speed of the joint")
-        self.slider.valueChanged.connect(self.refresh)
-        self.speed = SteadyLabel()
-        self.at = QSpinBox()
-        self.at.setRange(0, FRAMES - 1)
-        self.at.setPrefix("frame ")
-        self.at.valueChanged.connect(self.go_to)
-        head = QHBoxLayout()
-        head.addWidget(QLabel("Speed"))
-        head.addWidget(self.slider, 1)
-        head.addWidget(self.speed)
-        head.addWidget(self.at)
-        self.input_words = Caption()
-        self.input = TracePlot(theme, "°")
-        self.input.setMinimumHeight(140)
-        self.input.setAccessibleName("Euler angles of the input")
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(2)
-        self.titles: dict[str, Caption] = {}
-        self.plots: dict[str, TracePlot] = {}
-        self.notes: dict[str, QLabel] = {}
-        for column, name in enumerate(_WORDS):
-            title, plot, note = Caption(), TracePlot(theme, root=True), QLabel(_WORDS[name])
-            plot.setAccessibleName(f"{name}: distance from the input over time")
-            plot.setMinimumHeight(150)
-            plot.asked.connect(self.go_to)
-            note.setWordWrap(True)
-            note.setObjectName("soft")
-            note.setAlignment(Qt.AlignmentFlag.AlignTop)
-            for row, widget in enumerate((title, plot, note)):
-                grid.addWidget(widget, row, column)
-            grid.setColumnStretch(column, 1)
-            self.titles[name], self.plots[name], self.notes[name] = title, plot, note
-        grid.setRowStretch(1, 1)
-        self.input.asked.connect(self.go_to)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(12, 10, 12, 10)
-        layout.setSpacing(6)
-        layout.addWidget(self.words)
-        layout.addLayout(head)
-        layout.addWidget(self.input_words)
-        layout.addWidget(self.input, 2)
-        layout.addLayout(grid, 3)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
-        for plot in (self.input, *self.plots.values()):
-            plot.set_theme(theme)
-        self.refresh()
-
-    def refresh(self) -> None:
-        """Let the joint turn and the five follow it."""
-        q_hat = turning(0.01 * self.slider.value())
-        self.found = {f.name: f for f in followers(q_hat)}
-        self.angles = euler_angles(q_hat)
-        x = np.arange(FRAMES, dtype=np.float64)
-        lines = [Trace(x, _broken(self.angles[:, k]), role) for k, (_, role) in enumerate(_EULER)]
-        self.input.show_lines(lines)
-        self.input.show_range(FRAMES, -180.0, 180.0)
-        top = max(float(f.distance.max()) for f in self.found.values())
-        for name, plot in self.plots.items():
-            own = name.startswith("Quaternion")
-            distance = self.found[name].distance
-            plot.show_lines([Trace(x, root_scale(distance), "after" if own else "before")])
-            plot.show_range(FRAMES, 0.0, float(root_scale(max(top, 10.0))))
-        self.speed.setText(f"{0.01 * self.slider.value():.2f} turns/s")
-        self.words.set_text(
-            "One joint turns about one axis at 25 Hz. Five trackers follow it with the same gains "
-            "(κP 600, κD 15): how far is each from its input? (√ scale)"
-        )
-        self.go_to(self.frame)
-
-    def go_to(self, frame: int) -> None:
-        """Move the playhead of all plots."""
-        self.frame = min(max(int(frame), 0), FRAMES - 1)
-        self.at.blockSignals(True)
-        self.at.setValue(self.frame)
-        self.at.blockSignals(False)
-        for plot in (self.input, *self.plots.values()):
-            plot.show_frame(self.frame)
-        keys = " &nbsp; ".join(
-            f'<span style="color:{getattr(self._theme, role)}">━ {name} '
-            f"{self.angles[self.frame, k]:+.0f}°</span>"
-            for k, (name, role) in enumerate(_EULER)
-        )
-        self.input_words.set_text(f"The input as Euler angles XYZ &nbsp; {keys}".replace("-", "−"))
-        for name, title in self.titles.items():
-            distance = self.found[name].distance
-            title.set_text(
-                f"<b>{_TITLES.get(name, name)}</b><br>{distance[self.frame]:.1f}° off, "
-                f"at most {distance.max():.1f}°"
-            )
+    name: str
+    distance: Array
 
 
-def _broken(angles: Array) -> Array:
-    """Angles with a gap at every leap: no line is drawn through values that never were."""
-    out = angles.copy()
-    out[1:][np.abs(np.diff(angles)) > _LEAP] = np.nan
-    return out
+def turning(speed: float) -> Array:
+    """A joint about a fixed axis at `speed` turns a second, slow to start, (FRAMES, 4)."""
+    time = np.arange(FRAMES) * DT
+    eased = np.where(time < 1.0, 0.5 * time**2, time - 0.5)
+    return quaternion_from_axis_angle(AXIS, 2.0 * np.pi * speed * eased)
+
+
+def followers(q_hat: Array) -> tuple[Follower, ...]:
+    """Quaternion, axis-angle, Euler XYZ raw and wrapped, first-order: all with the same gains."""
+    gains = Gains()
+    by_name = {r.name: r for r in REPRESENTATIONS}
+    found = [("Quaternion", _quaternion(q_hat, gains, EXACT))]
+    found += [(name, track_coordinates(q_hat, DT, by_name[name], gains)) for name in _TRACKED]
+    found.append(("Quaternion, first-order", _quaternion(q_hat, gains, FIRST_ORDER)))
+    return tuple(Follower(n, np.degrees(geodesic_angle(q, q_hat))) for n, q in found)
+
+
+def euler_angles(q_hat: Array) -> Array:
+    """X, Y and Z of the input as raw Euler angles, degrees, (frames, 3)."""
+    return np.degrees(coordinates(q_hat, Representation("", "XYZ")))
+
+
+def _quaternion(q_hat: Array, gains: Gains, integration: str) -> Array:
+    rest = np.zeros((len(q_hat), 3))
+    one = track(q_hat[:, None], rest, DT, HandGains(gains), integration=integration)
+    return one.q[:, 0]

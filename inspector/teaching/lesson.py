@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from inspector.document import Document
+from inspector.session.document import Document
 from twistcore.chain import Chain
 from twistcore.decomposition import Decomposition, WhatIf, altered, decompose
 from twistcore.motion import forward_kinematics

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inspector.teaching.lesson import degrees, numbers
-from inspector.theme import Theme
+from inspector.widgets.theme import Theme
 from twistcore.decomposition import Decomposition
 
 

@@ -12,14 +12,14 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QPushButton
 
-from inspector.analysed import Analysed, analyse
-from inspector.background import Task
-from inspector.teaching.guide import leave_button
-from inspector.teaching.pages import read_page
+from inspector.session.opening import Analysed, analyse
+from inspector.teaching.guide_card import leave_button
+from inspector.teaching.guide_pages import read_page
+from inspector.widgets.background import Task
 from twistcore.review import Decision
 
 if TYPE_CHECKING:
-    from inspector.teaching.actions import TeachActions
+    from inspector.teaching.teaching_actions import TeachActions
 
 _CHAIN, _FRAME = "LeftForeArm", 90
 _FAR = 50  # frames

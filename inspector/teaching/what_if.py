@@ -15,9 +15,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.steady import SteadyLabel
 from inspector.teaching.lesson import Lesson
-from inspector.theme import Theme, figures_font
+from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.theme import Theme, figures_font
 from twistcore.decomposition import Decomposition, WhatIf
 
 _STEPS = 10  # of a slider, a degree

@@ -7,16 +7,16 @@ from pyvistaqt import QtInteractor
 from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
-from inspector.document import Document
-from inspector.theme import Theme
+from inspector.session.document import Document
 from inspector.viewport.bodies import Bone, Soup, find_bones
+from inspector.viewport.bone_colours import mix, mixed_hex
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera, figure_size, guess_up
-from inspector.viewport.companion import DashedOutline
-from inspector.viewport.figure import Ghost, Pose, Shapes, Solid, Style
+from inspector.viewport.dashed_figure import DashedOutline
 from inspector.viewport.ground import Ground, ground_mesh, lowest
-from inspector.viewport.paint import mix, mixed_hex
-from inspector.viewport.pieces import Piece
+from inspector.viewport.mesh_actor import Piece
+from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.trails import REACH, Trails
+from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
 from twistcore.rotation import Array, matrix_from_quaternion
 

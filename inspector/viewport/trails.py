@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from inspector.document import Document
-from inspector.theme import Theme
-from inspector.viewport.paint import mix, rgb
-from inspector.viewport.pieces import Piece
+from inspector.session.document import Document
+from inspector.viewport.bone_colours import mix, rgb
+from inspector.viewport.mesh_actor import Piece
+from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.refinement import remove_twist

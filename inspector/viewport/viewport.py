@@ -11,19 +11,20 @@ from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QToolTip, QVBoxLayout, QWidget
 from pyvistaqt import QtInteractor
 
-from inspector.document import Document, Show
-from inspector.theme import Theme
-from inspector.viewport import driver, overlay
+from inspector.session.document import Document, Show
+from inspector.viewport import legend as overlay
+from inspector.viewport import opengl as driver
 from inspector.viewport.camera import OrbitCamera, heading
-from inspector.viewport.companion import Companion
-from inspector.viewport.figure import Pose, Style
+from inspector.viewport.camera_moves import Steering
+from inspector.viewport.dashed_figure import Companion
+from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.navigation import Navigation
 from inspector.viewport.picking import bone_at
-from inspector.viewport.pieces import Piece
-from inspector.viewport.posing import pose_of
+from inspector.viewport.pose import pose_of
 from inspector.viewport.scene import Scene, background, set_background, set_lights
-from inspector.viewport.steering import Steering
+from inspector.viewport.solid_and_ghost import Pose, Style
 from inspector.viewport.warming import specimens
+from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
 from twistcore.rotation import Array
 

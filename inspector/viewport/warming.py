@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from inspector.viewport.pieces import Piece
+from inspector.viewport.mesh_actor import Piece
 
 _TRIANGLE = np.array([3, 0, 1, 2])
 _LINE = np.array([2, 0, 1])

@@ -10,12 +10,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
-from inspector.analysed import analyse
-from inspector.document import Document
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
-from inspector.theme import DARK
-from inspector.viewport import Viewport
+from inspector.session.document import Document
+from inspector.session.opening import analyse
+from inspector.session.settings import Settings
+from inspector.viewport.viewport import Viewport
+from inspector.widgets.theme import DARK
+from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
 from tests.gui.programs import Program

@@ -17,9 +17,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox
 
 from inspector.app import make_application
-from inspector.export import ExportChoice
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
+from inspector.session.export_files import ExportChoice
+from inspector.session.settings import Settings
+from inspector.window.main_window import MainWindow
 from twistcore.review import Annotate, Decision
 
 

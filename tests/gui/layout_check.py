@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QComboBox, QLabel, QMenuBar, QScrollArea, QWidget
 
 from inspector.app import make_application
-from inspector.settings import Settings
+from inspector.session.settings import Settings
 from twistcore.decomposition import WhatIf
 
 
@@ -100,7 +100,7 @@ def assess(window) -> None:
 
 def main() -> None:
     make_application()
-    from inspector.main_window import MainWindow  # after the application: VTK asks for it
+    from inspector.window.main_window import MainWindow  # after the application: VTK asks for it
 
     width, height, theme, clip, png = sys.argv[1:6]
     window = MainWindow(Settings(theme=theme), None)

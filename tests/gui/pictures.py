@@ -3,7 +3,7 @@
 import numpy as np
 from PySide6.QtGui import QImage
 
-from inspector.analysed import analyse
+from inspector.session.opening import analyse
 from tests.conftest import ASSETS
 from twistcore.detection import Interval
 from twistcore.review import Decide, Decision, Insert

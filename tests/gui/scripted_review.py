@@ -13,10 +13,10 @@ from pathlib import Path
 from PySide6.QtTest import QTest
 
 from inspector.app import make_application
-from inspector.document import Document
-from inspector.export import ExportChoice
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
+from inspector.session.document import Document
+from inspector.session.export_files import ExportChoice
+from inspector.session.settings import Settings
+from inspector.window.main_window import MainWindow
 from twistcore.review import session_bytes
 from twistcore.review.model import resized
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QColor, QImage, QPainter
 
-from inspector.analysed import analyse
-from inspector.plots import proposed_interval
-from inspector.plots.curves import Corrected, degrees_about, thinned, unreliable_spans
-from inspector.plots.regions import Regions
-from inspector.theme import LIGHT
+from inspector.session.opening import analyse
+from inspector.timeline.curve_values import Corrected, degrees_about, thinned, unreliable_spans
+from inspector.timeline.regions import Regions
+from inspector.widgets.theme import LIGHT
 from tests.gui.pictures import INJECTED
 from twistcore.detection.interval import Interval
 from twistcore.review import Insert, Judged
 from twistcore.review.model import constant
+from twistcore.review.proposal import proposed_interval
 from twistcore.rotation import wrap
 
 NO_SEAMS = np.zeros(0, dtype=np.int64)

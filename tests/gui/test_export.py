@@ -6,10 +6,10 @@ import threading
 import pytest
 from PySide6.QtCore import QTimer
 
-import inspector.export as export_module
-from inspector.export import ExportChoice
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
+import inspector.session.export_files as export_module
+from inspector.session.export_files import ExportChoice
+from inspector.session.settings import Settings
+from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
 from tests.gui.windows import wait_until_active
 from twistcore.bvh import write_bvh

@@ -6,7 +6,7 @@ import sys
 import pytest
 from PySide6.QtCore import QElapsedTimer, QTimer
 
-from inspector.folder import ClipState, FolderQueue
+from inspector.session.queue import ClipState, FolderQueue
 from tests.conftest import ASSETS
 from twistcore.batch import severity
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
@@ -59,7 +59,7 @@ def test_a_clip_that_hangs_or_eats_memory_takes_only_itself_down(
 ):
     for k in (1, 2, 3):
         put_errors(tmp_path / f"{k}.bvh", k)
-    monkeypatch.setattr("inspector.folder._PATIENCE_S", 0.0)
+    monkeypatch.setattr("inspector.session.queue._PATIENCE_S", 0.0)
     slow = tmp_path / "0_hangs.bvh"
     # A pipe nobody writes to: opening it never returns.
     if sys.platform != "linux":
@@ -67,7 +67,7 @@ def test_a_clip_that_hangs_or_eats_memory_takes_only_itself_down(
     import os
 
     os.mkfifo(slow)
-    monkeypatch.setattr("inspector.folder._PATIENCE_S", 3.0)
+    monkeypatch.setattr("inspector.session.queue._PATIENCE_S", 3.0)
     with qtbot.waitSignal(queue.finished, timeout=60_000):
         queue.open(tmp_path)
     states = {c.path.name: c for c in queue.ordered}

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from inspector.session_files import journals, session_path
+from inspector.session.session_files import journals, session_path
 from tests.conftest import ASSETS
 from twistcore.bvh import read_bvh
 from twistcore.review import read_session, recover, session_bytes

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from PySide6.QtWidgets import QWidget
 
-from inspector import theme as themes
-from inspector.settings import Settings
+from inspector.session.settings import Settings
 from inspector.teaching.symbols import SYMBOLS, colour
-from inspector.theme import DARK, LIGHT
+from inspector.widgets import theme as themes
+from inspector.widgets.theme import DARK, LIGHT
 from tests.conftest import ASSETS
 from tests.gui.windows import open_clip
 

@@ -6,11 +6,11 @@ from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
-from inspector.analysed import analyse
-from inspector.document import Document
-from inspector.plots import Timeline
-from inspector.plots.curves import root_scale
-from inspector.theme import DARK, LIGHT
+from inspector.session.document import Document
+from inspector.session.opening import analyse
+from inspector.timeline.curve_values import root_scale
+from inspector.timeline.timeline import Timeline
+from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import INJECTED
 from twistcore.detection import DETECTORS
 from twistcore.review import Decision, Insert

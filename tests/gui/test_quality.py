@@ -8,18 +8,18 @@ import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
-from inspector.export import ExportChoice
-from inspector.teaching.seams import followers, turning
+from inspector.session.export_files import ExportChoice
+from inspector.teaching.five_trackers import followers, turning
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED, changed, picture
 from tests.gui.windows import open_clip, wait_until_active
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
+from twistcore.export.tracking import DEMONSTRATION, tracked_motion
 from twistcore.motion import forward_kinematics
 from twistcore.quality import joint_quality
 from twistcore.quamo import Gains
 from twistcore.review import Decide, Decision
-from twistcore.review.tracking import DEMONSTRATION, tracked_motion
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QImage
 from PySide6.QtSvg import QSvgRenderer
 
-from inspector.teaching.film import FilmWriter
-from inspector.teaching.record_dialog import RecordDialog
-from inspector.teaching.recording import FPS, RecordChoice, film_frames
+from inspector.recording.film import FilmWriter
+from inspector.recording.record_dialog import RecordDialog
+from inspector.recording.recorder import FPS, RecordChoice, film_frames
 from tests.conftest import ASSETS
 
 SIZE = (640, 360)

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 
-from inspector.export import ExportChoice
-from inspector.session_files import kept_sessions, refuge_path, session_path
-from inspector.settings import Settings, load_settings, save_settings
+from inspector.session.export_files import ExportChoice
+from inspector.session.session_files import kept_sessions, refuge_path, session_path
+from inspector.session.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import close_window, decisions, export, open_clip, press

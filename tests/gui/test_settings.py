@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from inspector.settings import (
+from inspector.session.settings import (
     CHECKS,
     FARTHEST_S,
     RECENT,

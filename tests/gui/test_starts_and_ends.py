@@ -9,8 +9,8 @@ import time
 import pytest
 from PySide6.QtCore import QTimer
 
-from inspector.analysed import analyse
-from inspector.demo import Screenshot
+from inspector.session.opening import analyse
+from inspector.window.demo import Screenshot
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, program, real_screen, wait_until
 from twistcore.review import write_session

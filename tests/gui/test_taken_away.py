@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from inspector.session_files import refuge_path
+from inspector.session.session_files import refuge_path
 from tests.gui.pictures import INJECTED
 from tests.gui.programs import Program, beside
 from twistcore.review import read_session, recover

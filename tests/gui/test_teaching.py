@@ -11,16 +11,17 @@ import pytest
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QImage
 
-from inspector.analysed import analyse
-from inspector.document import Document
-from inspector.plots import Timeline
-from inspector.teaching import Lesson, TeachingPanel
-from inspector.teaching.exercise import make_exercise
-from inspector.teaching.gizmo import CLEAR, sketch
+from inspector.session.document import Document
+from inspector.session.opening import analyse
+from inspector.teaching.gizmo_shapes import CLEAR, sketch
+from inspector.teaching.guided_exercise import make_exercise
+from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import SECTIONS, SYMBOLS, colour
+from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.teaching.what_if import words
-from inspector.theme import DARK, LIGHT
-from inspector.viewport import Viewport
+from inspector.timeline.timeline import Timeline
+from inspector.viewport.viewport import Viewport
+from inspector.widgets.theme import DARK, LIGHT
 from tests.conftest import ASSETS
 from twistcore.decomposition import WhatIf, decompose
 from twistcore.rotation import multiply, rotate, swing_twist
@@ -125,7 +126,8 @@ def test_every_symbol_has_its_row_and_every_printed_slip_is_named():
 def test_nothing_is_typeset_and_no_ffmpeg_loaded_before_it_is_wanted(tmp_path):
     program = (
         "import sys\nfrom inspector.app import make_application\napp = make_application()\n"
-        "from inspector.main_window import MainWindow\nfrom inspector.settings import Settings\n"
+        "from inspector.window.main_window import MainWindow\n"
+        "from inspector.session.settings import Settings\n"
         "window = MainWindow(Settings(), None)\nwindow.show()\napp.processEvents()\n"
         "print('imageio_ffmpeg' in sys.modules, window.teaching.typesetter.started)\n"
         "window.close()\n"

@@ -3,12 +3,12 @@
 from PySide6.QtCore import Qt
 
 from inspector.bundled import PAGES
-from inspector.session_files import journals, session_path
-from inspector.teaching.exercise import make_exercise
-from inspector.teaching.pages import read_page
+from inspector.session.session_files import journals, session_path
+from inspector.teaching.guide_pages import read_page
+from inspector.teaching.guided_exercise import make_exercise
 from tests.conftest import ASSETS
-from twistcore.exercise import score
 from twistcore.review import Decide, Decision, recover
+from twistcore.study.exercise import score
 
 # -- tour -----------------------------------------------------------------------------------------
 

@@ -13,9 +13,9 @@ import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent, QImage
 
-from inspector.settings import Settings, load_settings
-from inspector.video.panel import AFTER, BEFORE, NO_VIDEO
-from inspector.video.reader import VideoError, VideoReader
+from inspector.session.settings import Settings, load_settings
+from inspector.video.video_panel import AFTER, BEFORE, NO_VIDEO
+from inspector.video.video_reader import VideoError, VideoReader
 from tests.conftest import ASSETS
 from tests.gui.windows import close_window, open_clip
 from tests.videos import number_in, write_video

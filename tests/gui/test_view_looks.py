@@ -11,15 +11,16 @@ from PySide6.QtWidgets import QToolTip
 
 from benchmarks.many_clips import alive, is_level, look, measure
 from inspector.app import main
-from inspector.document import Show
-from inspector.theme import DARK, LIGHT
-from inspector.view_actions import OF_THE_FIGURE
-from inspector.viewport import Style, driver
+from inspector.session.document import Show
+from inspector.viewport import opengl as driver
 from inspector.viewport.bodies import find_bones
+from inspector.viewport.bone_colours import Role, rgb
 from inspector.viewport.camera import OrbitCamera, between
-from inspector.viewport.paint import Role, rgb
-from inspector.viewport.skin import build_skin, drape, roll
+from inspector.viewport.solid_and_ghost import Style
+from inspector.viewport.striped_skin import build_skin, drape, roll
 from inspector.viewport.trails import end_effectors, ways
+from inspector.widgets.theme import DARK, LIGHT
+from inspector.window.view_actions import OF_THE_FIGURE
 from tests.gui.pictures import (
     FRAME,
     INJECTED,

@@ -11,12 +11,14 @@ from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from inspector.document import Document, Show
-from inspector.theme import DARK, LIGHT
-from inspector.viewport import VIEWS, Style, Viewport, driver
+from inspector.session.document import Document, Show
+from inspector.viewport import opengl as driver
 from inspector.viewport.bodies import build_soup, find_bones, place
-from inspector.viewport.camera import OrbitCamera, figure_size, guess_up
-from inspector.viewport.paint import Role
+from inspector.viewport.bone_colours import Role
+from inspector.viewport.camera import VIEWS, OrbitCamera, figure_size, guess_up
+from inspector.viewport.solid_and_ghost import Style
+from inspector.viewport.viewport import Viewport
+from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import (
     FRAME,
     WALK,

@@ -7,12 +7,12 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QDockWidget
 
-from inspector.actions import shortcuts_markdown
-from inspector.document import Show
-from inspector.export import ExportChoice
-from inspector.palette import CommandPalette
-from inspector.panels import HistoryPanel
-from inspector.preferences import Preferences
+from inspector.panels.history_panel import HistoryPanel
+from inspector.session.document import Show
+from inspector.session.export_files import ExportChoice
+from inspector.window.actions import shortcuts_markdown
+from inspector.window.palette import CommandPalette
+from inspector.window.preferences import Preferences
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import decisions, export, press
 from twistcore.bvh import read_bvh

@@ -9,8 +9,8 @@ from pathlib import Path
 from PySide6.QtTest import QTest
 
 from inspector.app import make_application
-from inspector.main_window import MainWindow
-from inspector.settings import Settings
+from inspector.session.settings import Settings
+from inspector.window.main_window import MainWindow
 from twistcore.review import Decision
 
 

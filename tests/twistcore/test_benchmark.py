@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.benchmark import Settings, run_benchmark, run_clip, runner
-from twistcore.benchmark.baselines import BASELINES, continuous, slerp
-from twistcore.benchmark.clips import result_from_json
-from twistcore.benchmark.filtering import fidelity
-from twistcore.benchmark.markdown import benchmark_to_markdown, table
-from twistcore.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
-from twistcore.benchmark.scene import make_scene
-from twistcore.benchmark.tables import benchmark_to_json, make_rows
-from twistcore.benchmark.tally import MICRO, total_of
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import FormatError
-from twistcore.evaluation import match_intervals, measure, summarise
 from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
+from twistcore.study.benchmark import Settings, run_benchmark, run_clip, runner
+from twistcore.study.benchmark.baselines import BASELINES, continuous, slerp
+from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown, table
+from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows
+from twistcore.study.benchmark.clip_run import result_from_json
+from twistcore.study.benchmark.clip_scene import make_scene
+from twistcore.study.benchmark.filtering_cost import fidelity
+from twistcore.study.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
+from twistcore.study.benchmark.tally import MICRO, total_of
+from twistcore.study.evaluation import match_intervals, measure, summarise
 from twistcore.synthesis import Truth, inject, parse_protocol
 
 CLIPS = {name: ASSETS / name for name in ("basketball.bvh", "walk.bvh")}

@@ -14,7 +14,7 @@ from twistcore.bvh import (
     thinned,
     write_bvh,
 )
-from twistcore.bvh.branch import continuous_angles
+from twistcore.bvh.euler_branch import continuous_angles
 from twistcore.errors import BvhError
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import geodesic_angle, multiply, quaternion_from_euler

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.strategies import orders, quaternions
-from twistcore.bvh.branch import angle_jumps, continuous_angles
+from twistcore.bvh.euler_branch import angle_jumps, continuous_angles
 from twistcore.rotation import euler_from_quaternion, geodesic_angle, quaternion_from_euler
 
 TURNS = 2 * np.pi * np.arange(-3, 4)

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.twistcore.test_bvh_numbers import any_plain, decimals, text_of
 from twistcore import compiled
-from twistcore.bvh import branch, parse_bvh, patched, read_bvh
+from twistcore.bvh import euler_branch as branch
+from twistcore.bvh import parse_bvh, patched, read_bvh
 from twistcore.bvh.numbers import BadNumberError, read_numbers
 from twistcore.errors import BvhError
 from twistcore.motion import forward_kinematics

@@ -11,14 +11,12 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.strategies import axes, quaternions
-from twistcore.benchmark.passes import run_item
-from twistcore.benchmark.scene import make_scene
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval, detect
-from twistcore.detection.audit import natural_events
 from twistcore.detection.consistency import ConsistencyDetector
-from twistcore.detection.increments import twist_increments
+from twistcore.detection.natural_events import natural_events
+from twistcore.detection.twist_increments import twist_increments
 from twistcore.motion import Motion
 from twistcore.refinement import remove_twist
 from twistcore.rotation import (
@@ -28,6 +26,8 @@ from twistcore.rotation import (
     quaternion_from_axis_angle,
     wrap,
 )
+from twistcore.study.benchmark.clip_scene import make_scene
+from twistcore.study.benchmark.passes import run_item
 from twistcore.synthesis import InjectedError, inject, parse_protocol
 
 WALK, DANCE, BASKETBALL = (

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import coupling, detect
-from twistcore.detection.cost import CAP, residual_cost
+from twistcore.detection.best_runs import best_runs
 from twistcore.detection.coupling import (
     ANOTHER_ACTIVE,
     CHAIN_ACTIVE,
@@ -20,7 +20,7 @@ from twistcore.detection.coupling import (
 )
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import FLOOR
-from twistcore.detection.runs import best_runs
+from twistcore.detection.robust_cost import CAP, residual_cost
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import (
     conjugate,

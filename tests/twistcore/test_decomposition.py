@@ -8,11 +8,11 @@ from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.decomposition import WhatIf, altered, decompose
 from twistcore.detection import Interval
-from twistcore.exercise import decoys, hide_errors, score
 from twistcore.motion import forward_kinematics
 from twistcore.review import Decision, Judged
 from twistcore.rotation import geodesic_angle, multiply, quaternion_from_axis_angle, rotate
 from twistcore.signals import twist_signals
+from twistcore.study.exercise import decoys, hide_errors, score
 
 EXACT = 1e-9
 TURN = np.radians(70.0)

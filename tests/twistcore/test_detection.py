@@ -13,10 +13,10 @@ from twistcore.chain import find_chains
 from twistcore.detection import detect
 from twistcore.detection.interval import circular_median
 from twistcore.detection.paper import PaperDetector, intervals_of_offset, running_offset
-from twistcore.evaluation import measure, summarise
 from twistcore.refinement import refine
 from twistcore.rotation import wrap
 from twistcore.signals import azimuth_increments, counter_rotation, twist_signals
+from twistcore.study.evaluation import measure, summarise
 from twistcore.synthesis import (
     InjectedError,
     Truth,

@@ -93,7 +93,7 @@ def session_documents(path, folder):
     from twistcore.bvh import read_bvh
     from twistcore.chain import find_chains
     from twistcore.detection import detect
-    from twistcore.report import Report, write_report
+    from twistcore.export.report import Report, write_report
     from twistcore.review import (
         Review,
         Track,

@@ -7,8 +7,8 @@ from benchmarks.live_joints import quietened, told_edges
 from tests.conftest import ASSETS
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
-from twistcore.detection import counter
-from twistcore.detection.increments import twist_increments
+from twistcore.detection import counter_rotation as counter
+from twistcore.detection.twist_increments import twist_increments
 from twistcore.synthesis import InjectedError
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from twistcore.detection import Interval
-from twistcore.markers import blender_markers
+from twistcore.export.markers import blender_markers
 from twistcore.review import Decision, Judged
 
 

@@ -10,10 +10,10 @@ from tests.twistcore.test_quamo_data import write_poses
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.quamo import Gains, HandGains, track
-from twistcore.quamo.data import read_sequence
 from twistcore.quamo.network import untrained, write_network
 from twistcore.quamo.weights import weights_name
 from twistcore.rotation import geodesic_angle
+from twistcore.study.quamo.sequences import read_sequence
 
 WALK, DIRTY, DANCE = (ASSETS / f"{n}.bvh" for n in ("walk", "walk_injected", "dance"))
 
@@ -117,7 +117,7 @@ def test_learned_gains_run_at_25_hz_and_carry_the_correction_back(capsys, weight
 
 
 def test_learned_gains_wait_for_one_sample_of_25_hz_and_no_more(walk):
-    from twistcore.quamo.refine import chosen_joints, track_learned
+    from twistcore.quamo.track_clip import chosen_joints, track_learned
 
     network = untrained(8, 4, np.random.default_rng(0), "full")
     motion, joints = walk.motion, chosen_joints(walk.skeleton, None)

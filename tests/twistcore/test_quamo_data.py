@@ -9,11 +9,7 @@ from twistcore.bvh import parse_bvh
 from twistcore.bvh.compose import bvh_text
 from twistcore.errors import TwistError
 from twistcore.motion import forward_kinematics
-from twistcore.quamo.baselines import butterworth, constant_offset, mean_offset, one_euro
-from twistcore.quamo.data import read_folder, read_sequence
-from twistcore.quamo.metrics import errors, foot_slide, in_contact, procrustes, quality
-from twistcore.quamo.noise import LEVELS, Noise, noisy, wandering
-from twistcore.quamo.poses import PosesError, read_poses
+from twistcore.quamo.npz_poses import PosesError, read_poses
 from twistcore.quamo.resample import corrected, resampled, sample_times, slerp
 from twistcore.quamo.state_space import exponential, logarithm
 from twistcore.quamo.topology import (
@@ -28,6 +24,10 @@ from twistcore.quamo.topology import (
     places_24,
 )
 from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy, wandering
+from twistcore.study.quamo.pose_errors import errors, foot_slide, in_contact, procrustes, quality
+from twistcore.study.quamo.rivals import butterworth, constant_offset, mean_offset, one_euro
+from twistcore.study.quamo.sequences import read_folder, read_sequence
 
 
 @pytest.fixture(scope="module")

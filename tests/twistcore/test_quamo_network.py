@@ -10,7 +10,6 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.errors import FormatError, TwistError
 from twistcore.quamo import Gains, HandGains, UnstableGainsError, network, track
-from twistcore.quamo.data import read_sequence
 from twistcore.quamo.network import (
     VARIANTS,
     Network,
@@ -18,11 +17,12 @@ from twistcore.quamo.network import (
     untrained,
     write_network,
 )
-from twistcore.quamo.noise import LEVELS, Noise, noisy
 from twistcore.quamo.state_space import exponential
-from twistcore.quamo.torch_model import import_torch, make_step, unroll
-from twistcore.quamo.train import Settings, batches, train
 from twistcore.rotation import geodesic_angle, multiply, rotate
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.sequences import read_sequence
+from twistcore.study.quamo.torch_model import import_torch, make_step, unroll
+from twistcore.study.quamo.training import Settings, batches, train
 
 needs_torch = pytest.mark.skipif(
     importlib.util.find_spec("torch") is None, reason="PyTorch is an extra"

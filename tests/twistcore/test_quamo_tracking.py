@@ -10,14 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from twistcore.errors import TwistError
 from twistcore.quamo import Gains, HandGains, Tracker, UnstableGainsError, check_stability, track
-from twistcore.quamo.representations import (
-    REPRESENTATIONS,
-    coordinates,
-    from_coordinates,
-    full_turns,
-    open_loop_drift,
-    track_coordinates,
-)
 from twistcore.quamo.state_space import (
     FIRST_ORDER,
     exponential,
@@ -28,6 +20,14 @@ from twistcore.quamo.state_space import (
 )
 from twistcore.quamo.tracker import LOST_AFTER, snap_sentences
 from twistcore.rotation import geodesic_angle, multiply, normalise, quaternion_from_axis_angle
+from twistcore.study.quamo.representations import (
+    REPRESENTATIONS,
+    coordinates,
+    from_coordinates,
+    full_turns,
+    open_loop_drift,
+    track_coordinates,
+)
 
 DT = 1.0 / 120.0
 Z = np.array([0.0, 0.0, 1.0])

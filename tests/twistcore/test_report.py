@@ -7,7 +7,7 @@ from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.errors import TwistError
-from twistcore.report import Report, write_report
+from twistcore.export.report import Report, write_report
 from twistcore.review import start_review
 
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")

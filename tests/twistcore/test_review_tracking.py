@@ -14,9 +14,16 @@ from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.bvh import write_bvh
 from twistcore.cli import main
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
-from twistcore.quamo.refine import track_by_hand
+from twistcore.export.report import Report, write_report
+from twistcore.export.tracking import (
+    DEMONSTRATION,
+    check_tracking,
+    traced_motion,
+    tracked_motion,
+    weights_mark,
+)
+from twistcore.quamo.track_clip import track_by_hand
 from twistcore.refinement import refine
-from twistcore.report import Report, write_report
 from twistcore.review import (
     Decide,
     Decision,
@@ -30,13 +37,6 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.session import check_belongs, tracking_to_json
-from twistcore.review.tracking import (
-    DEMONSTRATION,
-    check_tracking,
-    traced_motion,
-    tracked_motion,
-    weights_mark,
-)
 
 JOINTS = ("LeftForeArm", "LeftHand")
 HAND = Tracking(JOINTS, kp=700.0, kd=20.0)

@@ -1,6 +1,7 @@
 """BVH files: reading without guessing, writing without touching what was not judged."""
 
 from twistcore.bvh.clip import BvhWarning, Clip, JointChannels
+from twistcore.bvh.lower_rate import thinned
 from twistcore.bvh.patch import (
     EulerJump,
     Patch,
@@ -10,7 +11,6 @@ from twistcore.bvh.patch import (
     write_bvh,
 )
 from twistcore.bvh.reader import parse_bvh, read_bvh
-from twistcore.bvh.thin import thinned
 
 __all__ = [
     "BvhWarning",

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.bvh.uniform import UniformReader
+from twistcore.bvh.uniform_numbers import UniformReader
 from twistcore.compiled import Loops, loops_for
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.atomic import write_atomically
-from twistcore.bvh.branch import angle_jumps, continuous_angles
 from twistcore.bvh.clip import Clip
+from twistcore.bvh.euler_branch import angle_jumps, continuous_angles
 from twistcore.compiled import loops
 from twistcore.motion import Motion
 from twistcore.rotation import Array

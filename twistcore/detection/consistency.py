@@ -13,12 +13,12 @@ import numpy as np
 
 from twistcore.chain import Chain
 from twistcore.detection.confidence import confidence
-from twistcore.detection.counter import CounterRotation, counter_rotation
+from twistcore.detection.counter_rotation import CounterRotation, counter_rotation
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.edges import Edges, find_edges
 from twistcore.detection.interval import Interval
-from twistcore.detection.levels import offsets_of
 from twistcore.detection.limbs import Limbs
+from twistcore.detection.offsets import offsets_of
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, pair_table, unpaired
 from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.detection.cost import CAP, residual_cost
+from twistcore.detection.best_runs import SAME, best_runs
 from twistcore.detection.limbs import Image, Limbs
 from twistcore.detection.prediction import Index
-from twistcore.detection.runs import SAME, best_runs
+from twistcore.detection.robust_cost import CAP, residual_cost
 from twistcore.rotation import Array, wrap
 
 # Costs are negative log likelihoods. x of chain k and y of chain k−1 are one joint's motion: if

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.detection.cost import residual_cost
-from twistcore.detection.counter import SIGNIFICANT, CounterRotation, combine
+from twistcore.detection.counter_rotation import SIGNIFICANT, CounterRotation, combine
 from twistcore.detection.prediction import Index, Mask
+from twistcore.detection.robust_cost import residual_cost
 from twistcore.rotation import Array, wrap
 
 LONGEST = 6  # frames; slower onsets are drift, not edges

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from twistcore.detection.increments import twist_increments
 from twistcore.detection.prediction import Index
+from twistcore.detection.twist_increments import twist_increments
 from twistcore.rotation import Array, conjugate, multiply, wrap
 
 

@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.cost import residual_cost
-from twistcore.detection.counter import CounterRotation
+from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.edges import Edges
 from twistcore.detection.prediction import Mask
+from twistcore.detection.robust_cost import residual_cost
 from twistcore.rotation import Array, wrap
 
 PRIOR = 20.0  # of an interval: two natural jumps that close by chance gain less in 2.9 rich minutes

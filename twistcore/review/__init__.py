@@ -11,9 +11,9 @@ from twistcore.review.commands import (
     Remove,
     Track,
 )
+from twistcore.review.history import Review
 from twistcore.review.journal import Journal, Recovered, recover
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, start_review
-from twistcore.review.review import Review
 from twistcore.review.session import (
     Session,
     accepted_motion,

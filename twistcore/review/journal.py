@@ -36,8 +36,8 @@ from twistcore.review.commands import (
     Remove,
     Track,
 )
+from twistcore.review.history import Review
 from twistcore.review.model import Decision, ReviewState
-from twistcore.review.review import Review
 from twistcore.review.session import (
     Session,
     interval_from_json,

@@ -19,11 +19,11 @@ from twistcore.chain import Chain
 from twistcore.detection import Interval
 from twistcore.encoding import json_bytes
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.export.tracking import check_tracking, tracked_motion
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
 from twistcore.refinement import refine
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking
-from twistcore.review.tracking import check_tracking, tracked_motion
 
 SCHEMA = "twistcore.session/1"
 # A session that tracks: a program that knows nothing of it must not replay the rest.

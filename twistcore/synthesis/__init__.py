@@ -1,6 +1,6 @@
 """Twist errors put into a clip on purpose, seeded, with their truth [Choi26 §4.1]."""
 
-from twistcore.synthesis.errors import (
+from twistcore.synthesis.injection import (
     InjectedError,
     draw_errors,
     draw_targets,

@@ -13,7 +13,7 @@ import numpy as np
 from twistcore.atomic import write_atomically
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
-from twistcore.synthesis.errors import InjectedError
+from twistcore.synthesis.injection import InjectedError
 from twistcore.synthesis.protocol import parse_protocol
 
 SCHEMA = "twistcore.truth/1"

@@ -6,9 +6,9 @@ their own errors are taken out. `twistcore tune` and the window's tuning tab bot
 """
 
 from twistcore.tuning.cleaning import Verdicts, cleaned
-from twistcore.tuning.curve import GRID, TauCurve, Tuned, tau_curve, tuned
+from twistcore.tuning.clip_curves import ClipTuning, clip_curves, clip_tuning
 from twistcore.tuning.profile import Profile, read_profile, write_profile
-from twistcore.tuning.runs import ClipTuning, clip_curves, clip_tuning
+from twistcore.tuning.tau_curve import GRID, TauCurve, Tuned, tau_curve, tuned
 
 __all__ = [
     "GRID",

@@ -13,7 +13,7 @@ from twistcore.atomic import write_atomically
 from twistcore.detection import DETECTORS
 from twistcore.encoding import encoded, escaped, unescaped
 from twistcore.errors import FormatError, TwistError
-from twistcore.tuning.curve import Tuned
+from twistcore.tuning.tau_curve import Tuned
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,219 @@
+"""The chains of the clip: what was found in each, and how far it can be trusted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QModelIndex, Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QLabel,
+    QStackedLayout,
+    QTableView,
+    QWidget,
+)
+
+from inspector.session.document import Document
+from inspector.session.opening import Analysed
+from inspector.widgets.table_cells import RowDelegate
+from inspector.widgets.tables import Index, Row, RowModel
+from inspector.widgets.theme import Theme
+from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.refinement import children_off_axis
+from twistcore.review import Decision
+
+_HEADS = ("Chain", "Done", "Peak", "τ", "Azimuth")
+_SAMPLES = ("00 / 00", "180.0°", "00.0°", "Azimuth")  # of all columns but the first
+_TIPS = (
+    "Side and segment of the parent joint; the tick shows or hides its intervals",
+    "Intervals decided of those found",
+    "Largest strength in the clip: m(t) for the paper's method",
+    "Threshold of this chain",
+    "Median reliability of the azimuth: low on a straight limb",
+)
+_PAD = 10  # pixels
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """What the table says of a chain; degrees."""
+
+    chain: str
+    label: str
+    decided: int
+    found: int
+    peak: float
+    tau: float
+    reliability: float
+    notes: tuple[str, ...]
+    ticked: bool
+
+
+class _ChainModel(RowModel):
+    heads, head_tips = _HEADS, _TIPS
+    right = range(1, len(_HEADS))
+
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
+        self._document = document
+        self.theme = theme
+
+    def key(self, thing: _Shown) -> str:
+        return thing.chain
+
+    def describe(self, thing: _Shown) -> Row:
+        done = thing.decided == thing.found
+        colours = {} if thing.found else dict.fromkeys(range(len(_HEADS)), self.theme.soft)
+        if thing.found:
+            colours[1] = self.theme.accepted if done else self.theme.undecided
+        if thing.reliability < 0.2:
+            colours[4] = self.theme.warning
+        return Row(
+            texts=(
+                thing.label,
+                f"{thing.decided} / {thing.found}" if thing.found else "–",
+                f"{thing.peak:.1f}°",
+                f"{thing.tau:.1f}°",
+                f"{100 * thing.reliability:.0f} %",
+            ),
+            colours=colours,
+            tips=tuple("\n".join((f"{thing.chain}: {tip}", *thing.notes)) for tip in _TIPS),
+            tick=thing.ticked,
+        )
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        tick = Qt.ItemFlag.ItemIsUserCheckable if index.column() == 0 else Qt.ItemFlag.NoItemFlags
+        return super().flags(index) | tick
+
+    def setData(self, index: Index, value: Any, role: int = 0) -> bool:
+        if role != Qt.ItemDataRole.CheckStateRole or not index.isValid():
+            return False
+        shown = Qt.CheckState(value) == Qt.CheckState.Checked
+        self._document.set_hidden(self.things[index.row()].chain, not shown)
+        return True
+
+
+class ChainsPanel(QWidget):
+    """Table of chains; the selected row is the document's chain."""
+
+    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._model = _ChainModel(document, theme)
+        self.table = QTableView()
+        self.table.setModel(self._model)
+        self.table.setItemDelegate(RowDelegate(self._model, self.table))
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.table.setShowGrid(False)
+        self.table.setWordWrap(False)
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
+        header = self.table.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        for column, sample in enumerate(_SAMPLES, start=1):
+            width = self.fontMetrics().horizontalAdvance(sample) + _PAD
+            self.table.setColumnWidth(column, width)
+        self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._hint = QLabel("The chains of a clip appear here.")
+        self._hint.setObjectName("soft")
+        self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._hint.setWordWrap(True)
+        self._fixed: dict[str, _Shown] = {}  # by chain: what no decision and no τ changes
+        self._stack = QStackedLayout(self)
+        self._stack.addWidget(self._hint)
+        self._stack.addWidget(self.table)
+        self.table.selectionModel().currentRowChanged.connect(self._row_selected)
+        document.opened.connect(self._reset)
+        document.method_changed.connect(self._reset)
+        document.hidden_changed.connect(self._refresh)
+        document.intervals_changed.connect(self._refresh)
+        document.chain_changed.connect(self._select_row)
+        self._reset()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Where room is short, names are worth more than the last column."""
+        super().resizeEvent(event)
+        self._fit_columns()
+
+    def _fit_columns(self) -> None:
+        last = len(_HEADS) - 1
+        figures = sum(self.table.columnWidth(k) for k in range(1, last))
+        room = self.width() - figures - self.table.sizeHintForColumn(0)
+        width = self.fontMetrics().horizontalAdvance(_SAMPLES[-1]) + _PAD
+        self.table.setColumnHidden(last, room < width)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._model.theme = theme
+        self._model.redraw()
+
+    def _refresh(self) -> None:
+        data, document = self._document.data, self._document
+        if data is None or not self._fixed:
+            self._model.show(())
+            return
+        state = document.review.state
+        found = Counter(j.interval.chain for j in state.intervals)
+        decided = Counter(
+            j.interval.chain for j in state.intervals if j.decision != Decision.UNDECIDED
+        )
+        self._model.show(
+            [
+                replace(
+                    self._fixed[c.name],
+                    decided=decided[c.name],
+                    found=found[c.name],
+                    tau=float(np.degrees(state.tau[c.name])),
+                    ticked=c.name not in document.hidden,
+                )
+                for c in data.chains
+            ]
+        )
+
+    def _reset(self) -> None:
+        data = self._document.data
+        self._fixed = {c.name: _of_clip(data, c) for c in data.chains} if data else {}
+        self._refresh()
+        self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
+        if self._document.data and not self._model.rowCount():
+            self._hint.setText("This skeleton has no chain of parent, child and grandchild.")
+        self._fit_columns()
+        self._select_row()
+
+    def _select_row(self) -> None:
+        for row, chain in enumerate(self._document.data.chains if self._document.data else ()):
+            if chain.name == self._document.chain:
+                self.table.setCurrentIndex(self._model.index(row, 0))
+
+    def _row_selected(self, current: QModelIndex) -> None:
+        if self._document.data and current.isValid():
+            self._document.select_chain(self._document.data.chains[current.row()].name)
+
+
+def _of_clip(data: Analysed, chain: Chain) -> _Shown:
+    stuck = uncorrectable_joints(data.motion, chain)
+    beside = children_off_axis(data.motion, chain)
+    notes = list(chain.warnings)
+    if stuck:
+        notes.append(f"not corrected: {', '.join(stuck)} without three rotation channels")
+    if beside:
+        notes.append(f"beside the bone, so a correction moves them: {', '.join(beside)}")
+    return _Shown(
+        chain=chain.name,
+        label=f"{chain.label} (fixed)" if stuck else chain.label,
+        decided=0,
+        found=0,
+        peak=float(np.degrees(data.analysis.strength(chain.name).max())),
+        tau=0.0,
+        reliability=data.reliability[chain.name],
+        notes=tuple(notes),
+        ticked=True,
+    )

@@ -1,0 +1,210 @@
+"""The selected interval in exact numbers, and its verdict."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.session.document import Document
+from inspector.widgets.letter_keys import LetterKeys
+from twistcore.review import Annotate, Decision, Judged
+from twistcore.review.model import levelled, resized
+
+_BURST_MS = 800
+REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
+
+
+class DetailCard(QWidget):
+    """Spin boxes for start, stop and δ, a note, and Accept / Reject / Reset."""
+
+    judged = Signal(object)  # Decision
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._shown: int | None = None  # whose note stands in the form
+        self._drag = 0
+        self._burst = QTimer(self)
+        self._burst.setSingleShot(True)
+        self._burst.setInterval(_BURST_MS)
+        self.title = QLabel()
+        self.start, self.stop = QSpinBox(), QSpinBox()
+        self.delta = QDoubleSpinBox()
+        self.delta.setRange(-180.0, 180.0)
+        self.delta.setDecimals(2)
+        self.delta.setSuffix("°")
+        for box in (self.start, self.stop, self.delta):
+            box.setKeyboardTracking(False)
+            box.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.note = QLineEdit()
+        self.note.setPlaceholderText("Note")
+        self.reason = QComboBox()
+        self.reason.setEditable(True)
+        self.reason.addItems(REASONS)
+        self.reason.setToolTip("Why it is rejected")
+        line = self.reason.lineEdit()
+        assert line is not None
+        line.setPlaceholderText("Reason")
+        self.why = QLabel()
+        self.why.setObjectName("soft")
+        self.why.setWordWrap(True)
+        edges = QHBoxLayout()
+        edges.addWidget(self.start, 1)
+        edges.addWidget(QLabel("to"))
+        edges.addWidget(self.stop, 1)
+        edges.addSpacing(8)
+        edges.addWidget(QLabel("δ"))
+        edges.addWidget(self.delta, 1)
+        words = QHBoxLayout()
+        words.addWidget(self.reason, 2)
+        words.addWidget(self.note, 3)
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow("Frames", edges)
+        form.addRow("Notes", words)
+        buttons = QHBoxLayout()
+        self.buttons: dict[Decision, QPushButton] = {}
+        for decision, text, key in (
+            (Decision.ACCEPTED, "Accept", "A"),
+            (Decision.REJECTED, "Reject", "R"),
+            (Decision.UNDECIDED, "Reset", "Backspace"),
+        ):
+            button = QPushButton(text)
+            button.setToolTip(f"{text} ({key})")
+            button.clicked.connect(lambda _=False, d=decision: self.judged.emit(d))
+            buttons.addWidget(button)
+            self.buttons[decision] = button
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 6, 8, 8)
+        layout.addWidget(self.title)
+        layout.addWidget(self.why)
+        layout.addLayout(form)
+        layout.addLayout(buttons)
+        self.start.valueChanged.connect(self._edges_edited)
+        self.stop.valueChanged.connect(self._edges_edited)
+        self.delta.valueChanged.connect(self._delta_edited)
+        self.note.editingFinished.connect(self._note_edited)
+        line.editingFinished.connect(self._note_edited)
+        self.reason.activated.connect(self._note_edited)
+        document.numbering_changed.connect(self._refresh)
+        self._letters = LetterKeys(self)
+        self._letters.watch(self.start, self.stop, self.delta)
+        document.leaving.connect(self.commit)
+        document.opened.connect(self._take_clip)
+        document.opening.connect(lambda _: self.setEnabled(False))
+        document.opening_over.connect(lambda: self.setEnabled(True))
+        document.intervals_changed.connect(self._refresh)
+        document.interval_changed.connect(self._refresh)
+        self._refresh()
+
+    def _take_clip(self) -> None:
+        """Another clip: what is shown was about the last one, where it is committed already."""
+        self._shown = None
+        self._show_note(None)
+        self._refresh()
+
+    def _refresh(self) -> None:
+        judged = self._document.interval
+        if self._shown != (judged.id if judged else None):
+            self.commit()
+            self._shown = judged.id if judged else None
+            self._show_note(judged)
+        for widget in (
+            self.start,
+            self.stop,
+            self.delta,
+            self.note,
+            self.reason,
+            *self.buttons.values(),
+        ):
+            widget.setEnabled(judged is not None)
+        if judged is None:
+            self.title.setText("No interval selected")
+            self.why.setText("N goes to the next one.")
+            return
+        interval = judged.interval
+        label = self._document.find_chain(interval.chain).label
+        varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
+        count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
+        self.title.setText(f"<b>{label}</b> · {count}{varies}")
+        self.why.setText(explanation(judged))
+        first = self._document.first_frame
+        boxes = (self.start, self.stop, self.delta)
+        for box in boxes:
+            box.blockSignals(True)
+        self.start.setRange(first, interval.stop - 1 + first)
+        self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
+        self.start.setValue(interval.start + first)
+        self.stop.setValue(interval.stop + first)
+        self.delta.setValue(float(np.degrees(interval.delta)))
+        for box in boxes:
+            box.blockSignals(False)
+        if not self.note.hasFocus() and not self.reason.hasFocus():
+            self._show_note(judged)
+
+    def _show_note(self, judged: Judged | None) -> None:
+        self.note.setText(judged.note if judged else "")
+        self.reason.setCurrentText(judged.reason if judged else "")
+
+    def commit(self) -> None:
+        """Keep a note that is still being typed, for the interval it was typed for."""
+        self._note_edited()
+
+    def _edges_edited(self) -> None:
+        if judged := self._document.interval:
+            first = self._document.first_frame
+            start, stop = self.start.value() - first, self.stop.value() - first
+            edited = resized(judged.interval, start, stop)
+            self._document.edit(judged.id, edited, self._joined())
+
+    def _delta_edited(self, degrees: float) -> None:
+        if judged := self._document.interval:
+            edited = levelled(judged.interval, float(np.radians(degrees)))
+            self._document.edit(judged.id, edited, self._joined())
+
+    def _joined(self) -> int:
+        """Steps of a spin box in quick succession are one step of the history."""
+        if not self._burst.isActive():
+            self._drag = self._document.begin_drag()
+        self._burst.start()
+        return self._drag
+
+    def _note_edited(self) -> None:
+        shown = (j for j in self._document.intervals if j.id == self._shown)
+        judged = next(shown, None)
+        note, reason = self.note.text(), self.reason.currentText().strip()
+        if judged and (note, reason) != (judged.note, judged.reason):
+            self._document.do(Annotate(judged.id, note, reason))
+
+
+def explanation(judged: Judged) -> str:
+    """Why the interval is there, in a line or two."""
+    if judged.by_hand:
+        return "Made by hand."
+    interval, parts = judged.interval, []
+    if interval.confidence is not None:
+        parts.append(f"Confidence {interval.confidence:.2f}")
+    evidence = interval.evidence or {}
+    for name, edge in zip(("opens", "closes"), evidence.get("edges", ()), strict=False):
+        parts.append(
+            f"{name} with x {edge['residual_x_deg']:+.1f}° against y {edge['residual_y_deg']:+.1f}°"
+        )
+    if abs(interval.residual) > np.radians(0.005):
+        parts.append(f"left over {np.degrees(interval.residual):+.2f}°")
+    if interval.open:
+        parts.append("open: the other side of the clip may be the wrong one")
+    if not judged.supported:
+        parts.append("no longer found at this τ")
+    return "; ".join(parts).replace("-", "−")

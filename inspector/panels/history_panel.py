@@ -1,0 +1,53 @@
+"""The history of the review: every step by name; a click goes back or forth to it."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+
+from inspector.session.document import Document
+
+
+class HistoryPanel(QWidget):
+    """A list of steps; those undone are faint."""
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self.list = QListWidget()
+        self.list.setUniformItemSizes(True)
+        self.list.itemClicked.connect(self._go)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.list)
+        document.opened.connect(self._refresh)
+        document.intervals_changed.connect(self._refresh)
+        self._refresh()
+
+    def _refresh(self) -> None:
+        review = self._document.review if self._document.data else None
+        texts = ("As opened", *(review.history if review else ()))
+        if [self.list.item(k).text() for k in range(self.list.count())] != list(texts):
+            self.list.clear()
+            self.list.addItems(texts)
+        done = review.position if review else 0
+        for k in range(self.list.count()):
+            item = self.list.item(k)
+            colour = self.palette().placeholderText() if k > done else self.palette().text()
+            item.setForeground(colour)
+        self.list.setCurrentRow(done)
+        self.list.scrollToItem(self.list.item(done))
+
+    def _go(self, item: QListWidgetItem) -> None:
+        wanted = self.list.row(item)
+        if self._document.data is None:
+            return
+        while self._document.review.position > wanted:
+            self._document.undo()
+        while self._document.review.position < wanted and self._document.review.redo_text:
+            self._document.redo()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Colours follow the theme."""
+        self._refresh()
+        super().showEvent(event)

@@ -1,0 +1,302 @@
+"""The table of intervals: sorted, filtered, judged."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import (
+    QItemSelectionModel,
+    QModelIndex,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QStackedWidget,
+    QTableView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.session.document import Document
+from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.table_cells import RowDelegate
+from inspector.widgets.tables import SORT_ROLE, Index, Row, RowModel
+from inspector.widgets.theme import Theme
+from twistcore.review import Decision, Judged
+from twistcore.review.model import overlapping
+
+_HEADS = ("Chain", "Decision", "Start", "Stop", "Frames", "δ", "Time", "Conf.", "Note")
+_SAMPLES = (
+    "Right Shoulder",
+    "✗ rejected",
+    "00000",
+    "00000",
+    "Frames",
+    "−180.0°",
+    "000.00 s",
+    "Conf.",
+)
+_SPARED = ("Conf.", "Frames", "Time")  # left out in this order where room is short
+_NOTE_WIDTH = 60
+MARKS = {
+    Decision.UNDECIDED: "· undecided",
+    Decision.ACCEPTED: "✓ accepted",
+    Decision.REJECTED: "✗ rejected",
+}
+FILTERS = ("All", "Undecided", "Accepted", "Rejected", "This chain")
+
+
+class _IntervalModel(RowModel):
+    """Things are pairs: an interval of the review, and whether it shares frames with another."""
+
+    heads = _HEADS
+    right = range(2, 8)
+
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
+        self._document = document
+        self.theme = theme
+
+    def key(self, thing: tuple[Judged, bool]) -> int:
+        return thing[0].id
+
+    def describe(self, thing: tuple[Judged, bool]) -> Row:
+        judged, shared = thing
+        interval, document = judged.interval, self._document
+        assert document.data is not None
+        delta, first = float(np.degrees(interval.delta)), document.first_frame
+        seconds = interval.start * document.data.motion.frame_time
+        decision = MARKS[judged.decision]
+        decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
+        confidence = -1.0 if interval.confidence is None else interval.confidence
+        return Row(
+            texts=(
+                document.find_chain(interval.chain).label,
+                decision,
+                str(interval.start + first),
+                str(interval.stop + first),
+                str(interval.frames),
+                f"{delta:+.1f}°".replace("-", "−"),
+                f"{seconds:.2f} s",
+                "–" if interval.confidence is None else f"{confidence:.2f}",
+                judged.note,
+            ),
+            sort=(
+                interval.chain,
+                judged.decision.value,
+                interval.start,
+                interval.stop,
+                interval.frames,
+                abs(delta),
+                interval.start,
+                confidence,
+                judged.note,
+            ),
+            colours={1: getattr(self.theme, str(judged.decision))},
+            tips=(_tip(judged, shared),),
+        )
+
+
+def _tip(judged: Judged, shared: bool) -> str:
+    interval = judged.interval
+    parts = [f"{interval.chain}, {interval.frames} frames"]
+    if abs(interval.residual) > 1e-9:
+        parts.append(f"left over behind the last edge: {np.degrees(interval.residual):+.2f}°")
+    if shared:
+        parts.append("overlaps another interval of its chain: their offsets add")
+    if judged.reason:
+        parts.append(f"reason: {judged.reason}")
+    if judged.edited:
+        parts.append("edited by hand")
+    if judged.by_hand:
+        parts.append("made by hand")
+    if not judged.supported:
+        parts.append("the detector no longer finds it at this τ")
+    if judged.reviewer or judged.decided_at:
+        parts.append(f"decided {judged.decided_at} {judged.reviewer}".strip())
+    return "\n".join(parts)
+
+
+class _Filter(QSortFilterProxyModel):
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+        self.chosen = FILTERS[0]
+        self.setSortRole(SORT_ROLE)
+
+    def filterAcceptsRow(self, row: int, parent: Index) -> bool:
+        del parent
+        judged, _ = self.sourceModel().things[row]
+        if judged.interval.chain in self._document.hidden:
+            return False
+        if self.chosen == "This chain":
+            return judged.interval.chain == self._document.chain
+        return self.chosen in ("All", judged.decision.value.capitalize())
+
+
+class IntervalsPanel(QWidget):
+    """Table of intervals with a filter; its current row is the document's interval."""
+
+    activated = Signal()  # a double click: look at it
+
+    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._refreshing = False
+        self._model = _IntervalModel(document, theme)
+        self._proxy = _Filter(document)
+        self._proxy.setSourceModel(self._model)
+        self.table = self._make_table()
+        self.filter = QComboBox()
+        self.filter.addItems(FILTERS)
+        self.filter.setToolTip("Which intervals are listed")
+        self.filter.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.filter.currentTextChanged.connect(self._filter_changed)
+        self.count = SteadyLabel()
+        self.count.setObjectName("soft")
+        self.count.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        top = QHBoxLayout()
+        top.addWidget(self.filter)
+        top.addStretch(1)
+        top.addWidget(self.count)
+        self._hint = QLabel()
+        self._hint.setObjectName("soft")
+        self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._hint.setWordWrap(True)
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self._hint)
+        self._stack.addWidget(self.table)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.addLayout(top)
+        layout.addWidget(self._stack, 1)
+        document.opened.connect(self._refresh)
+        document.intervals_changed.connect(self._refresh)
+        document.numbering_changed.connect(self._model.redraw)
+        document.hidden_changed.connect(self._filter_anew)
+        document.interval_changed.connect(self._select_row)
+        document.chain_changed.connect(self._chain_changed)
+        self._refresh()
+
+    def _make_table(self) -> QTableView:
+        table = QTableView()
+        table.setModel(self._proxy)
+        table.setItemDelegate(RowDelegate(self._model, table, self._proxy))
+        table.setSortingEnabled(True)
+        table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        table.setShowGrid(False)
+        table.setWordWrap(False)
+        table.setTabKeyNavigation(False)
+        table.verticalHeader().hide()
+        table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
+        header = table.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        header.setMinimumSectionSize(28)
+        header.setStretchLastSection(True)
+        metrics = self.fontMetrics()
+        for column, sample in enumerate(_SAMPLES):
+            table.setColumnWidth(column, metrics.horizontalAdvance(sample) + 14)
+        table.setColumnWidth(len(_SAMPLES), _NOTE_WIDTH)  # at least: it takes what is left
+        table.selectionModel().currentRowChanged.connect(self._row_selected)
+        table.doubleClicked.connect(lambda _index: self.activated.emit())
+        return table
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Where room is short, what other columns tell as well is not shown."""
+        super().resizeEvent(event)
+        self._fit_columns()
+
+    def _fit_columns(self) -> None:
+        known = any(j.interval.confidence is not None for j in self._document.intervals)
+        table, metrics = self.table, self.fontMetrics()
+        needed = sum(metrics.horizontalAdvance(s) + 14 for s in _SAMPLES) + _NOTE_WIDTH
+        room = self.width() - table.verticalScrollBar().sizeHint().width() - 12
+        for head in _SPARED:
+            column = _HEADS.index(head)
+            unknown = head == "Conf." and not known
+            hide = unknown or needed > room
+            table.setColumnHidden(column, hide)
+            if hide:
+                needed -= metrics.horizontalAdvance(_SAMPLES[column]) + 14
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._model.theme = theme
+        self._model.redraw()
+
+    def selected_ids(self) -> tuple[int, ...]:
+        """Ids of the selected rows, top to bottom."""
+        rows = sorted(i.row() for i in self.table.selectionModel().selectedRows())
+        return tuple(self._judged(row).id for row in rows)
+
+    def shown_ids(self) -> tuple[int, ...]:
+        """Ids of the rows that are listed, top to bottom."""
+        return tuple(self._judged(row).id for row in range(self._proxy.rowCount()))
+
+    def _judged(self, proxy_row: int) -> Judged:
+        source = self._proxy.mapToSource(self._proxy.index(proxy_row, 0))
+        judged: Judged = self._model.things[source.row()][0]
+        return judged
+
+    def _refresh(self) -> None:
+        intervals = self._document.intervals
+        shared = overlapping(intervals)
+        self._refreshing = True  # rows that vanish must not select others
+        self._model.show([(j, j.id in shared) for j in intervals])
+        self.table.doItemsLayout()  # now: put off, it would repaint the panel twice
+        self._refreshing = False
+        decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
+        self._fit_columns()
+        self.count.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
+        if not self._document.data:
+            self._hint.setText("Open a BVH: its suspicious intervals are listed here.")
+        elif not self._document.data.chains:
+            self._hint.setText("No chain in this skeleton, so nothing to find.")
+        elif not intervals:
+            self._hint.setText("Nothing found at this τ.\nLower the τ line to look closer.")
+        else:
+            self._hint.setText("No interval passes this filter.")
+        self._stack.setCurrentIndex(1 if self._proxy.rowCount() else 0)
+        self._select_row()
+
+    def _filter_changed(self, text: str) -> None:
+        self._proxy.chosen = text
+        self._filter_anew()
+        if self._document.interval_id not in self.shown_ids():
+            self._document.select_interval(None)  # A and R never judge what is not listed
+
+    def _chain_changed(self) -> None:
+        if self._proxy.chosen == "This chain":
+            self._filter_anew()
+
+    def _filter_anew(self) -> None:
+        self._refreshing = True
+        self._proxy.invalidate()
+        self._refreshing = False
+        self._refresh()
+
+    def _select_row(self) -> None:
+        at = self._model.row_of(self._document.interval_id)
+        index = self._proxy.mapFromSource(self._model.index(-1 if at is None else at, 0))
+        if not index.isValid():
+            self.table.clearSelection()
+            return
+        selection = self.table.selectionModel()
+        if self.table.currentIndex().row() != index.row() or not selection.hasSelection():
+            rows = QItemSelectionModel.SelectionFlag.Rows
+            once = QItemSelectionModel.SelectionFlag.ClearAndSelect
+            selection.setCurrentIndex(index, once | rows)
+        self.table.scrollTo(index)
+
+    def _row_selected(self, current: QModelIndex) -> None:
+        if current.isValid() and not self._refreshing:
+            self._document.select_interval(self._judged(current.row()).id, jump=True)

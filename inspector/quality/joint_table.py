@@ -1,0 +1,107 @@
+"""The joints with their measures: a row a joint, worst first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import Qt
+
+from inspector.quality.evidence import MEASURES, Evidence
+from inspector.session.document import Document
+from inspector.widgets.tables import Row, RowModel
+from inspector.widgets.theme import Theme
+
+_ROOM = 3 * "\N{NO-BREAK SPACE}"  # Qt draws the mark of the order over the text's end
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """What the table says of a joint; values: None where a measure has no number."""
+
+    number: int
+    name: str
+    values: tuple[float | None, ...]
+    tracked: bool
+
+
+class JointsModel(RowModel):
+    """Sorted by one of its columns; joints that are tracked stand in the tracked colour."""
+
+    heads = ("Joint", *(f"{m.name} {m.unit}".strip() + _ROOM for m in MEASURES))
+    head_tips = ("", *(m.tip for m in MEASURES))
+    right = range(1, 1 + len(MEASURES))
+
+    def __init__(self, document: Document, evidence: Evidence, theme: Theme) -> None:
+        super().__init__()
+        self._document, self._evidence = document, evidence
+        self.theme = theme
+        self._tracked: frozenset[str] = frozenset()
+        self._column, self._down = 1, True
+
+    def key(self, thing: _Joint) -> int:
+        """The joint's number."""
+        return thing.number
+
+    def describe(self, thing: _Joint) -> Row:
+        """Name and numbers."""
+        numbers = tuple(
+            "–" if value is None else f"{value:.{measure.decimals}f}"
+            for measure, value in zip(MEASURES, thing.values, strict=True)
+        )
+        name = f"{thing.name}, tracked with QuaMo" if thing.tracked else thing.name
+        return Row(
+            texts=(f"{thing.name} ┄" if thing.tracked else thing.name, *numbers),
+            colours={0: self.theme.tracked} if thing.tracked else {},
+            tips=(name, *("" for _ in MEASURES)),
+        )
+
+    def reset(self) -> None:
+        """Another clip, or its numbers have come."""
+        known = self._evidence.known
+        if known is None:
+            self.show(())
+            return
+        columns = [known.column(k) for k in range(len(MEASURES))]
+        joints = [
+            _Joint(j, name, tuple(_finite(c[j]) for c in columns), name in self._tracked)
+            for j, name in enumerate(self.names)
+        ]
+        if self._column == 0:
+            joints.sort(key=lambda joint: joint.name.lower(), reverse=self._down)
+        else:
+            joints.sort(key=self._place)
+        self.show(joints)
+
+    def mark_tracked(self, joints: frozenset[str]) -> None:
+        """Which joints are tracked."""
+        if joints != self._tracked:
+            self._tracked = joints
+            self.reset()
+
+    def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        """By a column."""
+        self._column, self._down = column, order == Qt.SortOrder.DescendingOrder
+        self.reset()
+
+    def _place(self, joint: _Joint) -> tuple[bool, float]:
+        """Joints without a number stay below, whichever way it is sorted."""
+        value = joint.values[self._column - 1]
+        if value is None:
+            return True, 0.0
+        return False, -value if self._down else value
+
+    def joint(self, row: int) -> int:
+        """Joint of a row."""
+        number: int = self.things[row].number
+        return number
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Names of all joints."""
+        return self._document.data.motion.skeleton.names if self._document.data else ()
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,270 @@
+"""The quality tab: the joints' evidence, worst first, and tracking of those that are chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QLabel,
+    QSplitter,
+    QStackedLayout,
+    QTableView,
+    QTabWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.quality.evidence import MEASURES, Evidence
+from inspector.quality.joint_table import JointsModel
+from inspector.quality.track_page import TrackPage
+from inspector.quality.tracked_clip import Tracked
+from inspector.session.document import Document
+from inspector.widgets.caption import Caption
+from inspector.widgets.theme import Theme
+from inspector.widgets.traces import Trace, TracePlot
+from twistcore.review import Track
+
+_EMPTY = "Open a clip to see jitter, jumps, speed and foot slide of its joints."
+
+
+class QualityPanel(QWidget):
+    """Draws what `evidence` and `tracked` know; the choice of joints is the table's."""
+
+    _stale = Signal()
+
+    def __init__(
+        self,
+        document: Document,
+        theme: Theme,
+        actions: Mapping[str, QAction],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._document, self._actions, self._theme = document, actions, theme
+        self.evidence = Evidence(document, self)
+        self.tracked = Tracked(document, self)
+        self.measure = 0
+        self._dirty = False
+        self._build(theme)
+        self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
+        self.evidence.changed.connect(self._renewed)
+        self.tracked.changed.connect(self._mark)
+        for signal in (document.intervals_changed, document.numbering_changed):
+            signal.connect(self._mark)
+        document.frame_changed.connect(self._move)
+        document.chain_changed.connect(self._follow_chain)
+        self.set_theme(theme)
+
+    def _build(self, theme: Theme) -> None:
+        self.hint = QLabel(_EMPTY)
+        self.hint.setObjectName("soft")
+        self.hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.hint.setWordWrap(True)
+        self._pages = QStackedLayout(self)
+        self._pages.addWidget(self.hint)
+        content = QWidget()
+        self._pages.addWidget(content)
+        self.figure_words = Caption(soft=True)
+        self.model = JointsModel(self._document, self.evidence, theme)
+        self.table = QTableView()
+        self.table.setModel(self.model)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.table.setShowGrid(False)
+        self.table.setWordWrap(False)
+        self.table.setSortingEnabled(True)
+        self.table.sortByColumn(1, Qt.SortOrder.DescendingOrder)
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 5)
+        self.table.setMinimumHeight(60)
+        header = self.table.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        header.sortIndicatorChanged.connect(self._sorted)
+        self.table.selectionModel().selectionChanged.connect(self._mark)
+        self.table.selectionModel().currentChanged.connect(self._mark)
+        self.curve_words = Caption()
+        self.plot = TracePlot(theme)
+        self.plot.setAccessibleName("The measure of the selected joint over time")
+        self.plot.setToolTip("Click to go to the frame")
+        self.plot.asked.connect(self._document.go_to)
+        over_time = QWidget()
+        below = QVBoxLayout(over_time)
+        below.setContentsMargins(0, 0, 0, 0)
+        below.setSpacing(2)
+        below.addWidget(self.curve_words)
+        below.addWidget(self.plot, 1)
+        self.page = TrackPage(self._document, self.tracked, theme, self._actions)
+        split = QSplitter(Qt.Orientation.Vertical)
+        split.setChildrenCollapsible(False)
+        split.addWidget(self.table)
+        split.addWidget(over_time)
+        split.setStretchFactor(0, 3)
+        split.setStretchFactor(1, 2)
+        self.tabs = QTabWidget()
+        self.tabs.setDocumentMode(True)
+        self.tabs.addTab(split, "Joints")
+        self.tabs.addTab(self.page, "Track with QuaMo")
+        column = QVBoxLayout(content)
+        column.setContentsMargins(8, 2, 8, 6)
+        column.setSpacing(4)
+        column.addWidget(self.tabs, 1)
+        column.addWidget(self.figure_words)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._theme = self.model.theme = theme
+        self.model.redraw()
+        self.plot.set_theme(theme)
+        self.page.set_theme(theme)
+        self._mark()
+
+    def set_seen(self, on: bool) -> None:
+        """The tab comes to the front or goes: nothing is computed unseen."""
+        self.evidence.watch(on)
+        if on:
+            self._mark()
+
+    def close_clip(self) -> None:
+        """The window goes."""
+        self.evidence.watch(False)
+        self.evidence.stop()
+        self.tracked.close()
+
+    # -- what is chosen -----------------------------------------------------------------------
+
+    @property
+    def joint(self) -> int | None:
+        """The joint whose curve is drawn."""
+        index = self.table.currentIndex()
+        return self.model.joint(index.row()) if index.isValid() else None
+
+    @property
+    def chosen(self) -> tuple[str, ...]:
+        """Names of the selected joints, in the skeleton's order."""
+        rows = self.table.selectionModel().selectedRows()
+        return tuple(self.model.names[j] for j in sorted(self.model.joint(r.row()) for r in rows))
+
+    def choose(self, *names: str) -> None:
+        """Select joints by name; the first gets its curve drawn."""
+        numbers = [list(self.model.names).index(name) for name in names]
+        rows = [row for n in numbers if (row := self.model.row_of(n)) is not None]
+        if not rows:
+            return
+        picked = QItemSelection()
+        for row in rows:
+            picked.select(self.model.index(row, 0), self.model.index(row, 0))
+        flags = QItemSelectionModel.SelectionFlag
+        self.table.setCurrentIndex(self.model.index(rows[0], 0))
+        self.table.selectionModel().select(picked, flags.ClearAndSelect | flags.Rows)
+
+    def track(self) -> None:
+        """Track the selected joints with the gains of the page."""
+        if self._actions["track_joints"].isEnabled():
+            self.tabs.setCurrentWidget(self.page)
+            self.tracked.ask(self.page.tracking(self.chosen))
+
+    def stop_tracking(self) -> None:
+        """Track nothing any more."""
+        data = self._document.data
+        if data is not None and self._document.review.state.tracking is not None:
+            self._document.do(Track(None))
+
+    # -- following ----------------------------------------------------------------------------
+
+    def _renewed(self) -> None:
+        """Another clip, or its numbers have come: the worst joint first."""
+        self.model.reset()
+        self.page.take_clip()
+        if self.model.rowCount():
+            self.table.setCurrentIndex(self.model.index(0, 0))
+        self._mark()
+
+    def _follow_chain(self) -> None:
+        """A chain chosen elsewhere: its parent is the joint that it is about."""
+        if self.model.rowCount() and self._document.chain:
+            parent = self._document.find_chain(self._document.chain).parent
+            self.choose(self.model.names[parent])
+
+    def _sorted(self, column: int, order: Qt.SortOrder) -> None:
+        del order
+        if column > 0:
+            self.measure = column - 1
+            self._mark()
+
+    def _mark(self, *_: object) -> None:
+        if not self._dirty:
+            self._dirty = True
+            self._stale.emit()
+
+    def refresh(self) -> None:
+        """Draw what is known now."""
+        self._dirty = False
+        known, data = self.evidence.known, self._document.data
+        chosen = self.chosen
+        tracking = self._document.review.state.tracking if data else None
+        self._actions["track_joints"].setEnabled(bool(chosen) and not self.tracked.running)
+        self._actions["cancel_tracking"].setEnabled(self.tracked.asked is not None)
+        self._actions["stop_tracking"].setEnabled(tracking is not None)
+        self.model.mark_tracked(frozenset(tracking.joints if tracking else ()))
+        self._pages.setCurrentIndex(1 if known else 0)
+        if known is None:
+            self.hint.setText("Looking at every joint …" if self.evidence.running else _EMPTY)
+            return
+        self._show_figure()
+        self._show_curve()
+        name = self.model.names[self.joint] if self.joint is not None else ""
+        self.page.refresh(chosen, name)
+
+    def _show_figure(self) -> None:
+        known, result = self.evidence.known, self.tracked.result
+        if known is None or known.figure is None:
+            self.figure_words.set_text(f"{len(self.model.names)} joints")
+            return
+        text = (
+            f"Figure: jitter {known.figure.jitter:.2f} mm/frame³ at 25 Hz, "
+            f"foot slide {known.figure.foot_slide:.1f} %"
+        )
+        if result is not None and result.quality is not None:
+            before, after = result.quality
+            text = (
+                f'Figure, corrected <span style="color:{self._theme.tracked}">→ and tracked</span>'
+                f": jitter {before.jitter:.2f} → {after.jitter:.2f} mm/frame³ at 25 Hz, foot slide "
+                f"{before.foot_slide:.1f} → {after.foot_slide:.1f} %, deviation "
+                f"{after.deviation:.1f} mm"
+            )
+        self.figure_words.set_text(text)
+
+    def _show_curve(self) -> None:
+        known, joint = self.evidence.known, self.joint
+        measure = MEASURES[self.measure]
+        if known is None or joint is None:
+            self.plot.show_lines(())
+            self.curve_words.set_text("Select a joint.")
+            return
+        y = known.curve(self.measure, joint)
+        frames = len(y)
+        # A foot is on the ground for a frame or two at times: no line would show them.
+        line = Trace(np.arange(frames, dtype=float), y, "before", dots=measure.name == "Slide")
+        self.plot.show_lines([line])
+        self.plot.show_level(measure.level)
+        self.plot.count_from(self._document.first_frame)
+        self.plot.fit(frames)
+        self._move(self._document.frame)
+
+    def _move(self, frame: int) -> None:
+        """The playhead, and the numbers there."""
+        self.plot.show_frame(frame)
+        self.page.move(frame)
+        known, joint, measure = self.evidence.known, self.joint, MEASURES[self.measure]
+        if known is None or joint is None:
+            return
+        value = known.curve(self.measure, joint)[frame]
+        now = f"{value:.3g} {measure.curve_unit}" if np.isfinite(value) else "–"
+        self.curve_words.set_text(f"<b>{self.model.names[joint]}</b> &nbsp;{measure.curve}: {now}")

@@ -1,0 +1,168 @@
+"""The open clip tracked with QuaMo, off the GUI thread, and only when a person asked for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from inspector.session.document import Document
+from inspector.session.opening import Analysed
+from inspector.widgets.background import Task
+from twistcore.detection import Interval
+from twistcore.detection.cuts import leading_frames
+from twistcore.export.tracking import Traces, traced_motion
+from twistcore.motion import forward_kinematics
+from twistcore.progress import Tell
+from twistcore.quamo.track_clip import quality_before_and_after
+from twistcore.refinement import refine
+from twistcore.review import Track, Tracking
+from twistcore.rotation import Array
+from twistcore.study.quamo.pose_errors import Quality
+
+_SETTLE_MS = 250  # decisions come one after the other: track again when the hand rests
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """rotations, positions: global, (frames, joints, 4 and 3); quality: before and after tracking.
+
+    wanted: what it was made of.
+    """
+
+    wanted: _Wanted
+    rotations: Array
+    positions: Array
+    traces: Traces
+    quality: tuple[Quality, Quality] | None
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    data_id: int
+    tracking: Tracking
+    intervals: tuple[Interval, ...]
+
+
+class Tracked(QObject):
+    """What is tracked follows the review: `result` is of the review's tracking, or None.
+
+    The clip is corrected by all intervals that nobody has rejected, as the 3D view shows it.
+    """
+
+    changed = Signal()
+    progress = Signal(float)
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self.result: Result | None = None
+        self.asked: Tracking | None = None  # being tried before it becomes the review's
+        self._task: Task | None = None
+        self._under_way: _Wanted | None = None
+        self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._settle.timeout.connect(self._start)
+        document.opened.connect(self._another)
+        document.intervals_changed.connect(self._check)
+
+    @property
+    def running(self) -> bool:
+        """Whether a result is under way."""
+        return self._task is not None
+
+    def ask(self, tracking: Tracking) -> None:
+        """Track these joints; once it is done, the review tracks them."""
+        self.asked = tracking
+        self._start()
+
+    def cancel(self) -> None:
+        """Give up what is under way; what the review tracks stays as it is."""
+        self.asked = None
+        self._halt()
+        self._start()
+        self.changed.emit()
+
+    def pose(self, frame: int) -> tuple[Array, Array] | None:
+        """Global rotations and positions of a frame, or None where nothing is tracked."""
+        if self.result is None:
+            return None
+        return self.result.rotations[frame], self.result.positions[frame]
+
+    def close(self) -> None:
+        """Nobody looks any more."""
+        self._settle.stop()
+        self.asked = None
+        self._halt()
+
+    def _another(self) -> None:
+        self.close()
+        self.result = None
+        self._start()
+        self.changed.emit()
+
+    def _check(self) -> None:
+        """Is the result, or what is under way, still of the present review?"""
+        wanted = self._wanted()
+        if wanted is None:
+            had = self.result is not None or self.running
+            self._settle.stop()
+            self._halt()
+            self.result = None
+            if had:  # nothing tracked, nothing to draw: every step of τ comes by here
+                self.changed.emit()
+        elif (self._under_way or (self.result and self.result.wanted)) != wanted:
+            self._settle.start()
+
+    def _wanted(self) -> _Wanted | None:
+        data = self._document.data
+        if data is None:
+            return None
+        state = self._document.review.state
+        tracking = self.asked or state.tracking
+        return tracking and _Wanted(id(data), tracking, state.chosen(undecided=True))
+
+    def _halt(self) -> None:
+        if self._task is not None:
+            self._task.cancel()
+        self._task = self._under_way = None
+
+    def _start(self) -> None:
+        self._settle.stop()
+        wanted, data = self._wanted(), self._document.data
+        if wanted is None or data is None or wanted == self._under_way:
+            return
+        if self.result is not None and self.result.wanted == wanted:
+            return
+        self._halt()
+        self._under_way = wanted
+        self._task = task = Task(lambda: _work(data, wanted, task.tell), self)
+        task.progress.connect(self.progress)
+        self._task.finished.connect(self._take)
+        self._task.failed.connect(self._fail)
+        self._task.start()
+        self.changed.emit()
+
+    def _take(self, result: Result) -> None:
+        self._task = self._under_way = None
+        self.result = result
+        if self.asked is not None:
+            asked, self.asked = self.asked, None
+            self._document.do(Track(asked))
+        self._check()
+        self.changed.emit()
+
+    def _fail(self, error: Exception) -> None:
+        self._task = self._under_way = None
+        self.asked = None
+        self._document.message.emit(f"Not tracked: {error}.", True)
+        self.changed.emit()
+
+
+def _work(data: Analysed, wanted: _Wanted, tell: Tell) -> Result:
+    refined = refine(data.motion, data.chains, wanted.intervals)
+    found, traces = traced_motion(refined, wanted.tracking, tell)
+    tell(1.0)
+    rotations, positions = forward_kinematics(found)
+    first = leading_frames(refined)
+    captured = (m.sliced(first, m.frames) for m in (refined, found))
+    return Result(wanted, rotations, positions, traces, quality_before_and_after(*captured))

@@ -1,0 +1,1 @@
+"""Films and pictures of the 3D view with the curves."""

@@ -1,0 +1,188 @@
+"""Recording the 3D view with the curves: films and pictures, with progress, never in the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QObject, QTimer, Signal
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QWidget
+
+from inspector.recording.film import SUFFIXES, FilmWriter
+from inspector.recording.stage import Stage
+from twistcore.atomic import write_atomically
+
+_POLL_MS = 5  # between looks at whether ffmpeg has caught up
+FPS = {".mp4": 30.0, ".gif": 15.0}
+
+
+@dataclass(frozen=True)
+class RecordChoice:
+    """What a person asked for.
+
+    path: its suffix says what it becomes, .mp4, .gif, .png or .svg; first, stop: frames of the
+    clip for a film; speed: times real time; size: pixels; curves: with the plots below.
+    """
+
+    path: Path
+    first: int = 0
+    stop: int = 1
+    speed: float = 1.0
+    size: tuple[int, int] = (1280, 720)
+    curves: bool = True
+    replace: bool = False
+
+    @property
+    def film(self) -> bool:
+        """Whether it is one, not a picture."""
+        return self.path.suffix.lower() in SUFFIXES
+
+
+def film_frames(choice: RecordChoice, clip_fps: float) -> list[int]:
+    """The clip's frames that a film shows, one after the other."""
+    step = choice.speed * clip_fps / FPS[choice.path.suffix.lower()]
+    count = max(1, int(np.ceil((choice.stop - choice.first) / step - 1e-9)))
+    return [min(choice.first + int(k * step), choice.stop - 1) for k in range(count)]
+
+
+def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
+    """Write a PNG or SVG of a frame, atomically; raises OSError."""
+    stage.show_frame(frame)
+    if choice.path.suffix.lower() == ".svg":
+        data = stage.svg(choice.path.stem)
+    else:
+        data = _png(stage.picture())
+    write_atomically(choice.path, data)
+
+
+class Recorder(QObject):
+    """Makes one film at a time, a frame a turn of the event loop."""
+
+    progress = Signal(int, int)  # frames done, of so many
+    finished = Signal(object)  # the file
+    failed = Signal(str)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._stage: Stage | None = None
+        self._writer: FilmWriter | None = None
+        self._frames: list[int] = []
+        self._at = 0
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._step)
+
+    @property
+    def running(self) -> bool:
+        """Whether a film is being made."""
+        return self._writer is not None
+
+    def start(self, stage: Stage, choice: RecordChoice) -> None:
+        """Film the stage, which is taken down at the end."""
+        assert stage.document.data is not None
+        self._stage = stage
+        self._frames = film_frames(choice, stage.document.data.motion.fps)
+        self._at = 0
+        size = (stage.width(), stage.height())
+        try:
+            self._writer = FilmWriter(choice.path, size, FPS[choice.path.suffix.lower()])
+        except OSError as error:
+            self._end()
+            self.failed.emit(f"{choice.path}: not written ({error.strerror}).")
+            return
+        self.progress.emit(0, len(self._frames))
+        self._timer.start(0)
+
+    def cancel(self) -> None:
+        """Stop; nothing is left on disk."""
+        if self._writer is not None:
+            self._timer.stop()
+            self._writer.cancel()
+            self._end()
+            self.failed.emit("")
+
+    def _step(self) -> None:
+        writer, stage = self._writer, self._stage
+        assert writer is not None
+        assert stage is not None
+        if self._at == len(self._frames) or writer.trouble:
+            self._wait(writer)
+            return
+        if writer.full:
+            self._timer.setInterval(_POLL_MS)
+            return
+        self._timer.setInterval(0)
+        stage.show_frame(self._frames[self._at])
+        writer.offer(_rgb(stage.picture()))
+        self._at += 1
+        self.progress.emit(self._at, len(self._frames))
+        if self._at == len(self._frames):
+            writer.finish()
+            self._timer.setInterval(_POLL_MS)
+
+    def _wait(self, writer: FilmWriter) -> None:
+        """Until ffmpeg is through."""
+        if writer.trouble and self._at < len(self._frames):
+            self._at = len(self._frames)
+            writer.finish()
+        if not writer.ended:
+            return
+        self._timer.stop()
+        try:
+            writer.keep()
+        except OSError as error:
+            self._end()
+            self.failed.emit(f"{writer.path}: not written ({error}).")
+        else:
+            self._end()
+            self.finished.emit(writer.path)
+
+    def _end(self) -> None:
+        if self._stage is not None:
+            self._stage.strike()
+        self._stage = self._writer = None
+
+
+class RecordingBar(QWidget):
+    """How far a film is, and a button that stops it; hidden while there is none."""
+
+    def __init__(self, recorder: Recorder) -> None:
+        super().__init__()
+        self.label = QLabel("Recording")
+        self.bar = QProgressBar()
+        self.bar.setFixedWidth(160)
+        self.bar.setTextVisible(False)
+        self.bar.setMaximumHeight(10)
+        self.stop = QPushButton("Cancel")
+        self.stop.clicked.connect(recorder.cancel)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(8, 0, 8, 0)
+        row.addWidget(self.label)
+        row.addWidget(self.bar)
+        row.addWidget(self.stop)
+        recorder.progress.connect(self._moved)
+        recorder.finished.connect(self.hide)
+        recorder.failed.connect(self.hide)
+        self.hide()
+
+    def _moved(self, done: int, total: int) -> None:
+        self.bar.setRange(0, total)
+        self.bar.setValue(done)
+        self.label.setText(f"Recording {done} / {total}")
+        self.show()
+
+
+def _rgb(image: QImage) -> bytes:
+    """Rows of RGB without the padding that Qt gives them."""
+    image = image.convertToFormat(QImage.Format.Format_RGB888)
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
+    return rows[:, : 3 * image.width()].tobytes()
+
+
+def _png(image: QImage) -> bytes:
+    data = QByteArray()
+    buffer = QBuffer(data)
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    image.save(buffer, "PNG")
+    return bytes(data.data())

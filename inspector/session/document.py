@@ -1,0 +1,480 @@
+"""The one observable: clip, review, cursor, selection. Views listen and hold no truth."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from inspector.session.corrections import Corrections
+from inspector.session.keeper import Keeper, PutAside
+from inspector.session.opening import Analysed, ClipMissingError, analyse, analyse_session
+from inspector.session.recovery import Recovery
+from inspector.widgets.background import Task
+from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.detection import DETECTORS, Interval, resolve_tau
+from twistcore.progress import Tell
+from twistcore.review import (
+    Command,
+    Decide,
+    Decision,
+    Edit,
+    Judged,
+    Redetect,
+    Review,
+)
+from twistcore.review.journal import REDO, UNDO
+from twistcore.review.model import resized
+from twistcore.rotation import Array
+from twistcore.signals import TwistSignals
+from twistcore.tuning import Profile
+
+_WONDER_S = 1.0  # seconds until a person begins to wonder how far it is
+
+
+class Show(StrEnum):
+    """Which poses the 3D view shows."""
+
+    BEFORE = "before"
+    AFTER = "after"
+    BOTH = "both"
+
+
+class Document(QObject):
+    """State of the program. Every change goes through a method here and ends in a signal."""
+
+    opened = Signal()  # another clip, or none: everything is new
+    leaving = Signal()  # the open clip is about to be replaced: what is half typed is kept now
+    opening = Signal(str)  # a clip is being read: its name
+    opening_share = Signal(float)  # how far that is, 0…1, where a person would begin to wonder
+    opening_over = Signal()  # it is open, cannot be opened or was cancelled
+    intervals_changed = Signal()  # the review's state: intervals, decisions or τ
+    method_changed = Signal()  # another detector: other curves
+    chain_changed = Signal()  # the selected chain
+    interval_changed = Signal()  # the selected interval
+    frame_changed = Signal(int)
+    show_changed = Signal()
+    hidden_changed = Signal()  # which chains are shown
+    numbering_changed = Signal()  # frames are counted from another number
+    message = Signal(str, bool)  # a sentence for the person; True if something went wrong
+    locate = Signal(object)  # the clip of this session file is asked for
+    question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    withdrawn = Signal()  # the last question is no longer one
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.data: Analysed | None = None
+        self.chain = ""
+        self.interval_id: int | None = None
+        self.frame = 0
+        self.show = Show.BOTH
+        self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
+        self.keeper = Keeper(self)
+        self.keeper.told.connect(self.message)
+        self.recovery = Recovery(self.keeper, lambda: self.data, self.do, self._use_review, self)
+        self.recovery.message.connect(self.message)
+        self.recovery.question.connect(self.question)
+        self.recovery.withdrawn.connect(self.withdrawn)
+        self.reviewer = ""
+        self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
+        self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
+        self._corrections: Corrections | None = None
+        self._task: Task | None = None
+        self._opening_since = 0.0
+        self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
+
+    # -- opening ------------------------------------------------------------------------------
+
+    def open(self, path: Path, profile: Profile | None = None) -> None:
+        """Read and analyse a clip in the background; the old one stays until the new is there.
+
+        profile: τ for a clip that has no session yet.
+        """
+        self._open(path, lambda tell: analyse(path, profile, tell))
+
+    def open_session(self, path: Path, clip: Path | None = None) -> None:
+        """Open a session and its clip, which may have moved to `clip`, in the background."""
+        self._open(path, lambda tell: analyse_session(path, clip, tell))
+
+    def _open(self, path: Path, work: Callable[[Tell], Analysed]) -> None:
+        if self._task is not None:
+            self._task.cancel()
+        self._task = task = Task(lambda: work(task.tell), self)
+        task.finished.connect(self.show_clip)
+        task.failed.connect(self._open_failed)
+        task.progress.connect(self._tell_opening)
+        self._opening_since = time.monotonic()
+        self.opening.emit(path.name)
+        task.start()
+
+    def cancel_opening(self) -> None:
+        """Give up what is being opened; what was open before stays."""
+        if self._task is not None:
+            self._task.cancel()
+            self._end_opening()
+
+    def _tell_opening(self, share: float) -> None:
+        if time.monotonic() - self._opening_since > _WONDER_S:
+            self.opening_share.emit(share)
+
+    def _end_opening(self) -> None:
+        self._task = None
+        self.opening_over.emit()
+
+    def show_clip(self, data: Analysed, aside: PutAside | None = None) -> None:
+        """Make an analysed clip the present one; aside: its review, if that was put aside."""
+        self.cancel_opening()
+        self.leaving.emit()
+        self.recovery.end()
+        self.data = data
+        self.frame = 0
+        self.interval_id = None
+        self._corrections = Corrections(data.motion, data.chains)
+        self.hidden = frozenset()
+        if aside is not None:
+            self.keeper.go_on(aside)
+        else:
+            names = [chain.name for chain in data.chains]
+            self.keeper.begin(data.clip, names, data.review, data.session, data.session_sha256)
+        intervals = self.review.state.intervals
+        self.chain = intervals[0].interval.chain if intervals else ""
+        if not self.chain and data.chains:
+            self.chain = data.chains[0].name
+        self._corrections.update(data.review.state)
+        self.opened.emit()
+        if aside is None:
+            self._tell_about(data)
+        self.recovery.begin(data)
+
+    def _tell_about(self, data: Analysed) -> None:
+        if data.session is not None:
+            self.message.emit(f"Going on with {data.session.name}.", False)
+        chain_notes = dict.fromkeys(w for c in data.chains for w in c.warnings)
+        told = [f"{data.clip.name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
+        if self.keeper.away is not None:
+            told.insert(
+                0,
+                f"{data.clip.name} lies in a folder that cannot be written: "
+                f"your decisions are kept in {self.keeper.away}.",
+            )
+        if not data.chains:
+            told.append(
+                f"{data.clip.name}: no chain of parent, child and grandchild; nothing to detect."
+            )
+        stuck = [c.label for c in data.chains if uncorrectable_joints(data.motion, c)]
+        if stuck:
+            told.append(
+                f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels."
+            )
+        if told:
+            more = f" (and {len(told) - 3} more: see the chains)" if len(told) > 3 else ""
+            self.message.emit(" ".join(told[:3]) + more, False)
+        if notes := [*data.notes, *self.keeper.notes]:
+            self.message.emit(" ".join(notes), True)
+
+    def snapshot(self, parent: QObject | None = None) -> Document:
+        """A document with the same clip, review and selection, and nothing behind it on disk."""
+        other = Document(parent)
+        if self.data is not None:
+            other.data = replace(self.data, review=Review(self.review.state))
+            other._corrections = Corrections(self.data.motion, self.data.chains)
+            other._corrections.update(self.review.state)
+        other.chain, other.interval_id, other.frame = self.chain, self.interval_id, self.frame
+        other.show, other.hidden, other.first_frame = self.show, self.hidden, self.first_frame
+        return other
+
+    def close_clip(self) -> None:
+        """Let the clip's journal and lock go; the program is about to end."""
+        self.cancel_opening()
+        self.keeper.end()
+
+    def _open_failed(self, error: Exception) -> None:
+        self._end_opening()
+        if isinstance(error, ClipMissingError):
+            session = error.session
+            self.question.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))
+        else:
+            self.message.emit(str(error), True)
+
+    # -- what views read ----------------------------------------------------------------------
+
+    @property
+    def review(self) -> Review:
+        """The review of the open clip."""
+        assert self.data is not None
+        return self.data.review
+
+    @property
+    def intervals(self) -> tuple[Judged, ...]:
+        """All intervals of the open clip, by chain and start; empty without a clip."""
+        return self.review.state.intervals if self.data else ()
+
+    @property
+    def interval(self) -> Judged | None:
+        """The selected interval."""
+        for judged in self.intervals:
+            if judged.id == self.interval_id:
+                return judged
+        return None
+
+    @property
+    def frames(self) -> int:
+        """Number of frames; 0 without a clip."""
+        return self.data.motion.frames if self.data else 0
+
+    def find_chain(self, name: str) -> Chain:
+        """A chain of the open clip by name; KeyError where there is none."""
+        for chain in self.data.chains if self.data else ():
+            if chain.name == name:
+                return chain
+        raise KeyError(name)
+
+    def offset(self, chain: str) -> Array:
+        """Twist error of a chain's parent by all intervals not rejected, radians, (frames,)."""
+        return self._corrections.offset(chain) if self._corrections else np.zeros(0)
+
+    def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
+        """Global rotations (joints, 4) and positions (joints, 3) of a frame.
+
+        After: with every interval corrected that is not rejected, so that an undecided one can be
+        judged by what accepting it would do.
+        """
+        assert self.data is not None
+        assert self._corrections is not None
+        corrected = self._corrections.pose(frame) if after else None
+        return corrected or (self.data.rotations[frame], self.data.positions[frame])
+
+    def signals_after(self, chain: str) -> TwistSignals:
+        """The chain's signals with every interval corrected that is not rejected."""
+        assert self._corrections is not None
+        return self._corrections.signals(self.find_chain(chain))
+
+    # -- cursor and selection -----------------------------------------------------------------
+
+    def go_to(self, frame: int) -> None:
+        """Move the playhead; frames outside the clip become its first or last."""
+        frame = max(0, min(int(frame), self.frames - 1))
+        if self.data and frame != self.frame:
+            self.frame = frame
+            self.frame_changed.emit(frame)
+
+    def select_chain(self, name: str) -> None:
+        """Select a chain; a selected interval of another chain is let go."""
+        if name == self.chain:
+            return
+        self.find_chain(name)
+        self.chain = name
+        self.chain_changed.emit()
+        if (selected := self.interval) and selected.interval.chain != name:
+            self.select_interval(None)
+
+    def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
+        """Select an interval and its chain; with `jump` the playhead goes to its start."""
+        if interval_id is not None:
+            judged = self.review.state.find(interval_id)
+            self.chain, old_chain = judged.interval.chain, self.chain
+            changed = interval_id != self.interval_id
+            self.interval_id = interval_id
+            if self.chain != old_chain:
+                self.chain_changed.emit()
+            if changed:
+                self.interval_changed.emit()
+            if jump:
+                self.go_to(judged.interval.start)
+        elif self.interval_id is not None:
+            self.interval_id = None
+            self.interval_changed.emit()
+
+    def step_interval(
+        self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
+    ) -> None:
+        """Select the next (+1) or previous (−1) interval, round the end; order: see `decide`."""
+        by_id = {j.id: j for j in self.intervals}
+        ids = [
+            k
+            for k in (order or by_id)
+            if k in by_id
+            and (not undecided or by_id[k].decision == Decision.UNDECIDED or k == self.interval_id)
+        ]
+        if not ids:
+            return
+        if self.interval_id in ids:
+            at = (ids.index(self.interval_id) + direction) % len(ids)
+        else:
+            at = 0 if direction > 0 else -1
+        self.select_interval(ids[at], jump=True)
+
+    def set_first_frame(self, first: int) -> None:
+        """Call the clip's first frame 0 or 1, as the person's other software does."""
+        if first != self.first_frame:
+            self.first_frame = first
+            self.numbering_changed.emit()
+
+    def set_hidden(self, chain: str, hidden: bool) -> None:
+        """Leave a chain's intervals out of the table and the strip, or show them again."""
+        self.hidden = self.hidden | {chain} if hidden else self.hidden - {chain}
+        self.hidden_changed.emit()
+
+    def set_show(self, show: Show) -> None:
+        """Show before, after or both."""
+        if show != self.show:
+            self.show = show
+            self.show_changed.emit()
+
+    # -- the review ---------------------------------------------------------------------------
+
+    def do(self, command: Command) -> bool:
+        """Carry out a command of the review; False if that could not be."""
+        if not self._may_change():
+            return False
+        try:
+            self.review.do(command)
+        except (KeyError, ValueError) as error:
+            self.message.emit(f"{command.text}: {error}", True)
+            return False
+        self.keeper.record(command, getattr(command, "drag", 0))
+        self._review_changed()
+        return True
+
+    def _may_change(self) -> bool:
+        if self.data is None:
+            return False
+        if self._task is not None:
+            self.message.emit("Another clip is being opened; nothing was changed.", False)
+            return False
+        if self.keeper.may_change():
+            return True
+        self.intervals_changed.emit()  # what a person typed or dragged is not so
+        return False
+
+    def undo(self) -> None:
+        """Take the last command back."""
+        if self.data and self.review.undo_text and self._may_change():
+            self.review.undo()
+            self.keeper.record_step(UNDO)
+            self._review_changed()
+
+    def redo(self) -> None:
+        """Do the last undone command again."""
+        if self.data and self.review.redo_text and self._may_change():
+            self.review.redo()
+            self.keeper.record_step(REDO)
+            self._review_changed()
+
+    def decide(
+        self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
+    ) -> None:
+        """Judge intervals, or the selected one, then go on to the next undecided.
+
+        order: ids as a person sees them listed; all by chain and start if none are given.
+        """
+        if self.data is None:
+            return
+        chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
+        if chosen and all(self.review.state.find(k).decision == decision for k in chosen):
+            return
+        if not chosen:
+            self.message.emit("Select an interval first (N goes to the next).", False)
+            return
+        self.do(Decide(chosen, decision, self.reviewer, self.now()))
+        if decision != Decision.UNDECIDED:
+            self.step_interval(+1, undecided=True, order=order)
+
+    @staticmethod
+    def now() -> str:
+        """The present time for a decision, ISO 8601."""
+        return datetime.now(UTC).isoformat(timespec="seconds")
+
+    def accept_undecided(self) -> bool:
+        """Accept everything nobody has judged, in one step; False if that could not be."""
+        ids = tuple(j.id for j in self.intervals if j.decision == Decision.UNDECIDED)
+        return not ids or self.do(Decide(ids, Decision.ACCEPTED, self.reviewer, self.now()))
+
+    def begin_drag(self) -> int:
+        """A number for the commands of one drag, which are undone together."""
+        self._drag += 1
+        return self._drag
+
+    def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
+        """Give an interval other frames (kept inside the clip) or another offset."""
+        start, stop = max(interval.start, 0), min(interval.stop, self.frames)
+        old = self.review.state.find(interval_id).interval
+        same = (start, stop) == (old.start, old.stop) and np.allclose(
+            interval.offset[start - interval.start : stop - interval.start], old.offset, atol=1e-12
+        )
+        if start < stop and (drag or not same):
+            self.do(Edit(interval_id, resized(interval, start, stop), drag))
+
+    def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
+        """Set τ, radians, of a chain (the selected one if none is named) and detect again."""
+        if name := chain or self.chain:
+            self.set_taus({name: tau}, drag)
+
+    def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
+        """Set τ, radians, of several chains and detect again: one step of the history."""
+        if self.data and tau:
+            analysis = self.data.analysis
+            found = tuple(i for name, t in tau.items() for i in analysis.intervals(name, t))
+            self.do(Redetect(dict(tau), found, drag=drag))
+
+    def use_profile(self, profile: Profile) -> None:
+        """Detect with a profile's τ, and with its detector if it names one: one step."""
+        if self.data is None:
+            return
+        own = {n: t for n, t in profile.tau.items() if n in self.review.state.tau}
+        if profile.method in ("", self.review.state.method):
+            self.set_taus(own)
+        else:
+            self._redetect(profile.method, own)
+
+    def use_method(self, method: str) -> None:
+        """Detect with another detector, at its own τ; what a person decided stays."""
+        if self.data is not None and method != self.review.state.method:
+            self._redetect(method, {})
+
+    def _redetect(self, method: str, tau: Mapping[str, float]) -> None:
+        assert self.data is not None
+        analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
+        tau = resolve_tau(analysis, self.data.chains, tau)
+        found = [i for name, t in tau.items() for i in analysis.intervals(name, t)]
+        self.do(Redetect(tau, tuple(found), method=method))
+
+    def faint(self) -> list[Interval]:
+        """What the detector finds between half of τ and τ, where the review has nothing."""
+        if self.data is None:
+            return []
+        state, out = self.review.state, []
+        for chain in self.data.chains:
+            known = [(j.interval.start, j.interval.stop) for j in state.of_chain(chain.name)]
+            candidates = self.data.analysis.intervals(chain.name, 0.5 * state.tau[chain.name])
+            out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]
+        return out
+
+    def _use_review(self, review: Review) -> None:
+        assert self.data is not None
+        self.data = replace(self.data, review=review)
+        self._review_changed()
+
+    def _review_changed(self) -> None:
+        assert self._corrections is not None
+        self._corrections.update(self.review.state)
+        self._follow_method()
+        if self.interval_id is not None and self.interval is None:
+            self.interval_id = None
+            self.interval_changed.emit()
+        self.intervals_changed.emit()
+
+    def _follow_method(self) -> None:
+        """An undo may have gone back to another detector: its curve belongs to its τ."""
+        assert self.data is not None
+        method = self.review.state.method
+        if method != self.data.method:
+            analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
+            self.data = replace(self.data, analysis=analysis, method=method)
+            self.method_changed.emit()

@@ -1,0 +1,237 @@
+"""Exporting: the corrected BVH, and beside it the session and a report."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
+
+from inspector.session.document import Document
+from inspector.session.session_files import replay_path
+from inspector.widgets.write_dialog import WriteDialog
+from twistcore.bvh import Clip, EulerJump, write_bvh
+from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.errors import TwistError
+from twistcore.export.compare import compare
+from twistcore.export.report import Report, check_report, write_report
+from twistcore.motion import Motion
+from twistcore.progress import Tell, nobody
+from twistcore.review import (
+    Decision,
+    ReviewState,
+    accepted_motion,
+    read_session,
+    write_session,
+)
+
+
+@dataclass(frozen=True)
+class ExportChoice:
+    """What a person asked for."""
+
+    path: Path
+    undecided: bool = False
+    replace: bool = False
+    session: bool = True
+    report: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Export:
+    """What is written, whatever the person does meanwhile.
+
+    left_out: what cannot be corrected; changed: that the clip on disk is another by now, or '';
+    ours: SHA-256 of files as this program wrote them, those of this export as they come; own: what
+    only the review itself may write.
+    """
+
+    choice: ExportChoice
+    clip: Clip
+    chains: tuple[Chain, ...]
+    state: ReviewState
+    left_out: str
+    changed: str
+    ours: dict[Path, str]
+    own: frozenset[Path]
+
+
+def prepare(document: Document, choice: ExportChoice) -> Export:
+    """Accept what is to be accepted and keep the review as it is now.
+
+    Raises TwistError where the source, or a file that is none of ours, would be overwritten.
+    """
+    data = document.data
+    assert data is not None
+    choice = replace(choice, path=data.clip.path.absolute().parent / choice.path)
+    own = document.keeper.files
+    check_targets(choice, data.clip, document.exported, own)
+    if choice.undecided and not document.accept_undecided():
+        raise TwistError(f"{choice.path}: not written, since nothing can be accepted here.")
+    return Export(
+        choice,
+        data.clip,
+        tuple(data.chains),
+        document.review.state,
+        uncorrected(document),
+        document.recovery.check_clip(),
+        dict(document.exported),
+        own,
+    )
+
+
+def check_targets(
+    choice: ExportChoice, clip: Clip, ours: Mapping[Path, str], own: frozenset[Path]
+) -> None:
+    """TwistError where anything would be replaced that is neither ours nor given up.
+
+    ours: SHA-256 of files as this program wrote them: what is there now is compared; own: what only
+    the review itself may write. What lies beside the export is replaced only if this program wrote
+    it, whatever the person says of the export itself.
+    """
+    path, replay = choice.path, replay_path(choice.path)
+    there, source = path.exists(), clip.path.resolve()
+    if path.resolve() == source or (there and clip.path.exists() and path.samefile(clip.path)):
+        raise TwistError(f"{path}: choose another name; the source is never overwritten.")
+    if path in own or replay in own:
+        raise TwistError(f"{path}: choose another name; the review itself is kept there.")
+    for file in (path, replay) if choice.session else (path,):
+        if not (choice.replace or _as_written(file, ours)):
+            raise TwistError(f"{file}: there is such a file already; choose another name.")
+    if choice.session and replay.exists():
+        try:
+            read_session(replay)
+        except TwistError:
+            told = f"{replay}: there is a file that this program did not write"
+            raise TwistError(f"{told}; choose another name.") from None
+    if choice.report:
+        check_report(path.parent, clip)
+
+
+def _as_written(path: Path, ours: Mapping[Path, str]) -> bool:
+    """Whether nothing is there, what this program wrote there, or what has no bytes to lose."""
+    if not path.is_file():
+        return True
+    return path in ours and hashlib.sha256(path.read_bytes()).hexdigest() == ours[path]
+
+
+def write(export: Export, tell: Tell = nobody) -> str:
+    """Correct, track and write everything chosen; returns the sentence that says what was changed.
+
+    tell: called with the share of the tracking that is done. Raises OSError where the disk says no,
+    TwistError where a file that is none of ours has come meanwhile.
+    """
+    choice, clip, state = export.choice, export.clip, export.state
+    refined = accepted_motion(clip, export.chains, state, tell=tell)
+    check_targets(choice, clip, export.ours, export.own)
+    jumps = write_bvh(clip, refined, choice.path)
+    _take_note(export, choice.path)
+    if choice.session:
+        write_session(replay_path(choice.path), clip, state)
+        _take_note(export, replay_path(choice.path))
+    if choice.report:
+        write_report(choice.path.parent, Report(clip, export.chains, state, refined))
+    return _told(export, refined, jumps)
+
+
+def _take_note(export: Export, path: Path) -> None:
+    if path.is_file():
+        export.ours[path] = hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:
+    name = export.choice.path.name
+    stale = f" {export.changed} This is the version that is open." if export.changed else ""
+    change = compare(export.clip.motion, refined)
+    if not change.joints:
+        why = export.left_out or "nothing was accepted."
+        return f"{name}: written byte for byte as the source; {why}{stale}"
+    largest = max(j.max_degrees for j in change.joints)
+    joints = len({j.joint for j in change.joints})
+    return (
+        f"{name}: {change.frames} frames of {joints} joints changed by up to "
+        f"{largest:.1f}°; no joint moved by more than {change.max_position_of_height:.0e} "
+        f"of the height; every other byte is the source's. {export.left_out}"
+        + (f" {len(jumps)} channel steps of more than 180° stay: {jumps[0]}." if jumps else "")
+    ).strip() + stale
+
+
+def uncorrected(document: Document) -> str:
+    """A sentence about accepted intervals that cannot be corrected, or ''."""
+    assert document.data is not None
+    motion = document.data.motion
+    accepted = {i.chain for i in document.review.state.chosen()}
+    stuck = [
+        f"{c.label} ({', '.join(joints)})"
+        for c in document.data.chains
+        if c.name in accepted and (joints := uncorrectable_joints(motion, c))
+    ]
+    if not stuck:
+        return ""
+    return f"Not corrected, for want of three rotation channels: {'; '.join(stuck)}."
+
+
+class ExportDialog(WriteDialog):
+    """Where to, and what goes with it."""
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        clip = document.data.clip.path if document.data else Path("clip.bvh")
+        super().__init__("Export", clip.with_name(f"{clip.stem}_refined.bvh"), parent)
+        intervals = document.intervals
+        accepted = sum(j.decision == Decision.ACCEPTED for j in intervals)
+        rejected = sum(j.decision == Decision.REJECTED for j in intervals)
+        undecided = len(intervals) - accepted - rejected
+        self.undecided = QCheckBox(f"Correct the {undecided} undecided ones as well")
+        self.undecided.setEnabled(undecided > 0)
+        self.session = QCheckBox("Session beside it, to go on or to replay the export")
+        self.session.setChecked(True)
+        self.report = QCheckBox("Report beside it (HTML, CSV, JSON, markers for Blender)")
+        self.report.setChecked(True)
+        self.warning = QLabel()
+        self.warning.setWordWrap(True)
+        self.undecided.toggled.connect(
+            lambda on: self.warning.setText(
+                "They are accepted in one step, which undo takes back." if on else ""
+            )
+        )
+        form = self.form
+        form.addRow("Write to", self.where)
+        form.addRow(
+            "Intervals", QLabel(f"{accepted} accepted, {rejected} rejected, {undecided} undecided")
+        )
+        tracking = document.review.state.tracking if document.data else None
+        if tracking is not None:
+            joints, gains = len(tracking.joints), "learned" if tracking.learned else "hand"
+            count = tracking.joints[0] if joints == 1 else f"{joints} joints"
+            form.addRow("Tracked", QLabel(f"{count} with QuaMo, {gains} gains, afterwards"))
+        form.addRow("", self.undecided)
+        form.addRow("", self.warning)
+        form.addRow("", self.replace)
+        form.addRow("With", self.session)
+        form.addRow("", self.report)
+        self.end_form()
+        self.path.textChanged.connect(self._path_changed)
+        self.session.toggled.connect(self._path_changed)
+        self._path_changed()
+
+    def _path_changed(self) -> None:
+        path = Path(self.path.text()).expanduser()
+        beside = self.session.isChecked() and replay_path(path).exists()
+        self.replace.setChecked(False)  # what was said of another file
+        self.replace.setVisible(path.exists() or beside)
+
+    def choice(self) -> ExportChoice:
+        """What the form says."""
+        return ExportChoice(
+            Path(self.path.text()).expanduser(),
+            undecided=self.undecided.isChecked(),
+            replace=self.replace.isChecked(),
+            session=self.session.isChecked(),
+            report=self.report.isChecked(),
+        )
+
+    def pattern(self) -> str:
+        """Clips."""
+        return "BVH (*.bvh)"

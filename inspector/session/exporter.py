@@ -1,0 +1,82 @@
+"""Exports written off the GUI thread, one at a time."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEventLoop, QObject, Signal
+
+from inspector.session.document import Document
+from inspector.session.export_files import Export, ExportChoice, prepare, write
+from inspector.widgets.background import Task
+from twistcore.errors import TwistError
+
+
+class Exporter(QObject):
+    """Says how far it is and how it ended; the review may go on meanwhile."""
+
+    message = Signal(str, bool)  # a sentence for the person; True if something went wrong
+    ended = Signal()
+    _progress = Signal(float)
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._export: Export | None = None  # what is being written
+        self._failed = False
+        self._progress.connect(self._tell)
+
+    @property
+    def running(self) -> bool:
+        """Whether something is being written."""
+        return self._export is not None
+
+    def start(self, choice: ExportChoice) -> None:
+        """Write what was chosen, with the review as it is now."""
+        if self._export is not None:
+            name = self._export.choice.path.name
+            self.message.emit(f"{name} is still being written; export again then.", True)
+            return
+        try:
+            export = prepare(self._document, choice)
+        except TwistError as error:
+            self.message.emit(str(error), True)
+            return
+        self._export, self._failed = export, False
+        self._tell(0.0)
+        task = Task(lambda: write(export, self._progress.emit), self)
+        task.finished.connect(self._take)
+        task.failed.connect(self._fail)
+        task.start()
+
+    def finish(self) -> bool:
+        """Wait until nothing is being written; False if that went wrong, and the person is told."""
+        if self.running:
+            loop = QEventLoop()
+            self.ended.connect(loop.quit)
+            loop.exec(QEventLoop.ProcessEventsFlag.ExcludeUserInputEvents)
+            return not self._failed
+        return True
+
+    def _tell(self, share: float) -> None:
+        if self._export is not None:
+            done = f" {100.0 * share:.0f} %" if share > 0.0 else ""
+            self.message.emit(f"Writing {self._export.choice.path.name} …{done}", False)
+
+    def _take(self, text: str) -> None:
+        assert self._export is not None
+        self._end(text, wrong=bool(self._export.changed))
+
+    def _fail(self, error: Exception) -> None:
+        assert self._export is not None
+        self._failed = True
+        if isinstance(error, OSError):
+            which = error.filename or self._export.choice.path
+            self._end(f"{which}: not written ({error.strerror}).", wrong=True)
+        else:
+            self._end(f"{self._export.choice.path}: not written: {error}", wrong=True)
+
+    def _end(self, text: str, *, wrong: bool) -> None:
+        if self._export is not None:  # some of it may be there, if not all
+            self._document.exported.update(self._export.ours)
+        self._export = None
+        self.message.emit(text, wrong)
+        self.ended.emit()

@@ -1,0 +1,96 @@
+"""What earlier runs left of a clip's review: journals, and whether the open review has it all."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from inspector.session.session_files import set_aside, written
+from twistcore.bvh import Clip
+from twistcore.errors import FormatError, TwistError
+from twistcore.review import Judged, Recovered, ReviewState, recover
+from twistcore.review.session import session_document
+
+
+@dataclass(frozen=True, eq=False)
+class Leftover:
+    """A journal that an earlier run left.
+
+    same_clip: it belongs to the clip as it is, not to another version of it.
+    """
+
+    recovered: Recovered
+    same_clip: bool
+
+    @property
+    def path(self) -> Path:
+        """The journal."""
+        return self.recovered.path
+
+    @property
+    def when(self) -> datetime:
+        """Its last step, local time."""
+        return datetime.fromtimestamp(written(self.path) / 1e9)
+
+
+def read_leftover(path: Path, clip: Clip, chains: frozenset[str]) -> tuple[Leftover | None, str]:
+    """What a journal holds and a sentence for the person, '' if all is well.
+
+    chains: names of the clip's. None for one that cannot be used: if it is damaged it is set aside.
+    """
+    try:
+        recovered = recover(path, clip)
+    except FormatError as error:
+        with suppress(OSError):
+            if not path.stat().st_size:  # a crash before its first line was there
+                path.unlink()
+                return None, ""
+        return None, set_aside(path, str(error))
+    except TwistError as error:
+        return None, str(error)
+    told = ""
+    if recovered.damaged:
+        told = f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
+    same = recovered.session.sha256 == clip.sha256 and chains == recovered.session.state.tau.keys()
+    return Leftover(recovered, same), told
+
+
+def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
+    """Whether there may be anything in it that a review of the clip has not."""
+    left = leftover.recovered.review.state
+    if leftover.same_clip:
+        return leftover.recovered.damaged > 0 or not same_review(clip, left, state)
+    return leftover.recovered.steps > 0 or any(judged.kept for judged in left.intervals)
+
+
+def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
+    """Whether two reviews of a clip would be saved alike."""
+    return _content(clip, one) == _content(clip, other)
+
+
+def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
+    """How many of its decisions a review has not, of how many; what else it set counts as one."""
+    left = leftover.recovered.review.state
+    kept = [judged for judged in left.intervals if judged.kept]
+    has = {_work(judged) for judged in state.intervals}
+    lost = sum(_work(judged) not in has for judged in kept)
+    began = leftover.recovered.session.state
+    others = [(s.method, dict(s.tau), s.tracking) for s in (left, state, began)]
+    if others[0] not in others[1:]:
+        return lost + 1, len(kept) + 1
+    return lost, len(kept)
+
+
+def _work(judged: Judged) -> tuple[object, ...]:
+    """What a person decided about an interval; where it lies only if that is the person's, too."""
+    interval = judged.interval
+    place = (interval.start, interval.stop, interval.offset.tobytes())
+    own = place if judged.by_hand or judged.edited else ()
+    return interval.chain, judged.decision, judged.note, judged.reason, judged.decided_at, own
+
+
+def _content(clip: Clip, state: ReviewState) -> dict[str, Any]:
+    return {k: v for k, v in session_document(clip, state).items() if k != "next_id"}

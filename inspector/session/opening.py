@@ -1,0 +1,151 @@
+"""A clip with everything about it that does not change while it is reviewed."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from inspector.session.clip_on_disk import Stamp, stamp_of
+from inspector.session.session_files import REPLAY_SUFFIX, kept_sessions, set_aside
+from twistcore.bvh import Clip, read_bvh
+from twistcore.chain import Chain, find_chains
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, resolve_tau
+from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.motion import Motion, forward_kinematics
+from twistcore.progress import Tell, nobody, part
+from twistcore.review import Judged, Review, Session, start_review
+from twistcore.review.session import check_belongs, read_session_file
+from twistcore.rotation import Array
+from twistcore.signals import TwistSignals, signals_of_chains
+from twistcore.tuning import Profile
+
+
+@dataclass(frozen=True, eq=False)
+class Analysed:
+    """Everything about a clip that does not change while it is reviewed."""
+
+    clip: Clip
+    chains: tuple[Chain, ...]
+    analysis: Analysis
+    signals: dict[str, TwistSignals]
+    reliability: dict[str, float]  # median of a chain's ‖v⊥‖/‖v‖, 0…1
+    rotations: Array  # global, (frames, joints, 4)
+    positions: Array  # (frames, joints, 3)
+    review: Review
+    method: str = DEFAULT_METHOD
+    session: Path | None = None  # the file the review was read from,
+    session_sha256: str = ""  # and its bytes'
+    earlier: tuple[Judged, ...] = ()  # a review of another version of this clip
+    notes: tuple[str, ...] = ()
+    stamp: Stamp | None = None  # of the clip's file before it was read; None if it was in memory
+
+    @property
+    def motion(self) -> Motion:
+        """The motion as read."""
+        return self.clip.motion
+
+
+class ClipMissingError(TwistError):
+    """A session whose clip is neither where it was nor beside the session."""
+
+    def __init__(self, session: Path, clip: str) -> None:
+        super().__init__(f"{session.name}: its clip {clip} is not where it was.")
+        self.session = session
+
+
+# Where the stages of a long clip end, shares of the whole.
+_READ, _DETECTED, _MOVED = 0.1, 0.9, 0.95
+
+
+def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
+    """Read and analyse a clip, with the session kept of it; raises TwistError.
+
+    profile: τ for a clip without a session, which has its own; tell: how far it is. Safe to call
+    in any thread.
+    """
+    sessions = kept_sessions(path)
+    if not sessions:
+        return _read(path, profile, tell)
+    session, *older = sessions
+    notes = [f"Another session of {path.name}, not the latest, is {other}." for other in older]
+    try:
+        kept, sha256 = read_session_file(session)
+    except FormatError as error:
+        notes.append(set_aside(session, str(error)))
+        return replace(_read(path, profile, tell), notes=tuple(notes))
+    except TwistError as error:
+        notes.append(f"{error}: its review is not shown.")
+        return replace(_read(path, profile, tell), notes=tuple(notes))
+    data = _with_session(session, sha256, kept, path, tell)
+    return replace(data, notes=tuple(notes))
+
+
+def _read(path: Path, profile: Profile | None, tell: Tell) -> Analysed:
+    stamp = stamp_of(path)
+    clip = read_bvh(path, tell=part(tell, 0.0, _READ))
+    return replace(analysed(clip, profile, part(tell, _READ, 1.0)), stamp=stamp)
+
+
+def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
+    """Analyse a clip that is in memory already; tell: how far it is."""
+    profile = profile or Profile({})
+    method = profile.method or DEFAULT_METHOD
+    tell(0.0)
+    chains = find_chains(clip.motion)
+    analysis = DETECTORS[method].analyse(clip.motion, chains, part(tell, 0.0, _DETECTED))
+    tell(_DETECTED)
+    tau = resolve_tau(analysis, chains, profile.tau)
+    found = [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
+    rotations, positions = forward_kinematics(clip.motion)
+    signals = signals_of_chains(clip.motion, chains, part(tell, _MOVED, 1.0))
+    assert clip.sha256  # hashed here, off the GUI thread: a large file takes a while
+    return Analysed(
+        clip=clip,
+        chains=chains,
+        analysis=analysis,
+        signals=signals,
+        reliability={k: float(np.median(s.azimuth_reliability)) for k, s in signals.items()},
+        rotations=rotations,
+        positions=positions,
+        review=Review(start_review(method, tau, found, [c.name for c in chains])),
+        method=method,
+    )
+
+
+def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
+    """The clip of a session with the session's review; raises TwistError.
+
+    Without `clip_path` the clip is where it was when the session was saved, or beside the session.
+    A clip that has changed gets a review of its own, and the session's as `earlier`. A session that
+    replays an export is read, never written: its review goes on in the clip's own session. tell:
+    how far it is.
+    """
+    session, sha256 = read_session_file(path)
+    if clip_path is None:
+        places = [Path(session.clip), path.with_name(Path(session.clip).name)]
+        there = [p for p in places if p.is_file()]
+        if not there:
+            raise ClipMissingError(path, session.clip)
+        same = (p for p in there if hashlib.sha256(p.read_bytes()).hexdigest() == session.sha256)
+        clip_path = next(same, there[0])
+    return _with_session(path, sha256, session, clip_path, tell)
+
+
+def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:
+    method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
+    found = _read(clip, Profile({}, method), tell)
+    try:
+        check_belongs(session, found.clip, found.chains)
+    except ClipMismatchError:
+        return replace(found, earlier=session.state.intervals)
+    own = found.review.state
+    known = {name: t for name, t in session.state.tau.items() if name in own.tau}
+    tau = {**own.tau, **known}
+    review = Review(replace(session.state, method=method, tau=tau, chain_order=own.chain_order))
+    if path.name.endswith(REPLAY_SUFFIX):
+        review.mark_unsaved()  # in the clip's own session
+        return replace(found, review=review)
+    return replace(found, review=review, session=path, session_sha256=sha256)

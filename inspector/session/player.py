@@ -1,0 +1,94 @@
+"""Playing a clip in real time: frames are dropped, time is not stretched."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
+
+from inspector.session.document import Document
+
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
+_TICK_MS = 16
+_AROUND_S = 0.5
+
+
+class Player(QObject):
+    """Moves the document's playhead by the clock; starts over at the end of the clip."""
+
+    changed = Signal()  # playing or speed
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._timer = QTimer(self)
+        self._timer.setInterval(_TICK_MS)
+        self._timer.timeout.connect(self._tick)
+        self._clock = QElapsedTimer()
+        self._start = 0
+        self._shown = 0
+        self.speed = 1.0
+        self.looping = False
+        document.opened.connect(self.pause)
+
+    @property
+    def playing(self) -> bool:
+        """True while the playhead moves by itself."""
+        return self._timer.isActive()
+
+    def toggle(self) -> None:
+        """Play or pause."""
+        if self.playing:
+            self.pause()
+        elif self._document.frames > 1:
+            self._begin()
+            self._timer.start()
+            self.changed.emit()
+
+    def pause(self) -> None:
+        """Stop where the playhead is."""
+        if self.playing:
+            self._timer.stop()
+            self.changed.emit()
+
+    def set_loop(self, on: bool) -> None:
+        """Keep to the selected interval and half a second around it."""
+        self.looping = on
+        if self.playing:
+            self._begin()
+
+    def span(self) -> tuple[int, int]:
+        """Frames [first, stop) that are played over and over."""
+        frames = self._document.frames
+        judged = self._document.interval
+        if not self.looping or judged is None or self._document.data is None:
+            return 0, frames
+        around = round(_AROUND_S * self._document.data.motion.fps)
+        return max(0, judged.interval.start - around), min(frames, judged.interval.stop + around)
+
+    def set_speed(self, speed: float) -> None:
+        """Play at a multiple of real time; negative goes backwards."""
+        self.speed = speed
+        if self.playing:
+            self._begin()
+        self.changed.emit()
+
+    def step_speed(self, direction: int) -> None:
+        """The next faster (+1) or slower (−1) speed of SPEEDS."""
+        magnitude = abs(self.speed)
+        at = min(range(len(SPEEDS)), key=lambda k: abs(SPEEDS[k] - magnitude)) + direction
+        self.set_speed(SPEEDS[max(0, min(at, len(SPEEDS) - 1))])
+
+    def _begin(self) -> None:
+        self._start = self._shown = self._document.frame
+        self._clock.start()
+
+    def _tick(self) -> None:
+        data = self._document.data
+        if data is None:
+            self.pause()
+            return
+        if self._document.frame != self._shown:  # a person moved the playhead meanwhile
+            self._begin()
+        passed = self._clock.elapsed() / 1000.0 * self.speed * data.motion.fps
+        first, stop = self.span()
+        self._shown = first + int(self._start + passed - first) % (stop - first)
+        self._document.go_to(self._shown)

@@ -1,0 +1,292 @@
+"""The queue: the clips of a folder, analysed in the background, worst first."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import time
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+
+from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
+
+from inspector.session.session_files import kept_sessions
+from inspector.session.survey_worker import work
+from twistcore.batch import ClipSurvey
+from twistcore.tuning import Profile
+
+_POLL_MS = 40
+_PATIENCE_S = 20.0  # for any clip, and a second more for every megabyte
+_SETTLE_MS = 500  # a folder that is being written to: look again when it is quiet
+
+
+class ClipState(StrEnum):
+    """Where a clip of the queue is."""
+
+    WAITING = "waiting"
+    ANALYSING = "analysing"
+    READY = "ready"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class QueuedClip:
+    """A clip of the folder.
+
+    severity: mean error a frame, degrees, −1 while unknown; reason: why it failed; decided: of
+    how many intervals, by its session, or None without one.
+    """
+
+    path: Path
+    state: ClipState = ClipState.WAITING
+    severity: float = -1.0
+    intervals: int = 0
+    reason: str = ""
+    decided: tuple[int, int] | None = None
+
+    @property
+    def done(self) -> bool:
+        """Every interval is decided."""
+        return self.decided is not None and self.decided[0] == self.decided[1]
+
+
+@dataclass(eq=False)
+class _Worker:
+    process: BaseProcess
+    pipe: Connection
+    path: Path | None = None
+    until: float = 0.0
+
+
+class FolderQueue(QObject):
+    """Clips of a folder and the processes that survey them. Views listen to `changed`."""
+
+    changed = Signal()
+    finished = Signal()
+
+    def __init__(self, workers: int = 0, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.folder: Path | None = None
+        self.clips: dict[Path, QueuedClip] = {}
+        self.profile: Profile | None = None  # τ for all clips, or each clip's automatic one
+        self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # one core for the window
+        self._workers: list[_Worker] = []
+        self._started = 0.0
+        self._poll = QTimer(self)
+        self._poll.setInterval(_POLL_MS)
+        self._poll.timeout.connect(self._look)
+        self._watcher = QFileSystemWatcher(self)
+        self._watcher.directoryChanged.connect(lambda _: self._settle.start())
+        self._settle = QTimer(self)
+        self._settle.setSingleShot(True)
+        self._settle.setInterval(_SETTLE_MS)
+        self._settle.timeout.connect(self.rescan)
+
+    # -- what views read ----------------------------------------------------------------------
+
+    @property
+    def ordered(self) -> list[QueuedClip]:
+        """Worst first; then those still unknown, then the failed."""
+
+        def rank(clip: QueuedClip) -> tuple[int, float, str]:
+            group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
+            return group, -clip.severity, clip.path.name
+
+        return sorted(self.clips.values(), key=rank)
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Clips surveyed or failed, of all."""
+        over = sum(c.state in (ClipState.READY, ClipState.FAILED) for c in self.clips.values())
+        return over, len(self.clips)
+
+    @property
+    def seconds_left(self) -> float:
+        """Until the last clip is surveyed, by the pace so far."""
+        done, total = self.progress
+        passed = time.monotonic() - self._started
+        return passed / done * (total - done) if done else 0.0
+
+    @property
+    def running(self) -> bool:
+        """Whether clips are still being surveyed."""
+        return self._poll.isActive()
+
+    def next_after(self, path: Path | None) -> Path | None:
+        """The worst clip that is ready and not yet decided, other than `path`."""
+        for clip in self.ordered:
+            if clip.state == ClipState.READY and clip.path != path and not clip.done:
+                return clip.path
+        return None
+
+    # -- the folder ---------------------------------------------------------------------------
+
+    def open(self, folder: Path) -> None:
+        """Survey another folder; what was under way is given up."""
+        self.close()
+        self.folder = folder
+        self.profile = None
+        self.clips = {}
+        self._watcher.addPath(str(folder))
+        self._started = time.monotonic()
+        self.rescan()
+
+    def rescan(self) -> None:
+        """Take up clips that are new in the folder, mark those that vanished."""
+        if self.folder is None:
+            return
+        there = sorted(self.folder.glob("*.bvh")) if self.folder.is_dir() else []
+        for path in there:
+            if path not in self.clips or self.clips[path].reason == _GONE:
+                self.clips[path] = QueuedClip(path, decided=decided_in(path))
+        for path in [p for p in self.clips if p not in there]:
+            self.clips[path] = replace(self.clips[path], state=ClipState.FAILED, reason=_GONE)
+        self._start()
+        self.changed.emit()
+
+    def use_profile(self, profile: Profile | None) -> None:
+        """Survey the folder again at a profile's τ, or at each clip's automatic one."""
+        self.cancel()
+        self.profile = profile
+        self.clips = {path: QueuedClip(path, decided=c.decided) for path, c in self.clips.items()}
+        self._started = time.monotonic()
+        self.rescan()
+
+    def refresh(self, path: Path) -> None:
+        """Read a clip's session again: it was saved."""
+        if path in self.clips:
+            self.clips[path] = replace(self.clips[path], decided=decided_in(path))
+            self.changed.emit()
+
+    def cancel(self) -> None:
+        """Stop surveying; what is known stays."""
+        self._poll.stop()
+        for worker in self._workers:
+            self._kill(worker)
+        self._workers = []
+        for path, clip in self.clips.items():
+            if clip.state == ClipState.ANALYSING:
+                self.clips[path] = replace(clip, state=ClipState.WAITING)
+        self.changed.emit()
+
+    def close(self) -> None:
+        """Let the folder and the processes go."""
+        self.cancel()
+        if watched := self._watcher.directories():
+            self._watcher.removePaths(watched)
+        self.folder = None
+
+    # -- the processes ------------------------------------------------------------------------
+
+    def _start(self) -> None:
+        if any(c.state == ClipState.WAITING for c in self.clips.values()):
+            self._poll.start()
+            self._look()
+
+    def _look(self) -> None:
+        """Take answers, bury the dead, hand out work: a few microseconds when nothing is new."""
+        changed = False
+        for worker in list(self._workers):
+            changed |= self._check(worker)
+        waiting = [p for p, c in self.clips.items() if c.state == ClipState.WAITING]
+        while waiting and len(self._workers) < self._count:
+            self._workers.append(_spawn())
+        for worker in self._workers:
+            if worker.path is None and waiting:
+                self._give(worker, waiting.pop(0))
+                changed = True
+        if not waiting and all(w.path is None for w in self._workers):
+            self._poll.stop()
+            for worker in self._workers:
+                self._kill(worker)
+            self._workers = []
+            self.finished.emit()
+        if changed:
+            self.changed.emit()
+
+    def _give(self, worker: _Worker, path: Path) -> None:
+        try:
+            size = path.stat().st_size
+        except OSError:
+            size = 0
+        worker.path = path
+        worker.until = time.monotonic() + _PATIENCE_S + size / 1e6
+        self.clips[path] = replace(self.clips[path], state=ClipState.ANALYSING)
+        try:
+            worker.pipe.send((path, self.profile))
+        except OSError:
+            self._end(worker, "the analysis stopped before it began")
+
+    def _check(self, worker: _Worker) -> bool:
+        if worker.path is None:
+            return False
+        try:
+            if worker.pipe.poll():
+                self._take(worker, worker.pipe.recv())
+                return True
+        except (EOFError, OSError):
+            self._end(worker, "the analysis was ended by the system, perhaps for want of memory")
+            return True
+        if time.monotonic() > worker.until:
+            self._end(worker, "the analysis took too long and was stopped")
+            return True
+        return False
+
+    def _take(self, worker: _Worker, answer: ClipSurvey | str) -> None:
+        path, worker.path = worker.path, None
+        if path not in self.clips:
+            return
+        clip = self.clips[path]
+        if isinstance(answer, ClipSurvey):
+            self.clips[path] = replace(
+                clip,
+                state=ClipState.READY,
+                severity=answer.severity,
+                intervals=answer.intervals,
+            )
+        else:
+            self.clips[path] = replace(clip, state=ClipState.FAILED, reason=answer)
+
+    def _end(self, worker: _Worker, reason: str) -> None:
+        if worker.path in self.clips:
+            clip = self.clips[worker.path]
+            self.clips[clip.path] = replace(clip, state=ClipState.FAILED, reason=reason)
+        self._kill(worker)
+        self._workers.remove(worker)
+
+    @staticmethod
+    def _kill(worker: _Worker) -> None:
+        worker.pipe.close()
+        worker.process.kill()
+        worker.process.join(1.0)
+        worker.process.close()
+
+
+_GONE = "no longer in the folder"
+
+
+def _spawn() -> _Worker:
+    # Spawned, not forked: a fork of a program with threads and an X connection may hang.
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=work, args=(theirs,), daemon=True)
+    process.start()
+    theirs.close()
+    return _Worker(process, ours)
+
+
+def decided_in(clip: Path) -> tuple[int, int] | None:
+    """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
+    sessions = kept_sessions(clip)
+    if not sessions:
+        return None
+    try:
+        document = json.loads(sessions[0].read_text(encoding="utf-8"))
+        decisions = [i["decision"] for i in document["intervals"]]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return sum(d != "undecided" for d in decisions), len(decisions)

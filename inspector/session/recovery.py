@@ -1,0 +1,202 @@
+"""What a person is asked about a clip: earlier reviews of it, its lock, its journal, its file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from inspector.session.clip_on_disk import Stamp, stamp_of, what_changed
+from inspector.session.keeper import Keeper
+from inspector.session.leftovers import Leftover, missing
+from inspector.session.opening import Analysed
+from inspector.session.session_files import session_path
+from twistcore.review import CarryOver, Command, Judged, Review
+
+
+class Recovery(QObject):
+    """Asks, and does what is answered. What is not answered is asked again at the next start."""
+
+    question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    withdrawn = Signal()  # the last question is no longer one
+    message = Signal(str, bool)
+    save_elsewhere = Signal()  # a place for the session is asked for
+    open_again = Signal(object)  # this clip is to be read anew
+
+    def __init__(
+        self,
+        keeper: Keeper,
+        data: Callable[[], Analysed | None],
+        do: Callable[[Command], bool],
+        use: Callable[[Review], None],
+        parent: QObject | None = None,
+    ) -> None:
+        """`data`: the open clip; do: carries out a command; use: makes a review the open one."""
+        super().__init__(parent)
+        self._keeper, self._data, self._do, self._use = keeper, data, do, use
+        self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
+        self._changed = ""  # what is to be said about it
+        self._asks_about_disk = False
+        keeper.failing.connect(self._ask_about_disk)
+        keeper.caught_up.connect(self._disk_has_room)
+        keeper.locked.connect(self._ask_about_lock)
+
+    def begin(self, data: Analysed) -> None:
+        """Another clip is open."""
+        self._stamp, self._changed = data.stamp, ""
+        if self._keeper.read_only:
+            self._ask_about_lock()
+        else:
+            self._ask_next()
+
+    def end(self) -> None:
+        """The clip is about to go: no question about it may be answered any more."""
+        self._asks_about_disk = False
+        self.withdrawn.emit()
+
+    def look_around(self) -> None:
+        """The person is back at the window: what have other programs done meanwhile?"""
+        if self._data() is not None:
+            if not self._keeper.read_only:
+                self._keeper.may_change()
+            self.check_clip()
+
+    def check_clip(self) -> str:
+        """A sentence if the clip has changed on disk since it was read, else ''.
+
+        The person is asked once whether to open it again.
+        """
+        data = self._data()
+        if data is None or data.stamp is None:
+            return ""
+        stamp = stamp_of(data.clip.path)
+        if stamp != self._stamp:
+            self._stamp = stamp
+            self._changed = what_changed(data.clip, data.stamp, stamp)
+            keep = ("Keep what is open", lambda: None)
+            again = ("Open it again", lambda: self.open_again.emit(self._source()))
+            if self._changed:
+                self.question.emit(self._changed, (again, keep) if stamp else (keep,))
+        return self._changed
+
+    def _ask_next(self) -> None:
+        """Ask about the latest thing that an earlier run left, then about an earlier version."""
+        data = self._open()
+        if self._keeper.leftovers:
+            self._offer(self._keeper.leftovers[0])
+        elif data.earlier:
+            carry = CarryOver(_fitting(data.earlier, data.motion.frames))
+            self.question.emit(
+                f"{data.clip.name} has changed since its session was saved.",
+                (("Carry decisions over", lambda: self._do(carry)),),
+            )
+
+    def _offer(self, leftover: Leftover) -> None:
+        steps = leftover.recovered.steps
+        kept = "1 step was kept" if steps == 1 else f"{steps} steps were kept"
+        if not leftover.same_clip:
+            which = f"A review of another version of {self._open().clip.name}"
+            answer = "Carry decisions over"
+        elif self._touched:
+            which, answer = "Another review of this clip", "Add its decisions"
+        else:
+            which, answer = "The last review of this clip", "Restore"
+        self.question.emit(
+            f"{which} ended without saving ({leftover.when:%d %B, %H:%M}); {kept}.",
+            (
+                (answer, lambda: self.restore(leftover)),
+                ("Discard", lambda: self.discard(leftover)),
+            ),
+        )
+
+    @property
+    def _touched(self) -> bool:
+        """Whether anything has been done to the open review, or was restored into it."""
+        review = self._open().review
+        return bool(review.position) or not review.saved
+
+    def _open(self) -> Analysed:
+        data = self._data()
+        assert data is not None
+        return data
+
+    def restore(self, leftover: Leftover) -> None:
+        """Go on with the review that an earlier run left in its journal.
+
+        One of another version of the clip, or beside decisions made since, is added to these.
+        """
+        if leftover not in self._keeper.leftovers:
+            return
+        if self._touched or not leftover.same_clip:
+            if not self._add(leftover):
+                return
+        else:
+            self._keeper.continue_with(leftover)
+            self._use(leftover.recovered.review)
+        self._ask_next()
+
+    def _add(self, leftover: Leftover) -> bool:
+        """Add what it holds to the open review; True once that is on disk and it is answered."""
+        earlier = leftover.recovered.review.state.intervals
+        carry = CarryOver(_fitting(earlier, self._open().motion.frames), leftover.same_clip)
+        if not (self._do(carry) and self._keeper.on_disk):
+            return False  # it stays until this is as safe as it is
+        lost, of = missing(leftover, self._open().review.state)
+        if not lost:
+            self._keeper.forget(leftover)
+        elif name := self._keeper.keep(leftover):
+            self.message.emit(
+                f"{of - lost} of {of} decisions were taken over; the others are about nothing "
+                f"here, or were decided otherwise. They stay in {name}.",
+                True,
+            )
+        return True
+
+    def discard(self, leftover: Leftover) -> None:
+        """Forget what an earlier run left."""
+        if leftover not in self._keeper.leftovers:
+            return
+        self._keeper.forget(leftover)
+        self._ask_next()
+
+    def _ask_about_lock(self) -> None:
+        lock, name = self._keeper.lock, self._open().clip.name
+        take = self._take_over
+        if lock is not None and lock.is_free():
+            text = f"{name} is no longer open in the other window."
+            answers = (("Review it here", take), ("Look only", lambda: None))
+        else:
+            text = f"{name} is open in another window ({lock and lock.holder}). "
+            text += "You can look; nothing can be changed here."
+            answers = (("Take over", take), ("Look only", lambda: None))
+        self.question.emit(text, answers)
+
+    def _take_over(self) -> None:
+        if trouble := self._keeper.take_over():
+            self.message.emit(trouble, True)
+        else:  # what the other window has saved meanwhile is read, what it has not is offered
+            self.open_again.emit(self._source())
+
+    def _source(self) -> Path:
+        """What to open for this clip and its review: the session, where it is not beside it."""
+        path, session = self._open().clip.path, self._keeper.session_file
+        own = session is None or session == session_path(path) or not session.exists()
+        return path if own or session is None else session
+
+    def _ask_about_disk(self, text: str) -> None:
+        self._asks_about_disk = True
+        again = ("Try again", self._keeper.retry)  # which asks anew if that fails
+        self.question.emit(text, (again, ("Save elsewhere…", self.save_elsewhere.emit)))
+
+    def _disk_has_room(self) -> None:
+        if self._asks_about_disk and self._data() is not None:
+            self._asks_about_disk = False
+            self.withdrawn.emit()
+            self.message.emit("All steps are on disk.", False)
+            self._ask_next()
+
+
+def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
+    """The intervals of another take that end within this one."""
+    return tuple(judged for judged in earlier if judged.interval.stop <= frames)

@@ -1,0 +1,194 @@
+"""What the program remembers between two runs, in one JSON file."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import stat
+from dataclasses import asdict, dataclass, field
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from inspector.session import settings_checks as checks
+from inspector.session.settings_checks import Check
+from twistcore.atomic import write_atomically
+
+RECENT = 10
+VIDEOS = 500
+STEPS = (2, 1000)  # frames that Ctrl+arrow may go by
+FARTHEST_S = 86_400.0  # a video's offset, either way
+_LARGEST_FILE = 64_000_000  # bytes; ours have some kilobytes
+_LONGEST_NUMBER = 18  # digits: longer ones are out of all bounds, and slow to read
+
+
+@dataclass
+class Settings:
+    """What is kept; within which bounds say CHECKS.
+
+    theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex; first_frame: 0 or 1;
+    step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table;
+    turn_ms: milliseconds in which the camera turns to another limb, 0 for at once; videos: by the
+    clip's path its video's path and offset in seconds, the latest last; of_others: what the file
+    holds beside, of a newer version perhaps, kept for it.
+    """
+
+    theme: str = "system"
+    recent: list[str] = field(default_factory=list)
+    reviewer: str = ""
+    geometry: str = ""
+    layout: str = ""
+    first_frame: int = 0
+    step: int = 10
+    keys: dict[str, list[str]] = field(default_factory=dict)
+    turn_ms: int = 220
+    videos: dict[str, tuple[str, float]] = field(default_factory=dict)
+    of_others: dict[str, Any] = field(default_factory=dict)
+
+    def remember(self, path: Path) -> None:
+        """Put a file first in the list of recent ones."""
+        name = str(path.resolve())
+        self.recent = [name, *(r for r in self.recent if r != name)][:RECENT]
+
+    def remember_video(self, clip: str, video: Path, offset: float) -> None:
+        """Keep a clip's video and its offset in seconds."""
+        self.videos.pop(clip, None)
+        self.videos[clip] = str(video.resolve()), min(max(offset, -FARTHEST_S), FARTHEST_S)
+        for oldest in list(self.videos)[:-VIDEOS]:
+            del self.videos[oldest]
+
+
+# What the fields of a file must be; the window lets nobody choose what is out of these bounds.
+CHECKS: dict[str, Check] = {
+    "theme": checks.one_of("system", "light", "dark"),
+    "recent": checks.first_of(checks.path, RECENT),
+    "reviewer": checks.text(1000),
+    "geometry": checks.sealed_bytes(100_000),
+    "layout": checks.sealed_bytes(1_000_000),
+    "first_frame": checks.whole(0, 1),
+    "step": checks.whole(*STEPS),
+    "keys": checks.last_by(checks.text(100), checks.list_of(checks.text(100), 8), 1000),
+    "turn_ms": checks.whole(0, 10_000),
+    "videos": checks.last_by(
+        checks.path, checks.both(checks.path, checks.number(-FARTHEST_S, FARTHEST_S)), VIDEOS
+    ),
+}
+
+
+def settings_path() -> Path:
+    """Where the settings live; the environment variable TWIST_INSPECTOR_SETTINGS moves them."""
+    if moved := os.environ.get("TWIST_INSPECTOR_SETTINGS"):
+        return Path(moved)
+    return Path(platformdirs.user_config_dir("twist-inspector", appauthor=False)) / "settings.json"
+
+
+def load_settings(path: Path) -> tuple[Settings, str]:
+    """The settings and a sentence to show, '' if all is well; raises nothing.
+
+    What is damaged goes back to its default, field by field, in lists and objects entry by entry;
+    a copy of the damaged file is kept beside it, under a name that no other file has.
+    """
+    if trouble := _trouble(path):
+        return Settings(), f"{path}: the settings cannot be read ({trouble})."
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        return Settings(), ""
+    except OSError as error:
+        return Settings(), f"{path}: the settings cannot be read ({error.strerror})."
+    settings, damaged = settings_from_json(data)
+    if not damaged:
+        return settings, ""
+    which = "All settings" if len(damaged) >= len(CHECKS) else f"The settings {', '.join(damaged)}"
+    said = f"{which} were damaged: what was good of them is kept, the rest is as it was at first;"
+    try:
+        return settings, f"{said} the old file was set aside as {_set_aside(path, data)}."
+    except OSError as error:
+        return settings, f"{said} the old file could not be set aside ({error.strerror})."
+
+
+def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
+    """The settings in a file's bytes and the names of damaged fields."""
+    try:
+        # A path may hold bytes that are not UTF-8; where they are no path, the checks find them.
+        document = json.loads(data.decode("utf-8-sig", "surrogateescape"), parse_int=_whole)
+    except (ValueError, RecursionError):
+        document = None
+    if not isinstance(document, dict):
+        return Settings(), tuple(CHECKS)
+    damaged: list[str] = []
+    values: dict[str, Any] = {}
+    for name, check in CHECKS.items():
+        if name not in document:
+            continue
+        value = document.pop(name)
+        try:
+            values[name] = check(value)
+        except ValueError:
+            damaged.append(name)
+        else:
+            if isinstance(value, list | dict) and len(values[name]) < len(value):
+                damaged.append(name)
+    others = checks.last_by(checks.text(100), checks.shallow, 100)(document)
+    if len(others) < len(document):
+        damaged.append("unknown to this version")
+    return Settings(**values, of_others=others), tuple(damaged)
+
+
+def save_settings(path: Path, settings: Settings) -> str:
+    """Write the settings; a sentence if that failed, else ''; raises nothing."""
+    if trouble := _trouble(path):
+        return f"{path}: the settings cannot be written ({trouble})."
+    document = asdict(settings)
+    document = {**document.pop("of_others"), **document}
+    for name in ("geometry", "layout"):
+        document[name] = checks.sealed(document[name])
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # In ASCII: halves of surrogate pairs, as in paths that are not UTF-8, have no other form.
+        write_atomically(path, (json.dumps(document, indent=1) + "\n").encode("ascii"))
+    except OSError as error:
+        return f"{path}: the settings cannot be written ({error.strerror})."
+    return ""
+
+
+def _trouble(path: Path) -> str:
+    """Why a path is no place for settings, or ''; what nobody could read is not written over."""
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        return ""
+    except OSError as error:
+        return str(error.strerror)
+    if not stat.S_ISREG(status.st_mode):  # to open a FIFO would wait for somebody
+        return "it is no file"
+    if status.st_size > _LARGEST_FILE:
+        return f"it has {status.st_size // 1_000_000} MB"
+    return "" if os.access(path, os.R_OK) else "Permission denied"
+
+
+def _whole(digits: str) -> float:
+    return int(digits) if len(digits) <= _LONGEST_NUMBER else math.inf
+
+
+def _set_aside(path: Path, data: bytes) -> Path:
+    """Keep a copy beside a file, one for the same bytes; raises OSError."""
+    for k in count(1):
+        aside = path.with_name(f"{path.name}.damaged{f'-{k}' if k > 1 else ''}")
+        try:
+            file = aside.open("xb")
+        except FileExistsError:
+            if aside.is_file() and aside.read_bytes() == data:
+                return aside
+            continue
+        try:
+            with file:
+                file.write(data)
+        except OSError:  # a full disk: half a copy is none
+            aside.unlink(missing_ok=True)
+            raise
+        return aside
+    raise AssertionError  # there is always a next number

@@ -1,0 +1,170 @@
+"""The exercise: hidden errors in a borrowed clip, the ordinary review, and a score."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSpinBox
+
+from inspector.session.opening import Analysed, analysed
+from inspector.teaching.guide_card import leave_button
+from inspector.teaching.guide_pages import read_page
+from inspector.widgets.background import Task
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, resolve_tau
+from twistcore.review import Review, start_review
+from twistcore.study.exercise import Score, decoys, hide_errors, score
+from twistcore.synthesis import InjectedError
+
+if TYPE_CHECKING:
+    from inspector.teaching.teaching_actions import TeachActions
+
+KINDS = ("Judge", "Find")
+
+
+def make_exercise(
+    clip: Path, folder: Path, seed: int, kind: str
+) -> tuple[Analysed, tuple[InjectedError, ...]]:
+    """A copy of a clip with hidden errors, as a review to begin with; safe in any thread."""
+    source = read_bvh(clip)
+    clean = analysed(source)
+    dirty, errors = hide_errors(source.motion, clean.chains, seed)
+    path = folder / f"exercise_{seed}.bvh"
+    write_bvh(source, dirty, path)
+    data = analysed(read_bvh(path))
+    listed: list[Interval] = []
+    if kind == "Judge":
+        listed = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
+        listed += decoys(clean.motion, clean.chains, errors, seed)
+    tau = resolve_tau(DETECTORS[DEFAULT_METHOD].analyse(data.motion, data.chains), data.chains)
+    names = [c.name for c in data.chains]
+    state = start_review(DEFAULT_METHOD, tau, listed, names)
+    return replace(data, review=Review(state)), errors
+
+
+class Exercise(QObject):
+    """Leads through an exercise."""
+
+    ended = Signal()
+
+    def __init__(self, window: TeachActions, clips: tuple[Path, ...]) -> None:
+        """`clips`: of which the seed chooses one."""
+        super().__init__(window)
+        self._window, self._clips = window, clips
+        self.running = False
+        self._errors: tuple[InjectedError, ...] = ()
+        self._task: Task | None = None
+        self.result: Score | None = None
+        self.kind, self.seed = QComboBox(), QSpinBox()
+        self.kind.addItems(KINDS)
+        self.kind.setToolTip("Judge a list, or find the errors yourself")
+        self.seed.setRange(1, 9999)
+        self.seed.setToolTip("The same seed hides the same errors")
+        self.seed_label = QLabel("Seed")
+        self.start = QPushButton("Start")
+        self.score_button = QPushButton("Score")
+        self.leave = leave_button("the exercise")
+        self.start.clicked.connect(self._start)
+        self.score_button.clicked.connect(self.show_score)
+        self.leave.clicked.connect(self.end)
+        window.document.intervals_changed.connect(self._judged)
+
+    def begin(self) -> None:
+        """The page with its controls; nothing is opened yet."""
+        self.running = True
+        self.result = None
+        self._errors = ()
+        guide = self._window.guide
+        guide.set_buttons(
+            [self.start, self.score_button], [self.kind, self.seed_label, self.seed], self.leave
+        )
+        guide.show_page(read_page("exercise"))
+        self.score_button.setEnabled(False)
+
+    def end(self) -> None:
+        """Back to the person's clip."""
+        if self._task is not None:
+            self._task.cancel()
+            self._task = None
+        self.running = False
+        self.ended.emit()
+
+    def _start(self) -> None:
+        folder, seed, kind = self._window.aside.folder(), self.seed.value(), self.kind.currentText()
+        clip = self._clips[seed % len(self._clips)]
+        self.start.setEnabled(False)
+        self._task = Task(lambda: make_exercise(clip, folder, seed, kind), self)
+        self._task.finished.connect(self._ready)
+        self._task.start()
+
+    def _ready(self, made: tuple[Analysed, tuple[InjectedError, ...]]) -> None:
+        data, self._errors = made
+        self._task = None
+        self.result = None
+        self.start.setEnabled(True)
+        self.start.setText("Start anew")
+        self.score_button.setEnabled(True)
+        self._window.guide.show_page(read_page("exercise"))
+        self._window.aside.show(data)
+        self._window.intervals_dock.raise_()
+        self._judged()
+
+    def _judged(self) -> None:
+        if self.running and self._errors and self.result is None:
+            judged = score(self._errors, self._window.document.intervals)
+            listed = len(self._window.document.intervals)
+            count = f"{listed - judged.left} of {listed} judged"
+            self._window.guide.set_task(f"{count}. Press *Score* when you are done.")
+
+    def show_score(self) -> None:
+        """What the verdicts come to, with links to what was missed or judged wrongly."""
+        result = score(self._errors, self._window.document.intervals)
+        self.result = result
+        self._window.guide.show_text(score_text(result))
+        total = len(self._errors)
+        wrong = result.false_verdicts
+        self._window.guide.set_task(
+            f"{len(result.hits)} of {total} found, {wrong} false verdict{'s' * (wrong != 1)}."
+        )
+        self._window.guide.set_done(True)
+
+    def go_to(self, address: str) -> None:
+        """Follow a link of the score: chain and frame."""
+        chain, _, frame = address.removeprefix("at:").rpartition("/")
+        if self.running and chain:
+            self._window.document.select_chain(chain)
+            self._window.document.go_to(int(frame))
+            self._window.viewport.focus_chain()
+
+
+def score_text(result: Score) -> str:
+    """The score as Markdown."""
+    lines = [
+        f"**Hits {len(result.hits)}** · **misses {len(result.misses)}** · "
+        f"**false verdicts {result.false_verdicts}**",
+        "",
+    ]
+    for title, rows in (
+        ("Found", result.hits),
+        ("Missed", result.misses),
+        ("Rejected, but an error", result.false_rejected),
+        ("Accepted, but natural", result.false_accepted),
+    ):
+        if rows:
+            lines += [f"{title}:", ""]
+            lines += [_row(r) for r in rows]
+            lines.append("")
+    if result.left:
+        lines.append(f"{result.left} intervals have no verdict.")
+    return "\n".join(lines)
+
+
+def _row(found: InjectedError | Interval) -> str:
+    largest = found.offset[int(np.argmax(np.abs(found.offset)))]
+    degrees = f"{np.degrees(largest):+.0f}°".replace("-", "−")
+    place = f"{found.chain}, frames {found.start} to {found.stop - 1}, {degrees}"
+    return f"- [{place}](at:{found.chain}/{found.start})"

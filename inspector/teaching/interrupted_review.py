@@ -1,0 +1,75 @@
+"""Putting the person's clip aside for a tour or an exercise, and taking it up again."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from inspector.session.document import Document
+from inspector.session.keeper import PutAside
+from inspector.session.opening import Analysed
+
+
+class Aside:
+    """A folder of its own for a borrowed clip, and what was open before.
+
+    The person's review stays in memory, and what of it is not saved in its journal on disk.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self._kept: tuple[Analysed, PutAside | None] | None = None
+        self._place: tuple[int, str, int | None] = (0, "", None)
+        self._folder: Path | None = None
+
+    @property
+    def open(self) -> bool:
+        """Whether a borrowed clip is open."""
+        return self._folder is not None
+
+    def folder(self) -> Path:
+        """Where the borrowed clip lies, and whatever its review writes."""
+        if self._folder is None:
+            self._folder = Path(tempfile.mkdtemp(prefix="twist-inspector-"))
+        return self._folder
+
+    def show(self, data: Analysed) -> None:
+        """Open a borrowed clip; the first one puts the person's aside."""
+        document = self._document
+        document.leaving.emit()
+        if self._kept is None and document.data is not None and not self._borrowed():
+            self._kept = document.data, document.keeper.put_aside()
+            self._place = (document.frame, document.chain, document.interval_id)
+        if self._borrowed():
+            document.review.mark_saved()
+        document.show_clip(data)
+
+    def put_back(self) -> None:
+        """The person's clip as it was; without one, the borrowed stays open with no folder."""
+        if self._folder is None:
+            return
+        document = self._document
+        borrowed = self._borrowed()
+        if borrowed:
+            document.review.mark_saved()
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            document.show_clip(*kept)
+            frame, chain, interval = self._place
+            if chain:
+                document.select_chain(chain)
+            document.select_interval(interval)
+            document.go_to(frame)
+        elif borrowed:
+            document.close_clip()
+        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder = None
+
+    def _borrowed(self) -> bool:
+        data = self._document.data
+        return (
+            data is not None
+            and self._folder is not None
+            and data.clip.path.is_relative_to(self._folder)
+        )

@@ -1,0 +1,143 @@
+"""The teaching tab: equations with live numbers over sliders that ask 'what if'."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QScrollArea,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.teaching.equations import Equations
+from inspector.teaching.gizmo_drawing import GizmoGuest
+from inspector.teaching.lesson import Lesson
+from inspector.teaching.symbols import SYMBOLS, typeset_texts
+from inspector.teaching.what_if import WhatIfBox
+from inspector.timeline.timeline import Timeline
+from inspector.viewport.viewport import Viewport
+from inspector.widgets.theme import Theme
+from inspector.widgets.typeset import Typesetter
+
+_EMPTY = "Open a clip and select a chain: its swing, twist and azimuth are taken apart here."
+
+
+class TeachingPanel(QWidget):
+    """Shows the lesson; while it is seen, the 3D view has the gizmo."""
+
+    moved_far = Signal()  # a slider was let go that swings the limb: it may be out of view
+
+    def __init__(
+        self, lesson: Lesson, viewport: Viewport, timeline: Timeline, actions: list[QAction]
+    ) -> None:
+        """`actions`: shown as buttons in the head."""
+        super().__init__()
+        self._lesson, self._viewport, self._timeline = lesson, viewport, timeline
+        self.typesetter = Typesetter(self)
+        self.gizmo = GizmoGuest(viewport, lesson, self.typesetter)
+        self.title = QLabel()
+        self.title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.equations = Equations(lesson, self.typesetter)
+        self.what_if = WhatIfBox(lesson)
+        head = QHBoxLayout()
+        head.setContentsMargins(12, 4, 8, 2)
+        head.setSpacing(2)
+        head.addWidget(self.title, 1)
+        for action in actions:
+            button = QToolButton()
+            button.setDefaultAction(action)
+            button.setAutoRaise(True)
+            head.addWidget(button)
+        self.scroll = QScrollArea()
+        self.scroll.setWidget(self.equations)
+        self.scroll.setWidgetResizable(True)
+        self.scroll.setFrameShape(QFrame.Shape.NoFrame)
+        self.scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._rule = QFrame()
+        self._rule.setFixedHeight(1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(head)
+        layout.addWidget(self.scroll, 1)
+        layout.addWidget(self._rule)
+        layout.addWidget(self.what_if)
+        self.equations.clicked.connect(lesson.light)
+        for name in ("swing", "bend"):
+            self.what_if.sliders[name].sliderReleased.connect(self.moved_far)
+        lesson.changed.connect(self.refresh)
+        lesson.document.chain_changed.connect(self._other_chain)
+        lesson.document.opened.connect(self._other_chain)
+        lesson.lit_changed.connect(self._lit)
+        lesson.document.intervals_changed.connect(self._retitled)
+        self.typesetter.ready.connect(self._typeset)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self.equations.set_theme(theme)
+        self.what_if.set_theme(theme)
+        for part in (self.scroll.viewport(), self.equations):
+            part.setStyleSheet(f"background: {theme.surface}")
+        self._rule.setStyleSheet(f"background: {theme.line}")
+        self.title.setStyleSheet("font-weight: 600")
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the lesson's numbers, and let the views show the rest."""
+        quantities = self._lesson.quantities if self._lesson.active else None
+        self.equations.show_numbers(quantities)
+        self.what_if.show_state(quantities)
+        self._retitled()
+        if self._lesson.active:
+            self._viewport.invite(self.gizmo)
+
+    def _other_chain(self) -> None:
+        if self._lesson.active:
+            self._viewport.focus_chain()
+
+    def _retitled(self) -> None:
+        chain, document = self._lesson.chain, self._lesson.document
+        if chain is None:
+            self.title.setText(_EMPTY)
+            return
+        frame = document.frame + document.first_frame
+        self.title.setText(f"{chain.label}, frame {frame}")
+
+    def _lit(self) -> None:
+        lit = self._lesson.lit
+        self.equations.show_lit(lit)
+        self._timeline.light(SYMBOLS[lit].curves if lit and self._lesson.active else ())
+        if self._lesson.active:
+            self._viewport.invite(self.gizmo)
+
+    def _typeset(self) -> None:
+        if self.typesetter.trouble:
+            self._lesson.document.message.emit(self.typesetter.trouble, True)
+        self.refresh()
+        # Its widest row, with its numbers, decides how narrow the tab may be.
+        layout = self.equations.layout()
+        assert layout is not None
+        layout.activate()
+        width = self.equations.minimumSizeHint().width()
+        self.scroll.setMinimumWidth(width + self.scroll.verticalScrollBar().sizeHint().width())
+
+    def set_shown(self, on: bool) -> None:
+        """The tab comes to the front or goes; what it takes to typeset is loaded the first time.
+
+        Told by the dock: Qt sends no show or hide event to what lies behind another tab.
+        """
+        if on == self._lesson.active:
+            return
+        self._lesson.set_active(on)
+        if on:
+            self.typesetter.start(typeset_texts())
+            self._viewport.focus_chain()
+        else:
+            self._viewport.invite(None)
+            self._timeline.light(())

@@ -1,0 +1,1 @@
+"""The time line: curves, strength with τ, interval regions, the overview of the clip."""

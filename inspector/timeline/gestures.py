@@ -1,0 +1,255 @@
+"""What the mouse does in a plot: drag edges, bodies and the playhead; click, zoom, pan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QObject, QPointF, Qt, QTimer
+from PySide6.QtWidgets import QGraphicsSceneWheelEvent
+
+from twistcore.detection import Interval
+from twistcore.review import Judged
+from twistcore.review.model import resized
+
+if TYPE_CHECKING:
+    from inspector.timeline.timeline import Timeline
+
+_REACH = 6.0  # pixels to either side of an edge or the playhead
+_ZOOM = 1.25  # per notch of the wheel
+_PAN = 0.12  # of the visible range, per notch
+_NOTCH = 120.0
+
+
+class Part(Enum):
+    """What lies under the cursor."""
+
+    START = "start"
+    STOP = "stop"
+    BODY = "body"
+    PLAYHEAD = "playhead"
+    EMPTY = "empty"
+
+
+@dataclass(frozen=True)
+class Hit:
+    """A part, and the interval that it belongs to."""
+
+    part: Part
+    judged: Judged | None = None
+
+
+class Latest(QObject):
+    """Carries out only the last of many requests, once the pending events are through."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._work: Callable[[], None] | None = None
+        self._timer = QTimer(self, singleShot=True, interval=0)
+        self._timer.timeout.connect(self.flush)
+
+    def ask(self, work: Callable[[], None]) -> None:
+        """Replace what is pending."""
+        self._work = work
+        self._timer.start()
+
+    def flush(self) -> None:
+        """Do it now, if anything is pending."""
+        self._timer.stop()
+        work, self._work = self._work, None
+        if work is not None:
+            work()
+
+
+class TimeView(pg.ViewBox):
+    """A view whose mouse belongs to the time line; it never changes its range by itself."""
+
+    def __init__(self) -> None:
+        super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
+        self.gestures: Gestures | None = None
+        self.key = ""
+
+    def wheelEvent(self, event: QGraphicsSceneWheelEvent, axis: int | None = None) -> None:
+        """Zoom at the cursor; with Shift, pan."""
+        event.accept()
+        if self.gestures and axis != 1:
+            at = self.mapFromScene(event.scenePos())
+            shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            self.gestures.wheel(self.frame_at(at), event.delta() / _NOTCH, pan=bool(shift))
+
+    def mouseDragEvent(self, event: Any, axis: int | None = None) -> None:
+        """Left drags what is under it; middle, or left with Shift, pans."""
+        event.accept()
+        if self.gestures and axis != 1:
+            self.gestures.drag(self, event, pan=axis == 0)
+
+    def mouseClickEvent(self, event: Any) -> None:
+        """Select, set the playhead, set τ, or open the menu."""
+        if self.gestures and event.button() != Qt.MouseButton.MiddleButton:
+            event.accept()
+            self.gestures.click(self, event)
+
+    def hoverEvent(self, event: Any) -> None:
+        """Say by the cursor what a drag would do."""
+        if self.gestures and not event.isExit():
+            self.gestures.hover(self, event)
+
+    def frame_at(self, position: QPointF) -> float:
+        """Place in frames of a position in this view."""
+        return float(self.mapToView(position).x())
+
+
+class Gestures:
+    """Turns mouse events of all plots into what the document is asked for."""
+
+    def __init__(self, timeline: Timeline) -> None:
+        self._timeline = timeline
+        self._document = timeline.document
+        self._latest = Latest(timeline)
+        self._hit = Hit(Part.EMPTY)
+        self._origin = 0.0
+        self._grabbed: Interval | None = None
+        self._asked: tuple[int, int] | None = None
+        self._drag = 0
+        self.dragging = False
+
+    # -- what is where ------------------------------------------------------------------------
+
+    def hit(self, frame: float, pixel: float) -> Hit:
+        """What is at a place, in frames; pixel: frames per pixel.
+
+        Edges come before the playhead, which lies on one whenever an interval has been jumped to.
+        """
+        reach = _REACH * pixel
+        near = self._timeline.scenery.between(frame - reach, frame + reach)
+        best: tuple[float, Hit] | None = None
+        for judged in reversed(near):  # the selected one first
+            interval = judged.interval
+            inside = min(reach, (interval.stop - interval.start) / 3.0)
+            for part, edge, inward in (
+                (Part.START, interval.start - 0.5, 1.0),
+                (Part.STOP, interval.stop - 0.5, -1.0),
+            ):
+                depth = (frame - edge) * inward  # positive: inside the interval
+                if -reach <= depth <= inside and (best is None or abs(depth) < best[0]):
+                    best = abs(depth), Hit(part, judged)
+            if best is not None and judged.id == self._timeline.scenery.selected:
+                break
+        if best is not None:
+            return best[1]
+        if abs(frame - self._document.frame) <= reach * 0.7:
+            return Hit(Part.PLAYHEAD)
+        body = self.interval_at(frame)
+        return Hit(Part.BODY, body) if body else Hit(Part.EMPTY)
+
+    def interval_at(self, frame: float) -> Judged | None:
+        """The interval at a place: the selected one, else the shortest."""
+        near = self._timeline.scenery.between(frame, frame)
+        if not near:
+            return None
+        if near[-1].id == self._timeline.scenery.selected:
+            return near[-1]
+        return min(near, key=lambda j: j.interval.frames)
+
+    # -- dragging -----------------------------------------------------------------------------
+
+    def drag(self, view: TimeView, event: Any, *, pan: bool) -> None:
+        """One event of a drag."""
+        if not self._document.frames:
+            return
+        frame, button = view.frame_at(event.pos()), event.button()
+        shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        if pan or button == Qt.MouseButton.MiddleButton or shift:
+            self._timeline.pan(view.frame_at(event.lastPos()) - frame)
+            return
+        if button != Qt.MouseButton.LeftButton:
+            return
+        if event.isStart():
+            self._begin(view.frame_at(event.buttonDownPos()), view.viewPixelSize()[0])
+        self._latest.ask(lambda: self._continue(frame))
+        if event.isFinish():
+            self._latest.flush()
+            self._grabbed = None
+            self.dragging = False
+
+    def _begin(self, frame: float, pixel: float) -> None:
+        self._timeline.refresh()  # nothing that is gone is gripped
+        self._hit = self.hit(frame, pixel)
+        self._origin = frame
+        self._asked = None
+        self.dragging = True
+        if self._hit.judged is not None:
+            self._grabbed = self._hit.judged.interval
+            self._asked = (self._grabbed.start, self._grabbed.stop)
+            self._drag = self._document.begin_drag()
+            self._document.select_interval(self._hit.judged.id)
+
+    def _continue(self, frame: float) -> None:
+        judged, grabbed = self._hit.judged, self._grabbed
+        if judged is None or grabbed is None:
+            self._document.go_to(round(frame))
+            return
+        asked = self._frames_of(grabbed, frame)
+        if asked != self._asked:
+            self._asked = asked
+            if self._hit.part is Part.BODY:
+                new = grabbed.with_offset(asked[0], grabbed.offset)
+            else:  # from the interval as it was grabbed, so that dragging back gives it back
+                new = resized(grabbed, *asked)
+            self._document.edit(judged.id, new, self._drag)
+
+    def _frames_of(self, grabbed: Interval, frame: float) -> tuple[int, int]:
+        by = round(frame - self._origin)
+        last = self._document.frames
+        if self._hit.part is Part.START:
+            return int(np.clip(grabbed.start + by, 0, grabbed.stop - 1)), grabbed.stop
+        if self._hit.part is Part.STOP:
+            return grabbed.start, int(np.clip(grabbed.stop + by, grabbed.start + 1, last))
+        by = int(np.clip(by, -grabbed.start, last - grabbed.stop))
+        return grabbed.start + by, grabbed.stop + by
+
+    # -- the rest -----------------------------------------------------------------------------
+
+    def click(self, view: TimeView, event: Any) -> None:
+        """Select an interval or move the playhead; twice on the strength curve: τ."""
+        if not self._document.frames:
+            return
+        self._timeline.refresh()
+        place = view.mapToView(event.pos())
+        frame = float(place.x())
+        if event.button() == Qt.MouseButton.RightButton:
+            self._timeline.open_menu(view.key, frame, place.y(), event.screenPos().toPoint())
+        elif event.double() and view.key == "strength":
+            self._timeline.set_tau_at(place.y())
+        elif judged := self.hit(frame, view.viewPixelSize()[0]).judged:
+            self._document.select_interval(judged.id)
+        else:
+            self._document.go_to(round(frame))
+
+    def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
+        """Zoom in time at a frame, or pan."""
+        first, last = self._timeline.visible_range()
+        if pan:
+            self._timeline.pan(-notches * _PAN * (last - first))
+        else:
+            scale = _ZOOM**-notches
+            self._timeline.show_range(
+                frame - (frame - first) * scale, frame + (last - frame) * scale
+            )
+
+    def hover(self, view: TimeView, event: Any) -> None:
+        """Cursor and hint for what is under the mouse."""
+        if not self._document.frames:
+            return
+        hit = self.hit(view.frame_at(event.pos()), view.viewPixelSize()[0])
+        if hit.part in (Part.START, Part.STOP, Part.PLAYHEAD):
+            view.setCursor(Qt.CursorShape.SizeHorCursor)
+        elif hit.part is Part.BODY:
+            view.setCursor(Qt.CursorShape.OpenHandCursor)
+        else:
+            view.unsetCursor()
+        view.setToolTip(self._timeline.hint(hit.judged, view.frame_at(event.pos())))

@@ -1,0 +1,192 @@
+"""What lies behind and before the curves: interval regions, shading, playhead, title.
+
+Each is one graphics item per plot that paints what is in view, in pixels. Thousands of intervals
+cost no more than those on screen; one item per region would be slow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+
+from inspector.timeline.regions import Regions
+from inspector.widgets.theme import Theme, figures_font, mixed
+from twistcore.review import Judged
+from twistcore.rotation import Array
+
+_TITLE_HEIGHT = 17.0
+_REMEMBERED = 8  # pictures of regions kept: every plot asks for the same one or two
+
+
+@dataclass
+class Scenery:
+    """What all plots show besides their curves; the time line fills it in, the layers read it."""
+
+    theme: Theme
+    scale: float = 1.0  # of type and lines: larger in a presentation
+    frames: int = 0
+    frame: int = 0
+    intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
+    selected: int | None = None
+    unreliable: Array = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    starts: Array = field(default_factory=lambda: np.zeros(0))
+    stops: Array = field(default_factory=lambda: np.zeros(0))
+    _regions: dict[object, Regions] = field(default_factory=dict)
+
+    @property
+    def title_height(self) -> float:
+        """Pixels of the line of words at the top of a plot."""
+        return _TITLE_HEIGHT * self.scale
+
+    def font(self, *, bold: bool = False) -> QFont:
+        """The type of words and numbers in plots."""
+        font = figures_font(8.0 * self.scale)
+        font.setBold(bold)
+        return font
+
+    def set_intervals(self, intervals: tuple[Judged, ...]) -> None:
+        """Other intervals."""
+        self.intervals = intervals
+        self._regions.clear()
+        self.starts = np.array([j.interval.start for j in intervals], dtype=np.float64)
+        self.stops = np.array([j.interval.stop for j in intervals], dtype=np.float64)
+
+    def between(self, first: float, last: float) -> list[Judged]:
+        """Intervals that reach into a range of frames, the selected one last."""
+        seen = np.flatnonzero((self.stops - 0.5 > first) & (self.starts - 0.5 < last))
+        chosen = [self.intervals[k] for k in seen]
+        chosen.sort(key=lambda j: j.id == self.selected)
+        return chosen
+
+    def regions(self, first: float, last: float, width: int) -> Regions:
+        """The regions in a range of frames on a width in pixels, the same for every plot."""
+        key = (first, last, width, self.selected)
+        if key not in self._regions:
+            if len(self._regions) >= _REMEMBERED:
+                self._regions.clear()
+            seen = self.between(first, last)
+            self._regions[key] = Regions(seen, self.selected, first, last, width)
+        return self._regions[key]
+
+
+class Layer(QGraphicsItem):
+    """An item over a view's whole rectangle, in its pixels."""
+
+    def __init__(self, view: pg.ViewBox, scenery: Scenery, z: float) -> None:
+        # Not a child of the view: that clips its children to a path, which makes fills slow.
+        super().__init__(view.parentItem())
+        self._view = view
+        self.scenery = scenery
+        self.setZValue(z)
+        self.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
+        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemUsesExtendedStyleOption)
+        view.sigResized.connect(self._resized)
+
+    def _resized(self, *_: object) -> None:
+        self.prepareGeometryChange()
+        self.setPos(self._view.pos())
+
+    def boundingRect(self) -> QRectF:
+        """The view's rectangle."""
+        return QRectF(self._view.rect())
+
+    def place(self, frame: float) -> float:
+        """Pixel of a place in frames."""
+        first, last = self._view.viewRange()[0]
+        return float((frame - first) / (last - first) * self._view.width())
+
+
+class BackLayer(Layer):
+    """Unreliable azimuth and interval regions, behind the curves."""
+
+    def __init__(self, view: pg.ViewBox, scenery: Scenery, *, shade: bool, glyphs: bool) -> None:
+        super().__init__(view, scenery, -200.0)  # behind the view itself
+        self._shade, self._glyphs = shade, glyphs
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
+    ) -> None:
+        """Everything that is in view."""
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        if self._shade:
+            self._paint_unreliable(painter)
+        first, last = self._view.viewRange()[0]
+        regions = self.scenery.regions(first, last, int(self._view.width()))
+        font = self.scenery.font(bold=True) if self._glyphs else None
+        regions.paint(
+            painter,
+            self.scenery.theme,
+            int(self._view.height()),
+            font,
+            int(self.scenery.title_height),
+        )
+        painter.restore()
+
+    def _paint_unreliable(self, painter: QPainter) -> None:
+        theme, height = self.scenery.theme, self._view.height()
+        first, last = self._view.viewRange()[0]
+        tint = mixed(theme.soft, theme.surface, 26)
+        spans = self.scenery.unreliable
+        seen = spans[(spans[:, 1] - 0.5 > first) & (spans[:, 0] - 0.5 < last)]
+        painter.setFont(self.scenery.font())
+        for start, stop in seen:
+            left = max(0.0, self.place(start - 0.5))
+            right = min(self._view.width(), self.place(stop - 0.5))
+            width = max(1.0, right - left)
+            painter.fillRect(QRectF(left, 0.0, width, height), tint)
+            painter.fillRect(QRectF(left, height - 3.0, width, 3.0), _foot(theme))
+            text = "azimuth unreliable"
+            if width > QFontMetricsF(painter.font()).horizontalAdvance(text) + 12.0:
+                painter.setPen(QColor(theme.soft))
+                painter.drawText(QPointF(left + 5.0, height - 6.0), text)
+
+
+class FrontLayer(Layer):
+    """Playhead and title, before the curves."""
+
+    def __init__(self, view: pg.ViewBox, scenery: Scenery) -> None:
+        super().__init__(view, scenery, 50.0)
+        self.title: list[tuple[str, str]] = []  # text and the theme's colour role
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
+    ) -> None:
+        """Playhead under the title."""
+        painter.save()
+        x = round(self.place(self.scenery.frame))
+        if self.scenery.frames and 0 <= x <= self._view.width():
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+            pen = QPen(QColor(self.scenery.theme.accent), 2.0)
+            pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+            painter.setPen(pen)
+            painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
+        self._paint_title(painter)
+        painter.restore()
+
+    def _paint_title(self, painter: QPainter) -> None:
+        theme = self.scenery.theme
+        font, high = self.scenery.font(), self.scenery.title_height
+        metrics = QFontMetricsF(font)
+        painter.setFont(font)
+        room = self._view.width() - 6.0
+        advances = [metrics.horizontalAdvance(text) for text, _ in self.title]
+        back = QColor(theme.surface)
+        back.setAlpha(215)
+        painter.fillRect(QRectF(1.0, 1.0, min(sum(advances) + 8.0, room), high - 1.0), back)
+        x = 5.0
+        for (text, role), advance in zip(self.title, advances, strict=True):
+            if x + advance > room:
+                break
+            painter.setPen(QColor(getattr(theme, role)))
+            painter.drawText(QPointF(x, high - 4.5 * self.scenery.scale), text)
+            x += advance
+
+
+def _foot(theme: Theme) -> QColor:
+    return mixed(theme.soft, theme.surface, 100)

@@ -1,0 +1,220 @@
+"""The whole clip in one strip: every interval of every chain, what is in view, the playhead."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QLineF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from inspector.widgets.theme import Theme, mixed
+from twistcore.review import Decision, Judged
+
+HEIGHT = 26
+_SELECTED_SHARE = 0.46  # of the strip's height, for the selected chain's row
+_EDGE = 3.0
+
+
+class OverviewStrip(QWidget):
+    """Marks by decision: accepted full height, undecided lower half, rejected a thin line."""
+
+    moved = Signal(int)  # the person asks for this frame
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._theme = theme
+        self._frames = 0
+        self._chains: tuple[str, ...] = ()
+        self._chain = ""
+        self._intervals: Sequence[Judged] = ()
+        self._selected: int | None = None
+        self._frame = 0
+        self._view = (0.0, 0.0)
+        self._marks: QPixmap | None = None
+        self._others: tuple[object, list[Judged], QPixmap] | None = None
+        self.setFixedHeight(HEIGHT)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName("Overview of the clip")
+        self.setToolTip(
+            "Whole clip: intervals of every chain, the selected chain large.\n"
+            "Click or drag to move the playhead."
+        )
+
+    # -- what it shows ------------------------------------------------------------------------
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._theme = theme
+        self._redraw()
+
+    def show_review(
+        self,
+        frames: int,
+        chains: tuple[str, ...],
+        chain: str,
+        intervals: Sequence[Judged],
+        selected: int | None,
+    ) -> None:
+        """All intervals of a clip; `chain` is the selected one, `selected` an interval's id."""
+        self._frames, self._chains, self._chain = frames, chains, chain
+        self._intervals, self._selected = intervals, selected
+        self._redraw()
+
+    def show_frame(self, frame: int) -> None:
+        """The playhead."""
+        before, self._frame = self._x(self._frame), frame
+        after = self._x(frame)
+        self.update(round(before) - 5, 0, 11, self.height())
+        self.update(round(after) - 5, 0, 11, self.height())
+
+    def show_view(self, first: float, last: float) -> None:
+        """The range of frames that the plots show."""
+        if (first, last) != self._view:
+            self._view = (first, last)
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        """Thin and as wide as it may be."""
+        return QSize(400, HEIGHT)
+
+    # -- places -------------------------------------------------------------------------------
+
+    def _x(self, frame: float) -> float:
+        inner = max(1.0, self.width() - 2 * _EDGE)
+        return _EDGE + (frame + 0.5) / max(1, self._frames) * inner
+
+    def _frame_at(self, x: float) -> int:
+        inner = max(1.0, self.width() - 2 * _EDGE)
+        frame = int((x - _EDGE) / inner * self._frames)
+        return max(0, min(self._frames - 1, frame))
+
+    def _rows(self) -> dict[str, tuple[float, float]]:
+        """Top and height of every chain's row, the selected chain's the highest."""
+        space = self.height() - 4.0
+        others = max(1, len(self._chains) - 1)
+        large = space * _SELECTED_SHARE if len(self._chains) > 1 else space
+        small = (space - large) / others
+        rows, top = {}, 2.0
+        for name in self._chains:
+            height = large if name == self._chain else small
+            rows[name] = (top, height)
+            top += height
+        return rows
+
+    # -- painting -----------------------------------------------------------------------------
+
+    def _redraw(self) -> None:
+        self._marks = None
+        self.update()
+
+    def resizeEvent(self, event: object) -> None:
+        """Marks are painted for one size."""
+        self._redraw()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Marks from the cache; the view's frame and the playhead on top."""
+        if self._marks is None:
+            self._marks = self._painted_marks()
+        painter = QPainter(self)
+        painter.drawPixmap(0, 0, self._marks)
+        if self._frames:
+            self._paint_view(painter)
+            x = round(self._x(self._frame)) + 0.5
+            painter.setPen(QPen(QColor(self._theme.accent), 2.0))
+            painter.drawLine(QLineF(x, 0.0, x, self.height()))
+        painter.end()
+
+    def _painted_marks(self) -> QPixmap:
+        """All marks; those of the other chains from a cache, as τ moves those of one."""
+        rows = self._rows()
+        others = [j for j in self._intervals if j.interval.chain != self._chain]
+        state = (self._chain, self._chains, self._frames, self._selected, self._theme, self.size())
+        if self._others is None or self._others[:2] != (state, others):
+            self._others = state, others, self._painted(self._blank(rows), others, rows)
+        own = [j for j in self._intervals if j.interval.chain == self._chain]
+        pixmap = self._painted(QPixmap(self._others[2]), own, rows)
+        painter = QPainter(pixmap)
+        painter.setPen(QColor(self._theme.line))
+        painter.drawRect(QRectF(0.5, 0.5, self.width() - 1.0, self.height() - 1.0))
+        painter.end()
+        return pixmap
+
+    def _blank(self, rows: dict[str, tuple[float, float]]) -> QPixmap:
+        ratio = self.devicePixelRatioF()
+        pixmap = QPixmap(round(self.width() * ratio), round(self.height() * ratio))
+        pixmap.setDevicePixelRatio(ratio)
+        pixmap.fill(QColor(self._theme.surface))
+        if self._chain in rows:
+            top, height = rows[self._chain]
+            painter = QPainter(pixmap)
+            painter.fillRect(QRectF(0, top, self.width(), height), QColor(self._theme.window))
+            painter.end()
+        return pixmap
+
+    def _painted(
+        self, pixmap: QPixmap, intervals: list[Judged], rows: dict[str, tuple[float, float]]
+    ) -> QPixmap:
+        painter = QPainter(pixmap)
+        seen: set[tuple[str, int, int, Decision]] = set()
+        for judged in intervals:
+            if judged.interval.chain not in rows:
+                continue
+            left = self._x(judged.interval.start - 0.5)
+            width = max(2.0, self._x(judged.interval.stop - 0.5) - left)
+            key = (judged.interval.chain, round(left), round(width), judged.decision)
+            if key in seen and judged.id != self._selected:
+                continue  # thousands of intervals fall on hundreds of pixels
+            seen.add(key)
+            self._paint_mark(painter, judged, left, width, *rows[judged.interval.chain])
+        painter.end()
+        return pixmap
+
+    def _paint_mark(
+        self,
+        painter: QPainter,
+        judged: Judged,
+        left: float,
+        width: float,
+        top: float,
+        height: float,
+    ) -> None:
+        large = judged.interval.chain == self._chain
+        name = getattr(self._theme, str(judged.decision))
+        colour = QColor(name) if large else mixed(name, self._theme.surface, 170)
+        pad = 1.0 if large else 0.0
+        top, height = top + pad, max(1.0, height - 2 * pad)
+        if judged.decision == Decision.UNDECIDED and large:
+            rect = QRectF(left, top + 0.4 * height, width, 0.6 * height)
+        elif judged.decision == Decision.REJECTED:
+            rect = QRectF(left, top + 0.5 * height - 0.75, width, 1.5)
+        else:
+            rect = QRectF(left, top, width, height)
+        painter.fillRect(rect, colour)
+        if judged.id == self._selected:
+            painter.setPen(QPen(QColor(self._theme.text), 1.0))
+            painter.drawRect(QRectF(left - 1.5, top - 0.5, width + 3.0, height + 1.0))
+
+    def _paint_view(self, painter: QPainter) -> None:
+        left = max(0.0, self._x(max(self._view[0], -0.5)))
+        right = min(float(self.width()), self._x(min(self._view[1], self._frames - 0.5)))
+        if right - left >= self.width() - 2 * _EDGE - 1.0:
+            return  # everything is in view: a frame round everything says nothing
+        veil = QColor(self._theme.window)
+        veil.setAlpha(150)
+        painter.fillRect(QRectF(0, 0, left, self.height()), veil)
+        painter.fillRect(QRectF(right, 0, self.width() - right, self.height()), veil)
+        painter.setPen(QPen(QColor(self._theme.soft), 1.0))
+        painter.drawRect(QRectF(left, 0.5, max(3.0, right - left), self.height() - 1.0))
+
+    # -- the mouse ----------------------------------------------------------------------------
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """The playhead comes to the cursor."""
+        if event.button() == Qt.MouseButton.LeftButton and self._frames:
+            self.moved.emit(self._frame_at(event.position().x()))
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """And follows it."""
+        if event.buttons() & Qt.MouseButton.LeftButton and self._frames:
+            self.moved.emit(self._frame_at(event.position().x()))

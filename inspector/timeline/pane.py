@@ -1,0 +1,214 @@
+"""One plot of the time line: axes, curves, layers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QRectF, Qt
+from PySide6.QtGui import QColor, QPen
+from PySide6.QtWidgets import QWidget
+
+from inspector.timeline.curve_line import Line
+from inspector.timeline.curve_values import root_scale, thinned
+from inspector.timeline.gestures import TimeView
+from inspector.timeline.layers import BackLayer, FrontLayer, Scenery
+from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis
+from inspector.widgets.canvas import Canvas, TauLine
+from inspector.widgets.theme import Theme, figures_font
+from twistcore.rotation import Array
+
+_AXIS_WIDTH = 46
+_AXIS_HEIGHT = 17
+_SMOOTH = 4_000  # frames in view up to which lines are antialiased
+_NO_SEAMS = np.zeros(0, dtype=np.int64)
+_LIT_WIDTH = 3.0
+
+
+@dataclass(frozen=True)
+class CurveStyle:
+    """name; role: the theme's colour; dashed: θc."""
+
+    name: str
+    role: str
+    dashed: bool = False
+
+
+class Pane(Canvas):
+    """A plot with its curves. It shows what it is given and asks nobody."""
+
+    def __init__(
+        self,
+        key: str,
+        styles: tuple[CurveStyle, ...],
+        scenery: Scenery,
+        *,
+        root: bool = False,
+        shade: bool = True,
+        glyphs: bool = False,
+        parent: QWidget | None = None,
+    ) -> None:
+        self.key = key
+        view = TimeView()
+        view.key = key
+        degrees = RootAxis("left") if root else UnitAxis("left")
+        super().__init__({"left": degrees, "bottom": FrameAxis("bottom")}, view, parent)
+        self.root = root
+        self._styles = styles
+        self._smooth = False
+        self._lit: str | None = None
+        self.scenery = scenery
+        self._bottom_shown = True
+        self.set_scale()
+        self._zero = pg.InfiniteLine(pos=0.0, angle=0)
+        self._zero.setZValue(-50)
+        self.addItem(self._zero)
+        self.curves = {s.name: Line(self.view) for s in styles}
+        self.values: dict[str, tuple[Array, NDArray[np.int64]]] = {}
+        for curve in self.curves.values():
+            self.addItem(curve)
+        self.view.sigResized.connect(self._thin_all)
+        self.back = BackLayer(self.view, scenery, shade=shade, glyphs=glyphs)
+        self.front = FrontLayer(self.view, scenery)
+        self.setMinimumHeight(40)
+
+    def set_scale(self) -> None:
+        """Take the scenery's scale of type and lines."""
+        scale = self.scenery.scale
+        for side in ("left", "bottom"):
+            axis = self.axes[side]
+            axis.type_scale = scale
+            axis.setStyle(tickFont=self.scenery.font(), tickLength=-4, autoExpandTextSpace=False)
+        self.axes["left"].setWidth(_AXIS_WIDTH * scale)
+        self.set_bottom(shown=self._bottom_shown)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Colours of paper, axes and lines."""
+        self.colour_ground(theme)
+        self._zero.setPen(_cosmetic(theme.line, 1.0))
+        self._set_pens()
+        self.touch()
+
+    def show_title(self, title: list[tuple[str, str]]) -> None:
+        """Words and numbers at the left top, as (text, colour role)."""
+        if title != self.front.title:
+            self.front.title = title
+            self._touch(0.0, self.view.width(), self.scenery.title_height + 1.0)
+
+    def move_playhead(self, before: int, after: int) -> None:
+        """Repaint where it was and where it is, in frames."""
+        for frame in (before, after):
+            self._touch(self.front.place(frame) - 3.0, 6.0, self.view.height())
+
+    def _touch(self, left: float, width: float, height: float) -> None:
+        """Repaint a part of the view, in its pixels, from its top."""
+        part = QRectF(left, 0.0, width, height).translated(self.view.scenePos())
+        self.viewport().update(part.toAlignedRect())
+
+    def _set_pens(self) -> None:
+        theme = self.scenery.theme
+        for style in self._styles:
+            bold = self._lit is not None and style.name.startswith(self._lit)
+            width = round(self.scenery.scale) * (_LIT_WIDTH if bold else 1.0)
+            pen = _cosmetic(getattr(theme, style.role), width)
+            if style.dashed:
+                pen.setDashPattern([5.0, 3.0])
+            curve = self.curves[style.name]
+            curve.pen, curve.smooth = pen, self._smooth
+
+    def light(self, first: str | None) -> None:
+        """Draw the curves whose names begin so boldly; None: none of them."""
+        if first != self._lit:
+            self._lit = first
+            self._set_pens()
+            self.touch()
+
+    def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
+        """Give a line its values, degrees, (frames,), NaN where nothing is drawn.
+
+        It is broken behind the frames `seams`.
+        """
+        self.values[name] = root_scale(y) if self.root else y, seams
+        self._thin(name)
+
+    def _thin(self, name: str) -> None:
+        """Hand over what is in view only: pyqtgraph's own thinning drops what lies by a gap."""
+        y, seams = self.values[name]
+        x, y = thinned(y, seams, *self.view.viewRange()[0], int(self.view.width()))
+        self.curves[name].show_points(x, y)
+
+    def _thin_all(self, *_: object) -> None:
+        for name in self.values:
+            self._thin(name)
+
+    def show_values(self, low: float, high: float) -> None:
+        """Range in degrees, with room above for the title; a range from 0 keeps 0 at the foot."""
+        if self.root:
+            low, high = float(root_scale(low)), float(root_scale(high))
+        span = high - low
+        foot = 0.03 if low == 0.0 else 0.07
+        self.view.setYRange(low - foot * span, high + 0.24 * span, padding=0.0)
+        self.touch()
+
+    def count_from(self, first: int) -> None:
+        """Call the first frame `first`."""
+        axis = self.axes["bottom"]
+        axis.first = first
+        axis.picture = None
+        self.touch()
+
+    def show_frames(self, first: float, last: float) -> None:
+        """Range in time."""
+        smooth = last - first <= _SMOOTH
+        if smooth != self._smooth:
+            self._smooth = smooth
+            self._set_pens()
+        if [first, last] != self.view.viewRange()[0]:
+            self.view.setXRange(first, last, padding=0.0)
+            self._thin_all()
+            self.touch()
+
+    def set_bottom(self, *, shown: bool) -> None:
+        """Frame numbers, for the lowest plot of a column; the others keep only the line."""
+        axis = self.axes["bottom"]
+        axis.setStyle(showValues=shown)
+        axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)
+        self._bottom_shown = shown
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """No hint outlives the cursor's leaving."""
+        self.view.setToolTip("")
+        super().leaveEvent(event)
+
+    def tau_line(self, theme: Theme) -> pg.InfiniteLine:
+        """Add a line that is dragged up and down."""
+        line = TauLine(
+            angle=0,
+            label="τ",
+            labelOpts={"position": 0.985, "movable": False, "anchors": [(1.0, 1.15), (1.0, 1.15)]},
+        )
+        line.setZValue(30)
+        line.label.setFont(figures_font(8.5))
+        line.setCursor(Qt.CursorShape.SizeVerCursor)
+        self.addItem(line)
+        line.changed.connect(self.touch)
+        colour_tau(line, theme)
+        return line
+
+
+def colour_tau(line: pg.InfiniteLine, theme: Theme) -> None:
+    """The τ line in a theme's colour."""
+    line.setPen(_cosmetic(theme.tau, 1.6))
+    line.setHoverPen(_cosmetic(theme.tau, 3.0))
+    line.label.setColor(QColor(theme.tau))
+    line.label.fill = pg.mkBrush(theme.surface)
+    line.label.update()
+
+
+def _cosmetic(colour: str, width: float) -> QPen:
+    """A pen as wide in pixels wherever it draws; others are scaled with the view."""
+    pen = QPen(QColor(colour), width)
+    pen.setCosmetic(True)
+    return pen

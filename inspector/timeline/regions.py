@@ -1,0 +1,155 @@
+"""Interval regions of a plot: placed in pixels once for all plots, then drawn by each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QRect, Qt
+from PySide6.QtGui import QBrush, QColor, QFont, QPainter, QPainterPath, QPen
+
+from inspector.widgets.theme import Theme, mixed
+from twistcore.review import Decision, Judged
+
+_CROWDED = 4  # pixels for each region in view below which borders and glyphs are left out
+_GLYPH_ROOM = 11  # pixels
+_GLYPHS = {Decision.ACCEPTED: "✓", Decision.REJECTED: "✗", Decision.UNDECIDED: "?"}
+_BORDERS = {
+    Decision.ACCEPTED: Qt.PenStyle.SolidLine,
+    Decision.REJECTED: Qt.PenStyle.DotLine,
+    Decision.UNDECIDED: Qt.PenStyle.DashLine,
+}
+
+_Spans = list[list[int]]  # left and right pixel of each
+
+
+@dataclass(frozen=True)
+class _Group:
+    """The regions of one decision: what they cover together, and each by itself."""
+
+    decision: Decision
+    selected: bool
+    covered: _Spans
+    each: _Spans  # none where they are too many to be told apart
+
+
+class Regions:
+    """The regions over one range of frames on one width, ready to be painted at any height.
+
+    seen: the intervals that reach into the range, `selected` the id of the one drawn strongly;
+    first, last: the range in frames; width: pixels.
+    """
+
+    def __init__(
+        self, seen: Sequence[Judged], selected: int | None, first: float, last: float, width: int
+    ) -> None:
+        self._width = width
+        crowded = len(seen) * _CROWDED > width
+        self._groups: list[_Group] = []
+        for strong in (False, True):
+            for decision in Decision:
+                chosen = [
+                    j for j in seen if j.decision == decision and (j.id == selected) == strong
+                ]
+                if chosen:
+                    each = _places(chosen, first, last, width)
+                    covered = _united(each, width)
+                    hidden = crowded and not strong
+                    self._groups.append(_Group(decision, strong, covered, [] if hidden else each))
+        self._height = 0
+        self._shapes: list[tuple[_Group, list[QRect], QPainterPath]] = []
+
+    def paint(
+        self, painter: QPainter, theme: Theme, height: int, glyphs: QFont | None, top: int
+    ) -> None:
+        """Fills, borders, and with a font the signs of the decisions below `top`."""
+        painter.setClipRect(QRect(0, 0, self._width, height))
+        for group, rects, lines in self._shapes_of(height):
+            _paint_group(painter, theme, group, rects, lines, self._width, height)
+            if glyphs is not None:
+                painter.setFont(glyphs)
+                for left, right in group.each:
+                    if right - left >= _GLYPH_ROOM:
+                        box = QRect(left, top, right - left, painter.fontMetrics().height())
+                        sign = _GLYPHS[group.decision]
+                        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, sign)
+
+    def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
+        """Fills and borders of at least this height: lower plots cut those of higher ones off."""
+        if height > self._height:
+            self._height = height
+            self._shapes = [
+                (
+                    group,
+                    [QRect(left, 0, right - left, height) for left, right in group.covered],
+                    _uprights(_inside(group.each, self._width), height),
+                )
+                for group in self._groups
+            ]
+        return self._shapes
+
+
+def _paint_group(
+    painter: QPainter,
+    theme: Theme,
+    group: _Group,
+    rects: list[QRect],
+    lines: QPainterPath,
+    width: int,
+    height: int,
+) -> None:
+    name = getattr(theme, str(group.decision))
+    rejected = group.decision == Decision.REJECTED
+    strong = group.selected
+    share = (46 if strong else 14) if rejected else (68 if strong else 34)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(mixed(name, theme.surface, share))
+    painter.drawRects(rects)
+    if rejected and group.each:
+        stripes = mixed(name, theme.surface, 150 if strong else 90)
+        painter.setBrush(QBrush(stripes, Qt.BrushStyle.BDiagPattern))
+        painter.drawRects(rects)
+    pen = QPen(QColor(name), 2.0 if strong else 1.0, _BORDERS[group.decision])
+    pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+    painter.setPen(pen)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawPath(lines)
+    if strong:
+        for x in _inside(group.each, width):
+            painter.fillRect(QRect(x - 2, height // 2 - 9, 5, 18), QColor(name))
+
+
+def _places(regions: Sequence[Judged], first: float, last: float, width: int) -> _Spans:
+    """Left and right pixel of each region, kept inside the view.
+
+    By hand: a clip in fractions of pixels makes every fill slow.
+    """
+    frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
+    places = np.rint((frames - first) / (last - first) * width).astype(np.int64)
+    places[:, 1] = np.maximum(places[:, 1], places[:, 0] + 2)
+    pairs: _Spans = np.clip(places, 0, width).tolist()
+    return pairs
+
+
+def _inside(places: _Spans, width: int) -> list[int]:
+    """The borders that are not the view's own."""
+    return [x for pair in places for x in pair if 0 < x < width - 1]
+
+
+def _uprights(at: Sequence[int], height: int) -> QPainterPath:
+    """Upright lines, made in one go: an object for each would take longer than drawing it."""
+    x = np.repeat(np.array(at, dtype=np.float64), 2)
+    return pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
+
+
+def _united(places: _Spans, width: int) -> _Spans:
+    """The columns that the regions cover together: no more than there are pixels."""
+    steps = np.zeros(width + 2, dtype=np.int64)
+    starts, ends = np.array(places).T
+    np.add.at(steps, starts, 1)
+    np.add.at(steps, ends, -1)
+    covered = np.concatenate([[False], np.cumsum(steps)[:-1] > 0, [False]])
+    spans: _Spans = np.flatnonzero(np.diff(covered)).reshape(-1, 2).tolist()
+    return spans

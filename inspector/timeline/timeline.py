@@ -1,0 +1,476 @@
+"""The time line: plots of the selected chain, linked in time, under an overview of the clip."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QPoint, Qt, Signal
+from PySide6.QtGui import QAction, QColor, QPalette, QResizeEvent
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.session.document import Document
+from inspector.timeline.chain_curves import ChainCurves
+from inspector.timeline.context_menu import context_menu
+from inspector.timeline.curve_values import from_root_scale, root_scale, unreliable_spans
+from inspector.timeline.gestures import Gestures, Latest
+from inspector.timeline.layers import Scenery
+from inspector.timeline.other_detector import Onlooker, OtherDetector
+from inspector.timeline.overview import OverviewStrip
+from inspector.timeline.pane import CurveStyle, Pane, colour_tau
+from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.theme import Theme, figures_font
+from twistcore.review import Insert, Judged
+from twistcore.review.proposal import proposed_interval
+
+_TITLES = {
+    "theta": "Twist θp and azimuth θc",
+    "delta": "Per frame: Δθp and Δθc",
+    "strength": "Strength with τ",
+    "offset": "Offset taken out",
+    "other": "The other detector",
+}
+_STYLES = {
+    "theta": (
+        CurveStyle("c_before", "before", dashed=True),
+        CurveStyle("c_after", "after", dashed=True),
+        CurveStyle("p_before", "before"),
+        CurveStyle("p_after", "after"),
+    ),
+    "delta": (
+        CurveStyle("c_before", "before", dashed=True),
+        CurveStyle("c_after", "after", dashed=True),
+        CurveStyle("p_before", "before"),
+        CurveStyle("p_after", "after"),
+    ),
+    # The paper's m(t) lies dimmed under the strength of another detector, to be compared with it.
+    "strength": (CurveStyle("m", "soft", dashed=True), CurveStyle("strength", "before")),
+    "offset": (CurveStyle("offset", "text"),),
+}
+_WEIGHTS = {"theta": 4, "delta": 3, "strength": 4, "offset": 3, "other": 4}
+_ORDER = ("theta", "delta", "strength", "other", "offset")
+_AT_FIRST = ("theta", "delta", "strength", "offset")
+_ROW = 88  # pixels that a plot needs before the plots go into two columns
+_SMALLEST_TAU, _LARGEST_TAU = 0.1, 180.0  # degrees
+_SMALLEST_VIEW = 8.0  # frames
+
+
+class Timeline(QWidget):
+    """Plots of the document's selected chain. It draws the document and asks it for changes."""
+
+    _stale = Signal()
+
+    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.scenery = Scenery(theme)
+        self.gestures = Gestures(self)
+        self._curves: ChainCurves | None = None
+        self._range = (-0.5, 0.5)
+        self._tau_drag = 0
+        self._latest_tau = Latest(self)
+        self._dirty = ""
+        # Queued it comes before Qt's next repaint, so that tables and plots are painted at once.
+        self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
+        self._columns = 0
+        self._build(theme)
+        self.set_theme(theme)
+        document.opened.connect(self._opened)
+        document.chain_changed.connect(lambda: self._mark("chain"))
+        document.intervals_changed.connect(lambda: self._mark("review"))
+        document.method_changed.connect(self._method_changed)
+        document.numbering_changed.connect(self._renumber)
+        document.hidden_changed.connect(lambda: self._mark("review"))
+        document.interval_changed.connect(self._interval_changed)
+        document.frame_changed.connect(self._frame_changed)
+        self._opened()
+
+    # -- building -----------------------------------------------------------------------------
+
+    def _build(self, theme: Theme) -> None:
+        self.overview = OverviewStrip(theme, self)
+        self.overview.moved.connect(self.document.go_to)
+        self.readout = SteadyLabel(self)
+        self.readout.setFont(figures_font(9.0))
+        self.readout.setToolTip("Playhead")
+        self.plots_button = QToolButton(self)
+        self.plots_button.setText("Plots ▾")
+        self.plots_button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+        self.plots_button.setAutoRaise(True)
+        self.plots_button.setToolTip("Choose which plots are shown")
+        self.plots_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        head = QHBoxLayout()
+        head.setContentsMargins(46, 2, 4, 2)
+        head.setSpacing(8)
+        head.addWidget(self.overview, 1)
+        head.addWidget(self.readout)
+        head.addWidget(self.plots_button)
+
+        self.panes = {
+            key: Pane(
+                key,
+                styles,
+                self.scenery,
+                root=key in ("delta", "strength"),
+                shade=key != "offset",
+                glyphs=key == "theta",
+                parent=self,
+            )
+            for key, styles in _STYLES.items()
+        }
+        self.other = OtherDetector(self.document, theme, self)
+        self.panes = {**self.panes, "other": self.other}
+        self.panes = {key: self.panes[key] for key in _ORDER}
+        self._menu = QMenu(self.plots_button)
+        self.toggles: dict[str, QAction] = {}
+        for key, pane in self.panes.items():
+            pane.view.gestures = self.gestures
+            pane.view.sigResized.connect(self._restore_range)
+            action = QAction(_TITLES[key], self._menu)
+            action.setCheckable(True)
+            action.setChecked(key in _AT_FIRST)
+            action.toggled.connect(lambda on, k=key: self.show_plot(k, shown=on))
+            self._menu.addAction(action)
+            self.toggles[key] = action
+        self.other.view.gestures = Onlooker(self)
+        self.plots_button.setMenu(self._menu)
+        self._shown = list(_AT_FIRST)
+        self.tau_line = self.panes["strength"].tau_line(theme)
+        self.tau_line.setBounds([float(root_scale(d)) for d in (_SMALLEST_TAU, _LARGEST_TAU)])
+        self.tau_line.sigDragged.connect(self._tau_dragged)
+        self.tau_line.sigPositionChangeFinished.connect(self._tau_dropped)
+
+        self._plots = QWidget(self)
+        self._grid = QGridLayout(self._plots)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(0)
+        self._hint = QLabel(self)
+        self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._hint.setObjectName("soft")
+        self._pages = QStackedWidget(self)
+        self._pages.addWidget(self._plots)
+        self._pages.addWidget(self._hint)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addLayout(head)
+        column.addWidget(self._pages, 1)
+        self.setMinimumHeight(120)
+        self._arrange()
+
+    def _arrange(self) -> None:
+        """One column where there is height for it, else two."""
+        shown = self._shown
+        height = self._pages.height()
+        columns = 1 if len(shown) < 2 or height >= _ROW * len(shown) else 2
+        if (columns, tuple(shown)) == self._columns:
+            return
+        self._columns = (columns, tuple(shown))
+        for pane in self.panes.values():
+            self._grid.removeWidget(pane)
+            pane.setVisible(pane.key in shown)
+        left = len(shown) // columns  # an odd one goes to the right: the detectors stay together
+        rows = len(shown) - left if columns == 2 else left
+        for row in range(len(self.panes)):
+            self._grid.setRowStretch(row, 0)
+        for place, key in enumerate(shown):
+            pane = self.panes[key]
+            col = int(place >= left)
+            row = place - left if col else place
+            last = place in (left - 1, len(shown) - 1)
+            span = rows - row if last else 1
+            self._grid.addWidget(pane, row, col, span, 1)
+            self._grid.setRowStretch(row, max(self._grid.rowStretch(row), _WEIGHTS[key]))
+            pane.set_bottom(shown=last)
+        for col in range(2):
+            self._grid.setColumnStretch(col, 1 if col < columns else 0)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """More or less height may change the number of columns."""
+        super().resizeEvent(event)
+        self._arrange()
+
+    def show_plot(self, key: str, *, shown: bool) -> None:
+        """Show or hide one of the plots 'theta', 'delta', 'strength', 'offset'."""
+        wanted = set(self._shown) | {key} if shown else set(self._shown) - {key}
+        self._shown = [k for k in self.panes if k in wanted]
+        self._arrange()
+        self._show_other()
+
+    def _show_other(self) -> None:
+        if "other" in self._shown:
+            self.other.refresh()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self.scenery.theme = theme
+        self.overview.set_theme(theme)
+        for pane in self.panes.values():
+            pane.set_theme(theme)
+        colour_tau(self.tau_line, theme)
+        for widget, role in ((self._hint, theme.soft), (self.readout, theme.text)):
+            palette = widget.palette()
+            palette.setColor(QPalette.ColorRole.WindowText, QColor(role))
+            widget.setPalette(palette)
+        palette = self.palette()
+        palette.setColor(QPalette.ColorRole.Window, QColor(theme.surface))
+        self.setPalette(palette)
+        self.setAutoFillBackground(True)
+
+    def light(self, curves: tuple[tuple[str, str], ...]) -> None:
+        """Draw curves boldly, by plot and the first letters of their names; the others as ever."""
+        wanted = dict(curves)
+        for key, pane in self.panes.items():
+            pane.light(wanted.get(key))
+
+    def set_scale(self, scale: float) -> None:
+        """Larger type and lines, 1 as usual."""
+        self.readout.setFont(figures_font(9.0 * scale))
+        self.tau_line.label.setFont(figures_font(8.5 * scale))
+        for scenery in (self.scenery, self.other.scenery):
+            scenery.scale = scale
+        for pane in self.panes.values():
+            pane.set_scale()
+            pane.set_theme(self.scenery.theme)
+
+    # -- following the document ---------------------------------------------------------------
+
+    def _opened(self) -> None:
+        self._curves = None  # those of the clip before must not answer for a frame of this one
+        self.other.forget()
+        self._mark("chain")
+        self.show_all()
+
+    def _method_changed(self) -> None:
+        self.other.forget()
+        self._mark("chain")
+
+    def _mark(self, what: str) -> None:
+        """Draw again once the change is through; 'chain' includes 'review'."""
+        if not self._dirty:
+            self._stale.emit()
+        if self._dirty != "chain":
+            self._dirty = what
+
+    def refresh(self) -> None:
+        """Draw what has changed now."""
+        dirty, self._dirty = self._dirty, ""
+        if not dirty:
+            return
+        document, scenery = self.document, self.scenery
+        scenery.frames, scenery.frame = document.frames, document.frame
+        scenery.selected = document.interval_id
+        if dirty == "chain":
+            self._load_chain()
+        if self._curves is not None:
+            state = document.review.state
+            scenery.set_intervals(state.of_chain(document.chain))
+            self._curves.show_review(self.panes)
+            degrees = float(np.degrees(state.tau.get(document.chain, 0.0)))
+            self._show_tau(degrees)
+            self._show_titles()
+            for key in self._shown:
+                self.panes[key].touch()
+            if dirty == "chain":
+                self._show_other()
+        self._show_overview()
+        self._show_readout()
+
+    def _load_chain(self) -> None:
+        document = self.document
+        data = document.data
+        self._curves = None
+        if data is None or not document.chain:
+            self.scenery.set_intervals(())
+            self._hint.setText(
+                "No chain in this skeleton: nothing twists against its parent."
+                if data is not None
+                else "Open a clip to see its twist over time."
+            )
+            self._pages.setCurrentWidget(self._hint)
+            return
+        self._curves = ChainCurves(document)
+        signals = data.signals[document.chain]
+        self.scenery.unreliable = unreliable_spans(signals.azimuth_reliability)
+        self._pages.setCurrentWidget(self._plots)
+        for pane in self.panes.values():
+            pane.set_theme(self.scenery.theme)
+        self._curves.show_clip(self.panes)
+        self._restore_range()
+
+    def _show_overview(self) -> None:
+        document = self.document
+        chains = tuple(c.name for c in document.data.chains) if document.data else ()
+        self.overview.show_review(
+            document.frames,
+            chains,
+            document.chain,
+            tuple(j for j in document.intervals if j.interval.chain not in document.hidden),
+            document.interval_id,
+        )
+        self.overview.show_frame(document.frame)
+
+    def _interval_changed(self) -> None:
+        self.scenery.selected = self.document.interval_id
+        self._mark("review")
+        judged = self.document.interval
+        first, last = self._range
+        if judged and (judged.interval.stop < first or judged.interval.start > last):
+            self._centre_on(0.5 * (judged.interval.start + judged.interval.stop))
+
+    def _frame_changed(self, frame: int) -> None:
+        before, self.scenery.frame = self.scenery.frame, frame
+        self.overview.show_frame(frame)
+        for key in self._shown:
+            self.panes[key].move_playhead(before, frame)
+        self._show_readout()
+        self._show_titles()
+        first, last = self._range
+        if not first <= frame <= last and not self.gestures.dragging:
+            span = last - first
+            self.show_range(frame - 0.1 * span, frame + 0.9 * span)
+
+    def _renumber(self) -> None:
+        for pane in self.panes.values():
+            pane.count_from(self.document.first_frame)
+        self._show_readout()
+
+    def _show_readout(self) -> None:
+        document = self.document
+        if document.data is None:
+            self.readout.setText("")
+            return
+        step = document.data.motion.frame_time
+        first, last = document.first_frame, document.frames - 1
+        frame = f"{document.frame + first:{len(str(last + first))}d}"
+        seconds = f"{document.frame * step:{len(f'{last * step:.3f}')}.3f}"
+        self.readout.setText(f"frame {frame} / {last + first} · {seconds} s")
+
+    def _show_titles(self) -> None:
+        if self._curves is None:
+            return
+        for key, title in self._curves.titles(self.document.frame).items():
+            self.panes[key].show_title(title)
+
+    # -- time ---------------------------------------------------------------------------------
+
+    def visible_range(self) -> tuple[float, float]:
+        """First and last place in view, in frames."""
+        return self._range
+
+    def show_range(self, first: float, last: float) -> None:
+        """Show a range of frames in all plots, kept within the clip."""
+        low, high = -0.5, max(1, self.document.frames) - 0.5
+        margin = 0.01 * (high - low)
+        low, high = low - margin, high + margin
+        span = min(max(last - first, _SMALLEST_VIEW), high - low)
+        middle = 0.5 * (first + last)
+        first = min(max(middle - 0.5 * span, low), high - span)
+        self._range = (first, first + span)
+        self._restore_range()
+
+    def _restore_range(self, *_: object) -> None:
+        for pane in self.panes.values():
+            pane.show_frames(*self._range)
+        self.overview.show_view(*self._range)
+
+    def pan(self, frames: float) -> None:
+        """Move the view in time."""
+        self.show_range(self._range[0] + frames, self._range[1] + frames)
+
+    def _centre_on(self, frame: float) -> None:
+        half = 0.5 * (self._range[1] - self._range[0])
+        self.show_range(frame - half, frame + half)
+
+    def show_all(self) -> None:
+        """The whole clip."""
+        self.show_range(-1e9, 1e9)
+
+    def zoom_to_interval(self, judged: Judged | None = None) -> None:
+        """An interval, the selected one if none is given, with half a second to either side."""
+        judged = judged or self.document.interval
+        if judged is None or self.document.data is None:
+            return
+        pad = 0.5 * self.document.data.motion.fps
+        self.show_range(judged.interval.start - pad, judged.interval.stop + pad)
+
+    # -- τ ------------------------------------------------------------------------------------
+
+    def _show_tau(self, degrees: float) -> None:
+        text = f"τ {degrees:.1f}°"
+        if self.tau_line.label.format != text:
+            self.tau_line.label.setFormat(text)
+        place = float(root_scale(degrees))
+        if not self._tau_drag and self.tau_line.value() != place:
+            self.tau_line.setValue(place)
+        if not self._tau_drag and self._curves is not None:  # a scale must not move under a drag
+            self._curves.fit_tau(self.panes["strength"], degrees)
+
+    def _tau_dragged(self) -> None:
+        if not self._tau_drag:
+            self._tau_drag = self.document.begin_drag()
+        degrees = round(from_root_scale(self.tau_line.value()), 1)
+        self._latest_tau.ask(lambda: self.set_tau_degrees(degrees, self._tau_drag))
+
+    def _tau_dropped(self) -> None:
+        self._latest_tau.flush()
+        self._tau_drag = 0
+        self._mark("review")
+
+    def set_tau_at(self, place: float) -> None:
+        """τ at a height of the strength plot."""
+        self.set_tau_degrees(round(from_root_scale(place), 1))
+
+    def set_tau_degrees(self, degrees: float, drag: int = 0) -> None:
+        """Set τ of the selected chain."""
+        degrees = min(max(degrees, _SMALLEST_TAU), _LARGEST_TAU)
+        self.document.set_tau(float(np.radians(degrees)), self.document.chain, drag)
+
+    # -- menu and hints -----------------------------------------------------------------------
+
+    def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:
+        """Open the menu of a place; non-blocking."""
+        judged = self.gestures.interval_at(frame)
+        if judged is not None:
+            self.document.select_interval(judged.id)
+        menu = context_menu(self, key, frame, round(from_root_scale(place), 1), judged)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(position)
+        return menu
+
+    def insert_interval(self, frame: int) -> None:
+        """A new interval around a frame, selected at once."""
+        document = self.document
+        if document.data is None or not document.chain:
+            return
+        signals = document.data.signals[document.chain]
+        fps = document.data.motion.fps
+        state = document.review.state
+        document.do(Insert(proposed_interval(document.chain, signals, frame, fps)))
+        if document.review.state.next_id != state.next_id:
+            document.select_interval(state.next_id)
+
+    def hint(self, judged: Judged | None, frame: float) -> str:
+        """What a tool tip says of a place."""
+        if judged is not None:
+            i, first = judged.interval, self.document.first_frame
+            lines = [
+                f"{i.chain}  frames {i.start + first}–{i.stop - 1 + first} ({i.frames})",
+                f"δ {np.degrees(i.delta):+.1f}°, {judged.decision}",
+            ]
+            if not judged.supported:
+                lines.append("No longer found at this τ; kept because you decided or edited it.")
+            if judged.note:
+                lines.append(judged.note)
+            return "\n".join(lines)
+        spans = self.scenery.unreliable
+        if np.any((spans[:, 0] - 0.5 <= frame) & (frame < spans[:, 1] - 0.5)):
+            return "Limb nearly straight: the azimuth θc, and so the strength, is unreliable here."
+        return ""

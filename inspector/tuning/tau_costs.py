@@ -1,0 +1,204 @@
+"""What every τ costs the open clip: measured in the background, remembered, given up when stale."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from inspector.session.document import Document
+from inspector.tuning.cost_worker import Request, measure
+from twistcore.chain import uncorrectable_joints
+from twistcore.review import Decision
+from twistcore.tuning import TauCurve, Verdicts
+
+_POLL_MS = 30
+_REMEMBERED = 12  # clips, or the same clip judged otherwise
+_SETTLE_MS = 400  # verdicts come one after the other: measure when the hand rests
+
+_Key = tuple[object, ...]
+
+
+class Costs(QObject):
+    """Curves of the document's clip by chain name. Views listen to `changed`.
+
+    They depend on the clip, on the detector and on what a person called right or wrong: a change of
+    these ends what is under way. Nothing is measured while `watching` is off.
+    """
+
+    changed = Signal()
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._known: OrderedDict[_Key, dict[str, TauCurve]] = OrderedDict()
+        self._key: _Key | None = None
+        self._running: _Key | None = None
+        self._process: BaseProcess | None = None
+        self._pipe: Connection | None = None
+        self._watching = False
+        self.trouble = ""
+        self._poll = QTimer(self, interval=_POLL_MS)
+        self._poll.timeout.connect(self._look)
+        self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._settle.timeout.connect(self._start)
+        document.opened.connect(self._check)
+        document.intervals_changed.connect(self._check)
+        document.chain_changed.connect(self._prefer)
+        self._judged: object = None  # what the key was made of: τ moves far more often than it
+
+    # -- what views read ----------------------------------------------------------------------
+
+    @property
+    def curves(self) -> Mapping[str, TauCurve]:
+        """The curves that are known of the present clip, by chain name."""
+        return self._known.get(self._key, {}) if self._key else {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Chains that have a curve, or will have one."""
+        data = self._document.data
+        if data is None:
+            return ()
+        return tuple(c.name for c in data.chains if not uncorrectable_joints(data.motion, c))
+
+    @property
+    def running(self) -> bool:
+        """Whether curves are still to come."""
+        return self._process is not None or self._settle.isActive()
+
+    # -- following the document ---------------------------------------------------------------
+
+    def watch(self, on: bool) -> None:
+        """Measure from now on, as somebody looks; or stop."""
+        self._watching = on
+        if on:
+            self._check()
+            self._start()
+        else:
+            self.stop()
+
+    def stop(self) -> None:
+        """End the process; what it has sent is kept."""
+        self._settle.stop()
+        self._poll.stop()
+        self._running = None
+        if self._process is not None and self._pipe is not None:
+            self._pipe.close()
+            self._process.kill()
+            self._process.join(1.0)
+            self._process.close()
+        self._process = self._pipe = None
+
+    def _check(self) -> None:
+        """Is what is known, or under way, still of the present clip?"""
+        data = self._document.data
+        if data is None:
+            return
+        state = self._document.review.state
+        said = tuple(j for j in state.intervals if j.decision != Decision.UNDECIDED)
+        judged = (data.clip, state.method, said)
+        if judged == self._judged:
+            return
+        another = self._judged is None or self._judged[0] is not data.clip
+        self._judged = judged
+        spans = [(j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in said]
+        offsets = [j.interval.offset.tobytes() for j in said if j.decision == Decision.ACCEPTED]
+        self._key = (data.clip.sha256, state.method, *spans, *offsets)
+        if self._running is not None and self._running != self._key:
+            self.stop()
+        self.trouble = ""
+        if self._watching:
+            self._start() if another else self._settle.start()
+        self.changed.emit()
+
+    def _prefer(self) -> None:
+        """The selected chain first: it is looked at."""
+        if self._pipe is not None:
+            try:
+                self._pipe.send(self._document.chain)
+            except OSError:
+                return  # it has just ended; the poll will see
+
+    # -- the process --------------------------------------------------------------------------
+
+    def _start(self) -> None:
+        self._settle.stop()
+        data = self._document.data
+        if data is None or self._key is None or self._running == self._key or self.trouble:
+            return
+        left = [name for name in self.names if name not in self.curves]
+        if not left:
+            return
+        self.stop()
+        left.sort(key=lambda name: name != self._document.chain)
+        state = self._document.review.state
+        request = Request(
+            data.clip.path, data.clip.sha256, state.method, self._verdicts(), tuple(left)
+        )
+        # Spawned, not forked: a fork of a program with threads and an X connection may hang.
+        context = multiprocessing.get_context("spawn")
+        ours, theirs = context.Pipe()
+        process = context.Process(target=measure, args=(theirs, request), daemon=True)
+        try:
+            process.start()
+        except OSError as error:
+            self._fail(f"What τ costs cannot be measured ({error.strerror}).")
+            self.changed.emit()
+            return
+        finally:
+            theirs.close()
+        self._process, self._pipe, self._running = process, ours, self._key
+        self._poll.start()
+        self.changed.emit()
+
+    def _verdicts(self) -> Verdicts:
+        intervals = self._document.review.state.intervals
+        return Verdicts(
+            errors=tuple(
+                replace(j.interval, explain=None)  # its evidence would be asked for, to be sent
+                for j in intervals
+                if j.decision == Decision.ACCEPTED
+            ),
+            natural=tuple(
+                (j.interval.chain, j.interval.start, j.interval.stop)
+                for j in intervals
+                if j.decision == Decision.REJECTED
+            ),
+        )
+
+    def _look(self) -> None:
+        """Take what has come: a few microseconds when nothing has."""
+        news = False
+        try:
+            while self._pipe is not None and self._pipe.poll():
+                self._take(self._pipe.recv())
+                news = True
+        except (EOFError, OSError):
+            self._fail(
+                "Measuring what τ costs was ended by the system, perhaps for want of memory."
+            )
+            news = True
+        if news:
+            self.changed.emit()
+
+    def _take(self, answer: tuple[str, TauCurve] | str | None) -> None:
+        if isinstance(answer, tuple):
+            assert self._running is not None
+            self._known.setdefault(self._running, {})[answer[0]] = answer[1]
+            self._known.move_to_end(self._running)
+            while len(self._known) > _REMEMBERED:
+                self._known.popitem(last=False)
+        elif isinstance(answer, str):
+            self._fail(answer)
+        else:
+            self.stop()
+
+    def _fail(self, why: str) -> None:
+        self.stop()
+        self.trouble = why

@@ -1,0 +1,170 @@
+"""What the actions of tuning do: methods of the main window, by the actions' ids."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDockWidget, QFileDialog, QMainWindow
+
+from inspector.session.document import Document
+from inspector.session.queue import FolderQueue
+from inspector.tuning.tau_table import Column
+from inspector.tuning.tuning_panel import Scope, TuningPanel
+from inspector.widgets.message_bar import MessageBar
+from twistcore.errors import TwistError
+from twistcore.tuning import Profile, read_profile, write_profile
+
+_PATTERN = "Profiles (*.toml);;All files (*)"
+
+
+class TuningActions(QMainWindow):
+    """τ by suggestion and by profile, for this clip and for the folder."""
+
+    document: Document
+    queue: FolderQueue
+    bar: MessageBar
+    tuning: TuningPanel
+    tuning_dock: QDockWidget
+
+    def show_tuning(self) -> None:
+        """Bring the tuning tab to the front."""
+        self.tuning_dock.show()
+        self.tuning_dock.raise_()
+
+    def suggest_tau(self) -> None:
+        """What the measured curves speak for."""
+        self.tuning.suggest()
+
+    def tau_for_chain(self, on: bool) -> None:
+        """τ is set for the selected chain."""
+        if on:
+            self.tuning.set_scope(Scope.CHAIN)
+
+    def tau_for_segment(self, on: bool) -> None:
+        """τ is set for the selected chain's segment on both sides."""
+        if on:
+            self.tuning.set_scope(Scope.SEGMENT)
+
+    def tau_for_all(self, on: bool) -> None:
+        """τ is set for all chains."""
+        if on:
+            self.tuning.set_scope(Scope.ALL)
+
+    # -- profiles -----------------------------------------------------------------------------
+
+    def load_profile(self) -> None:
+        """Ask for a profile and take its τ."""
+        dialog = self._profile_dialog("Load profile", QFileDialog.FileMode.ExistingFile)
+        dialog.fileSelected.connect(lambda name: self.load_profile_from(Path(name)))
+        dialog.open()
+
+    def load_profile_from(self, path: Path) -> None:
+        """Take a profile's τ; a damaged one changes nothing."""
+        if (profile := self._read(path)) is not None:
+            self._take(profile, path.name)
+
+    def _take(self, profile: Profile, name: str) -> None:
+        if self.document.data is None:
+            self.bar.show_message("Open a clip first.", False)
+            return
+        chains = self.document.review.state.tau
+        known = [n for n in profile.tau if n in chains]
+        if not known:
+            self.bar.show_message(f"{name} names no chain of this clip; nothing was changed.", True)
+            return
+        self.document.use_profile(profile)
+        kept = len(chains) - len(known)
+        rest = f"; {kept} chains that it does not name keep theirs" if kept else ""
+        self.bar.show_message(f"{name}: τ of {len(known)} chains{rest}.", False)
+
+    def save_profile(self) -> None:
+        """Ask where to and write the present τ."""
+        if self.document.data is None:
+            self.bar.show_message("Open a clip first.", False)
+            return
+        dialog = self._profile_dialog("Save profile", QFileDialog.FileMode.AnyFile)
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setDefaultSuffix("toml")
+        dialog.selectFile(str(self.document.data.clip.path.with_suffix(".toml")))
+        dialog.fileSelected.connect(lambda name: self.save_profile_to(Path(name)))
+        dialog.open()
+
+    def save_profile_to(self, path: Path) -> None:
+        """Write the present τ of every chain, with what it costs; all of the file or nothing."""
+        data = self.document.data
+        if data is None:
+            return
+        if path.suffix.lower() == ".bvh" or path.resolve() == data.clip.path.resolve():
+            self.bar.show_message(f"{path.name}: expected a TOML file, not a clip.", True)
+            return
+        method = self.document.review.state.method
+        try:
+            write_profile(path, self.tuning.tuned(), data.clip.name, method)
+        except OSError as error:
+            self.bar.show_message(f"{path}: not written ({error.strerror}).", True)
+        else:
+            self.bar.show_message(f"Wrote {path.name}: twistcore takes it with --profile.", False)
+
+    def compare_profiles(self) -> None:
+        """Ask for one profile to see beside the present τ, or for two to see side by side."""
+        dialog = self._profile_dialog("Compare profiles", QFileDialog.FileMode.ExistingFiles)
+        dialog.filesSelected.connect(lambda names: self.compare_with([Path(n) for n in names]))
+        dialog.open()
+
+    def compare_with(self, paths: Sequence[Path]) -> None:
+        """Show one profile beside the present τ, or two side by side."""
+        if len(paths) > 2:
+            self.bar.show_message("Choose one profile, or two to see side by side.", False)
+            return
+        read = [(path, self._read(path)) for path in paths]
+        columns = [Column(p.name, profile) for p, profile in read if profile]
+        if len(columns) == len(paths):
+            self.tuning.show_beside(columns)
+            self.show_tuning()
+
+    def take_profile(self) -> None:
+        """Take the τ of the profile on the right."""
+        if self.tuning.model.others:
+            column = self.tuning.model.others[-1]
+            self._take(column.profile, column.name)
+
+    def close_comparison(self) -> None:
+        """Only the present τ."""
+        self.tuning.show_beside(())
+
+    def _read(self, path: Path) -> Profile | None:
+        try:
+            return read_profile(path)
+        except TwistError as error:
+            self.bar.show_message(f"{error}. Nothing was changed.", True)
+            return None
+
+    def _profile_dialog(self, title: str, mode: QFileDialog.FileMode) -> QFileDialog:
+        dialog = QFileDialog(self, title, "", _PATTERN)
+        dialog.setFileMode(mode)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        return dialog
+
+    # -- the folder ---------------------------------------------------------------------------
+
+    def profile_to_folder(self) -> None:
+        """Analyse the open folder again with the present τ; its clips open with it."""
+        if self.document.data is None or self.queue.folder is None:
+            self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
+            return
+        state = self.document.review.state
+        self.queue.use_profile(Profile(dict(state.tau), state.method))
+        self.bar.show_message(
+            f"{self.queue.folder.name} is analysed again with the τ of "
+            f"{self.document.data.clip.name}; clips with a session keep their own.",
+            False,
+        )
+
+    def automatic_folder(self) -> None:
+        """Analyse the open folder again with the automatic τ of each clip."""
+        if self.queue.folder is None:
+            self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
+        elif self.queue.profile is not None:
+            self.queue.use_profile(None)

@@ -1,0 +1,399 @@
+"""The tuning tab: τ of the selected chain, what it costs, and τ of all chains beside profiles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+
+import numpy as np
+from PySide6.QtCore import QModelIndex, Qt, QTimer, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDoubleSpinBox,
+    QGridLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QStackedLayout,
+    QTableView,
+    QTabWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.session.document import Document
+from inspector.timeline.gestures import Latest
+from inspector.tuning.tau_costs import Costs
+from inspector.tuning.tau_plots import CostPlot, Histogram
+from inspector.tuning.tau_table import Column, ComparisonModel
+from inspector.widgets.caption import Caption
+from inspector.widgets.letter_keys import LetterKeys
+from inspector.widgets.theme import Theme
+from twistcore.tuning import Tuned, tuned
+
+_SMALLEST_TAU, _LARGEST_TAU = 0.1, 180.0  # degrees
+_BURST_MS = 800
+_SHORT = {  # on buttons, which stand where it is plain what they are about
+    "tau_for_chain": "Chain",
+    "tau_for_segment": "Both sides",
+    "tau_for_all": "All",
+    "load_profile": "Load…",
+    "save_profile": "Save…",
+    "compare_profiles": "Compare…",
+    "take_profile": "Take over",
+    "close_comparison": "Close",
+    "profile_to_folder": "For the folder",
+}
+_PROFILE_BUTTONS = (
+    "load_profile", "save_profile", "profile_to_folder", "", "compare_profiles", "take_profile",
+    "close_comparison",
+)  # fmt: skip
+
+
+class Scope(StrEnum):
+    """Which chains a τ is set for."""
+
+    CHAIN = "chain"
+    SEGMENT = "segment"
+    ALL = "all"
+
+
+class TuningPanel(QWidget):
+    """Draws the document and what `costs` knows of it; asks the document for another τ."""
+
+    _stale = Signal()
+
+    def __init__(
+        self,
+        document: Document,
+        theme: Theme,
+        actions: Mapping[str, QAction],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._document, self._actions, self._theme = document, actions, theme
+        self.costs = Costs(document, self)
+        self.scope = Scope.CHAIN
+        self._drag = 0
+        self._dirty = ""
+        self._seen = False
+        self._strength, self._floor = np.zeros(0), 0.0  # of the selected chain, degrees
+        self._latest = Latest(self)
+        self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
+        self._burst = QTimer(self, singleShot=True, interval=_BURST_MS)
+        self._spun = 0
+        self._build(theme)
+        self.set_theme(theme)
+        for signal in (document.opened, document.chain_changed, document.method_changed):
+            signal.connect(lambda: self._mark("chain"))
+        document.opened.connect(self.model.reset)
+        document.intervals_changed.connect(lambda: self._mark("review"))
+        self.costs.changed.connect(lambda: self._mark("chain"))
+        self._enable(False)
+        self._mark("chain")
+
+    # -- building -----------------------------------------------------------------------------
+
+    def _build(self, theme: Theme) -> None:
+        self.hint = QLabel("Open a clip to see what every τ costs it.")
+        self.hint.setObjectName("soft")
+        self.hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.hint.setWordWrap(True)
+        self._pages = QStackedLayout(self)
+        self._pages.addWidget(self.hint)
+        content = QWidget()
+        self._pages.addWidget(content)
+        self.title = QLabel()
+        self.box = QDoubleSpinBox()
+        self.box.setRange(_SMALLEST_TAU, _LARGEST_TAU)
+        self.box.setDecimals(2)
+        self.box.setSuffix("°")
+        self.box.setPrefix("τ ")
+        self.box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+        self.box.setKeyboardTracking(False)
+        self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.box.valueChanged.connect(self._spin)
+        self._letters = LetterKeys(self)
+        self._letters.watch(self.box)
+        head = QHBoxLayout()
+        head.setSpacing(4)
+        head.addWidget(self.title, 1)
+        for name in ("tau_for_chain", "tau_for_segment", "tau_for_all"):
+            button = self._button(name)
+            button.setObjectName("scope")
+            head.addWidget(button)
+        head.addSpacing(6)
+        head.addWidget(self.box)
+        head.addWidget(self._button("suggest_tau"))
+        self.tabs = QTabWidget()
+        self.tabs.setDocumentMode(True)
+        self.tabs.addTab(self._curves_page(theme), "Curves")
+        self.tabs.addTab(self._profiles_page(theme), "Profiles")
+        self.tabs.currentChanged.connect(lambda: self._mark("chain"))
+        column = QVBoxLayout(content)
+        column.setContentsMargins(8, 6, 8, 6)
+        column.setSpacing(4)
+        column.addLayout(head)
+        column.addWidget(self.tabs, 1)
+
+    def _button(self, name: str) -> QToolButton:
+        button = QToolButton()
+        self._actions[name].setIconText(_SHORT.get(name, self._actions[name].text()))
+        button.setDefaultAction(self._actions[name])
+        return button
+
+    def _curves_page(self, theme: Theme) -> QWidget:
+        page = QWidget()
+        self.histogram, self.cost = Histogram(theme), CostPlot(theme)
+        for plot, name in (
+            (self.histogram, "Frames by strength"),
+            (self.cost, "FSR and false alarms against τ"),
+        ):
+            plot.setAccessibleName(name)
+            plot.setToolTip("Drag the τ line, or double click where it should be")
+            plot.asked.connect(self._ask)
+            plot.dropped.connect(self._drop)
+        self.strength_words, self.cost_words, self.state = Caption(), Caption(), Caption(soft=True)
+        grid = QGridLayout(page)
+        grid.setContentsMargins(0, 4, 0, 0)
+        grid.setSpacing(2)
+        for row, widget in enumerate(
+            (self.strength_words, self.histogram, self.cost_words, self.cost, self.state)
+        ):
+            grid.addWidget(widget, row, 0)
+            grid.setRowStretch(row, 1 if widget in (self.histogram, self.cost) else 0)
+        return page
+
+    def _profiles_page(self, theme: Theme) -> QWidget:
+        page = QWidget()
+        self.model = ComparisonModel(self._document, theme, self.costs)
+        self.table = QTableView()
+        self.table.setModel(self.model)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.table.setShowGrid(False)
+        self.table.setWordWrap(False)
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 5)
+        header = self.table.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.table.clicked.connect(self._choose)
+        row = QHBoxLayout()
+        row.setSpacing(4)
+        for name in _PROFILE_BUTTONS:
+            if name:
+                row.addWidget(self._button(name))
+            else:
+                row.addStretch(1)
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 4, 0, 0)
+        column.setSpacing(4)
+        column.addWidget(self.table, 1)
+        column.addLayout(row)
+        return page
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._theme = self.model.theme = theme
+        self.model.redraw()
+        self.histogram.set_theme(theme)
+        self.cost.set_theme(theme)
+        self._mark("chain")
+
+    # -- following the document ---------------------------------------------------------------
+
+    def _mark(self, what: str) -> None:
+        """Draw again once the change is through; 'chain' includes 'review'."""
+        if self._dirty != "chain":
+            self._dirty = what
+        if self._seen:
+            self._stale.emit()  # queued as the curves do, so that one repaint serves all
+
+    def set_seen(self, seen: bool) -> None:
+        """Only what is looked at is measured and drawn.
+
+        Told by the dock: behind another tab it is not hidden in Qt's sense, only out of sight.
+        """
+        self._seen = seen
+        self.costs.watch(seen)
+        if seen:
+            self._mark("chain")
+
+    def refresh(self) -> None:
+        """Draw what has changed now."""
+        dirty, self._dirty = self._dirty, ""
+        if not dirty:
+            return
+        document = self._document
+        ready = document.data is not None and bool(document.chain)
+        self._pages.setCurrentIndex(int(ready))
+        if document.data is not None and not ready:
+            self.hint.setText("No chain in this skeleton: there is no τ to tune.")
+        self._enable(ready)
+        if not ready:
+            return
+        if dirty == "chain":
+            self._show_chain()
+            if self.model.rowCount():
+                stretch = QHeaderView.ResizeMode.Stretch
+                self.table.horizontalHeader().setSectionResizeMode(0, stretch)
+        degrees = self._degrees()
+        for plot in (self.histogram, self.cost):
+            plot.show_tau(degrees, held=bool(self._drag) and plot.tau_line.moving)
+        if not self.box.hasFocus() or not self._burst.isActive():
+            self.box.blockSignals(True)
+            self.box.setValue(degrees)
+            self.box.blockSignals(False)
+        if self.tabs.currentIndex() == 0:
+            self._show_words(degrees)
+        else:
+            self.model.refresh()
+
+    def _degrees(self) -> float:
+        return float(np.degrees(self._document.review.state.tau[self._document.chain]))
+
+    def _show_chain(self) -> None:
+        document = self._document
+        data = document.data
+        assert data is not None
+        chain = document.find_chain(document.chain)
+        self.title.setText(f"<b>{chain.label}</b>")
+        own = document.review.state.method == "paper"
+        m = None if own else np.degrees(data.signals[chain.name].strength)
+        self._strength = np.degrees(data.analysis.strength(chain.name))
+        self.histogram.show_strength(self._strength, m)
+        self._floor = float(np.degrees(data.analysis.automatic_tau(chain.name)))
+        for plot in (self.histogram, self.cost):
+            plot.show_floor(self._floor)
+        self.cost.show_curve(self.costs.curves.get(chain.name))
+        for row, other in enumerate(data.chains):
+            if other.name == chain.name:
+                self.table.selectRow(row)
+
+    def _show_words(self, degrees: float) -> None:
+        document, theme = self._document, self._theme
+        reach = int((self._strength >= degrees).sum())
+        paper = document.review.state.method == "paper"
+        words = [
+            f'Frames by strength  <span style="color:{theme.before}">■</span> '
+            f"{reach} of {document.frames} reach τ"
+        ]
+        if not paper:
+            words.append(f'<span style="color:{theme.soft}">■ the paper\'s m(t)</span>')
+        # The paper's detector has a fixed τ and knows no noise.
+        name = "automatic τ" if paper else "noise floor"
+        words.append(f'<span style="color:{theme.soft}">╌ {name} {self._floor:.2f}°</span>')
+        self.strength_words.set_text(" &nbsp; ".join(words))
+        curve = self.costs.curves.get(document.chain)
+        words = [
+            f'<span style="color:{theme.after}">━ FSR</span>',
+            f'<span style="color:{theme.rejected}">■ false alarms</span>',
+        ]
+        if curve is not None:
+            suggested = np.degrees(curve.suggested())
+            words.append(
+                f'<span style="color:{theme.accepted}">▼ suggested {suggested:.2f}°</span>'
+            )
+        self.cost_words.set_text("Errors put into this clip  " + " &nbsp; ".join(words))
+        found = len(document.review.state.of_chain(document.chain))
+        count = "1 interval" if found == 1 else f"{found} intervals"
+        parts = [f"{count} at τ {degrees:.2f}°"]
+        if curve is not None:
+            fsr, alarms = curve.at(float(np.radians(degrees)))
+            parts += [f"FSR {100 * fsr:.1f} %", f"false alarms {alarms:.3g}"]
+        if progress := self.progress():
+            parts.append(progress)
+        self.state.set_text(" · ".join(parts))
+
+    def progress(self) -> str:
+        """What is being measured, or why it is not; '' when all is known."""
+        if self.costs.trouble:
+            return self.costs.trouble
+        known, total = len(self.costs.curves), len(self.costs.names)
+        if not total:
+            return "no chain of this clip can be corrected"
+        return f"measuring, {known} of {total} chains …" if known < total else ""
+
+    # -- what the person does -----------------------------------------------------------------
+
+    def set_scope(self, scope: Scope) -> None:
+        """τ is set for the selected chain, its segment on both sides, or all."""
+        self.scope = scope
+        self._mark("review")
+
+    def chains_in_scope(self) -> tuple[str, ...]:
+        """Names of the chains that a τ is set for."""
+        data = self._document.data
+        if data is None or not self._document.chain:
+            return ()
+        own = self._document.find_chain(self._document.chain)
+        if self.scope == Scope.ALL:
+            return tuple(c.name for c in data.chains)
+        if self.scope == Scope.SEGMENT and own.segment:
+            return tuple(c.name for c in data.chains if c.segment == own.segment)
+        return (own.name,)
+
+    def set_tau_degrees(self, degrees: float, drag: int = 0) -> None:
+        """Set τ of the chains in scope."""
+        degrees = min(max(round(degrees, 2), _SMALLEST_TAU), _LARGEST_TAU)
+        tau = float(np.radians(degrees))
+        self._document.set_taus(dict.fromkeys(self.chains_in_scope(), tau), drag)
+
+    def _ask(self, degrees: float, dragging: bool) -> None:
+        if dragging and not self._drag:
+            self._drag = self._document.begin_drag()
+        drag = self._drag if dragging else 0
+        self._latest.ask(lambda: self.set_tau_degrees(degrees, drag))
+
+    def _drop(self) -> None:
+        self._latest.flush()
+        self._drag = 0
+        self._mark("review")
+
+    def _spin(self, degrees: float) -> None:
+        """Steps of a spin box in quick succession are one step of the history."""
+        if not self._burst.isActive():
+            self._spun = self._document.begin_drag()
+        self._burst.start()
+        self.set_tau_degrees(degrees, self._spun)
+
+    def suggest(self) -> None:
+        """τ of the chains in scope: what each one's own curve speaks for; one step."""
+        curves = self.costs.curves
+        tau = {n: curves[n].suggested() for n in self.chains_in_scope() if n in curves}
+        self._document.set_taus(tau)
+
+    def tuned(self) -> dict[str, Tuned]:
+        """The present τ of every chain, with what it costs as far as that is known."""
+        data = self._document.data
+        if data is None:
+            return {}
+        out = {}
+        for name, tau in self._document.review.state.tau.items():
+            if curve := self.costs.curves.get(name):
+                out[name] = tuned(curve, tau)
+            else:
+                floor = float(np.degrees(data.analysis.automatic_tau(name)))
+                out[name] = Tuned(float(np.degrees(tau)), floor, np.nan, np.nan)
+        return out
+
+    def show_beside(self, others: Sequence[Column]) -> None:
+        """Other profiles in the table: none, one beside the present τ, or two instead of it."""
+        self.model.show_beside(others)
+        self.tabs.setCurrentIndex(1)
+        self._mark("chain")
+
+    def _choose(self, index: QModelIndex) -> None:
+        if name := self.model.chain(index.row()):
+            self._document.select_chain(name)
+
+    def _enable(self, ready: bool) -> None:
+        wanted = [n for n in self.chains_in_scope() if n in self.costs.names]
+        known = all(n in self.costs.curves for n in wanted)
+        self._actions["suggest_tau"].setEnabled(ready and bool(wanted) and known)
+        for name in ("take_profile", "close_comparison"):
+            self._actions[name].setEnabled(bool(self.model.others))

@@ -1,0 +1,294 @@
+"""The witness video of a clip: it follows the playhead, held back or forth by an offset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QImage, QShowEvent
+from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+
+from inspector.session.document import Document
+from inspector.session.settings import FARTHEST_S, Settings
+from inspector.video.screen import ElidedLabel, Screen
+from inspector.video.video_reader import Picture, VideoReader
+from inspector.widgets.background import Task
+from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.letter_keys import LetterKeys
+from inspector.widgets.theme import Theme
+
+NO_VIDEO = "No video for this clip.\nFile → Open witness video…, or drop one here."
+BEFORE, AFTER = "before the video's start", "after its end"
+
+
+class VideoPanel(QWidget):
+    """Picture, offset and hold.
+
+    The video's time is frame · Δt + offset, in seconds. While the video is held it stands still and
+    the playhead moves; on release the offset is what makes the two meet.
+    """
+
+    restored = Signal()  # the clip that was opened has a video
+
+    def __init__(
+        self, document: Document, theme: Theme, settings: Settings, actions: Mapping[str, QAction]
+    ) -> None:
+        super().__init__()
+        self._document, self._settings, self._hold = document, settings, actions["hold_video"]
+        self.reader: VideoReader | None = None
+        self.shown: Picture | None = None
+        self._offset = 0.0
+        self._held: float | None = None
+        self._task: Task | None = None
+        self._size: tuple[int, int] | None = None  # for which the shown picture was made
+        self.screen = Screen(theme, NO_VIDEO)
+        self.offset = QDoubleSpinBox()
+        self.offset.setRange(-FARTHEST_S, FARTHEST_S)
+        self.offset.setDecimals(3)
+        self.offset.setSingleStep(0.001)
+        self.offset.setSuffix(" s")
+        self.offset.setKeyboardTracking(False)
+        self.offset.setAccessibleName("Offset of the video")
+        self.offset.setToolTip("Seconds into the video at which the clip's first frame lies")
+        self.back = self._button("◀", "One video frame back", lambda: self.nudge(-1))
+        self.forth = self._button("▶", "One video frame on", lambda: self.nudge(+1))
+        self.hold = QToolButton()
+        self.hold.setDefaultAction(self._hold)
+        self.hold.setObjectName("hold")
+        self.facts = ElidedLabel()
+        self.clock = SteadyLabel()
+        for label in (self.facts, self.clock):
+            label.setObjectName("soft")
+        row = QHBoxLayout()
+        row.setContentsMargins(8, 4, 8, 0)
+        row.addWidget(QLabel("Offset"))
+        row.addWidget(self.offset, 1)
+        for button in (self.back, self.forth, self.hold):
+            row.addWidget(button)
+        below = QHBoxLayout()
+        below.setContentsMargins(8, 0, 8, 6)
+        below.addWidget(self.facts, 1)
+        below.addWidget(self.clock)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        column.addWidget(self.screen, 1)
+        column.addLayout(row)
+        column.addLayout(below)
+        self._letters = LetterKeys(self)
+        self._letters.watch(self.offset)
+        self.offset.valueChanged.connect(self._offset_edited)
+        self.screen.resized.connect(self._follow)
+        document.frame_changed.connect(self._follow)
+        document.opened.connect(self._clip_opened)
+        self._tell()
+
+    def _button(self, glyph: str, tip: str, do: Callable[[], None]) -> QToolButton:
+        button = QToolButton()
+        button.setText(glyph)
+        button.setToolTip(tip)
+        button.setAccessibleName(tip)
+        button.setAutoRepeat(True)
+        button.clicked.connect(lambda: do())
+        return button
+
+    @property
+    def busy(self) -> bool:
+        """True while a thread opens a video or decodes a picture for this panel."""
+        return self._task is not None
+
+    # -- which video --------------------------------------------------------------------------
+
+    def open_video(self, path: Path) -> None:
+        """Open a video for the present clip; it takes the old one's place once it is there."""
+        self._load(path, 0.0, lambda error: self._document.message.emit(str(error), True))
+
+    def close_video(self) -> None:
+        """Show no video for this clip any more."""
+        if clip := self._clip():
+            self._settings.videos.pop(clip, None)
+        self.let_go()
+
+    def let_go(self, text: str = NO_VIDEO) -> None:
+        """Close the file and say something in its place."""
+        if self._task is not None:
+            self._task.cancel()
+        self._task = None
+        self._replace_reader(None, 0.0)
+        self._set_picture(None, text)
+        self._tell()
+
+    def _clip_opened(self) -> None:
+        self.let_go()
+        known = self._settings.videos.get(self._clip())
+        if known is not None:
+            path, offset = known
+            self.restored.emit()
+            self._load(Path(path), offset, lambda error: self.let_go(str(error)))
+
+    def _load(self, path: Path, offset: float, failed: Callable[[Exception], None]) -> None:
+        if self._task is not None:
+            self._task.cancel()
+        if self.reader is None:
+            self._set_picture(None, f"Opening {path.name} …")
+        self._run(
+            lambda: VideoReader(path),
+            lambda reader: self._loaded(reader, offset),
+            lambda error: self._not_loaded(error, failed),
+        )
+
+    def _loaded(self, reader: VideoReader, offset: float) -> None:
+        self._replace_reader(reader, offset)
+        self._set_picture(None, "")
+        self._remember()
+        self._tell()
+        self._follow()
+
+    def _not_loaded(self, error: Exception, failed: Callable[[Exception], None]) -> None:
+        if self.reader is None:
+            self._set_picture(None, NO_VIDEO)
+        failed(error)
+        self._follow()
+
+    def _clip(self) -> str:
+        data = self._document.data
+        return str(data.clip.path.resolve()) if data else ""
+
+    def _remember(self) -> None:
+        if self.reader is not None and (clip := self._clip()):
+            self._settings.remember_video(clip, self.reader.path, self._offset)
+
+    # -- when ---------------------------------------------------------------------------------
+
+    def time(self) -> float:
+        """The video's time, seconds since its first frame."""
+        return self._clip_time() + self._offset if self._held is None else self._held
+
+    def _clip_time(self) -> float:
+        data = self._document.data
+        return self._document.frame * data.motion.frame_time if data else 0.0
+
+    def set_hold(self, on: bool) -> None:
+        """Hold the video; release it where the playhead is then."""
+        if on == (self._held is not None):
+            return
+        if on:
+            self._held = self.time()
+        else:
+            assert self._held is not None
+            offset, self._held = self._held - self._clip_time(), None
+            self._set_offset(offset)
+        self._tell()
+        self._follow()
+
+    def nudge(self, frames: int) -> None:
+        """Move the video by frames of its own against the clip."""
+        if self.reader is None:
+            return
+        by = frames / self.reader.fps
+        if self._held is None:
+            self._set_offset(self._offset + by)
+        else:
+            self._held += by
+        self._follow()
+
+    def _offset_edited(self, seconds: float) -> None:
+        self._set_offset(seconds)
+        self._follow()
+
+    def _set_offset(self, seconds: float) -> None:
+        self._show_offset(seconds)
+        self._remember()
+
+    def _show_offset(self, seconds: float) -> None:
+        self._offset = seconds
+        self.offset.blockSignals(True)
+        self.offset.setValue(seconds)
+        self.offset.blockSignals(False)
+
+    def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
+        """Another video, which nothing holds."""
+        if self.reader is not None:
+            Task(self.reader.close, self).start()  # it may still be decoding
+        self.reader, self._held = reader, None
+        self._hold.setChecked(False)
+        self._show_offset(offset)
+
+    # -- the picture --------------------------------------------------------------------------
+
+    def _follow(self) -> None:
+        """Ask for the picture of now; while one is being decoded, only the last wish counts."""
+        reader = self.reader
+        if reader is None or self._task is not None or not self.isVisible():
+            return
+        seconds, size = self.time(), self.screen.pixels()
+        if self.shown is not None and size == self._size and self.shown.covers(seconds):
+            return
+        if place := reader.place(seconds):
+            self._set_picture(None, BEFORE if place < 0 else AFTER)
+            return
+
+        def decoded(picture: Picture | None) -> None:
+            self._size = size
+            self._set_picture(picture, AFTER)
+            self._follow()
+
+        self._run(
+            lambda: reader.picture(seconds, *size), decoded, lambda error: self.let_go(str(error))
+        )
+
+    def _run(
+        self,
+        work: Callable[[], Any],
+        done: Callable[[Any], None],
+        failed: Callable[[Exception], None],
+    ) -> None:
+        """The one thing at a time that a thread does for this panel."""
+        task = self._task = Task(work, self)
+
+        def then(go_on: Callable[[Any], None], result: Any) -> None:
+            self._task = None
+            go_on(result)
+
+        task.finished.connect(lambda result: then(done, result))
+        task.failed.connect(lambda error: then(failed, error))
+        task.start()
+
+    def _set_picture(self, picture: Picture | None, otherwise: str) -> None:
+        if picture is None:
+            self.screen.show_image(None, otherwise)
+        else:
+            height, width, _ = picture.pixels.shape
+            form = QImage.Format.Format_RGB888
+            self.screen.show_image(QImage(picture.pixels.data, width, height, 3 * width, form))
+        self.shown = picture  # keeps the memory that the screen paints from
+        self._tell_time()
+
+    def _tell(self) -> None:
+        """What the video is; what can be done with it."""
+        reader = self.reader
+        for widget in (self.back, self.forth, self._hold):
+            widget.setEnabled(reader is not None)
+        self.offset.setEnabled(reader is not None and self._held is None)
+        text = ""
+        if reader is not None:
+            text = f"{reader.fps:.4g} fps · {reader.width}×{reader.height} · {reader.path.name}"
+        self.facts.setText(text)
+        self.facts.setToolTip(text and f"{reader.path}\n{reader.duration:.2f} s")
+        self._tell_time()
+
+    def _tell_time(self) -> None:
+        word = "video" if self._held is None else "held at"
+        self.clock.setText(f"{word} {self.shown.start:.3f} s" if self.shown else "")
+
+    def set_theme(self, theme: Theme) -> None:
+        """Colour the bars and sentences."""
+        self.screen.theme = theme
+        self.screen.update()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Out of sight nothing is decoded."""
+        super().showEvent(event)
+        self._follow()

@@ -1,0 +1,239 @@
+"""Moving the camera of the 3D view: named views, the limb's best side, following, the mouse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from PySide6.QtCore import QAbstractAnimation, QVariantAnimation
+from PySide6.QtWidgets import QWidget
+
+from inspector.session.document import Document
+from inspector.viewport.bodies import place
+from inspector.viewport.camera import OrbitCamera, between, heading, preset, roll_direction
+from inspector.viewport.scene import Scene
+from inspector.viewport.solid_and_ghost import Style
+from twistcore.chain import Chain
+from twistcore.rotation import Array, normalise, rotate
+
+
+@dataclass(frozen=True, eq=False)
+class _Turn:
+    start: OrbitCamera
+    stop: OrbitCamera
+
+
+class Steering(QWidget):
+    """The camera's part of the view; who inherits draws when `_schedule` is called."""
+
+    document: Document
+    follow = True
+    _scene: Scene | None = None
+    _camera: OrbitCamera | None = None
+    _framed = "iso"  # the preset that is kept as the view changes size; '' once moved
+    _anchor: Chain | None = None  # followed instead of the root
+    _anchored: Array | None = None
+    _turn: _Turn | None = None
+    _turning: QVariantAnimation | None = None
+
+    def _schedule(self) -> None:
+        raise NotImplementedError
+
+    def _complete(self) -> None:
+        """Build what is still to be built of the clip that is open."""
+        raise NotImplementedError
+
+    @property
+    def scene(self) -> Scene | None:
+        """What is drawn, None without a clip or without OpenGL."""
+        self._complete()
+        return self._scene
+
+    @property
+    def camera(self) -> OrbitCamera | None:
+        """Where it is seen from; its last place while no clip is open."""
+        self._complete()
+        return self._camera
+
+    @camera.setter
+    def camera(self, camera: OrbitCamera) -> None:
+        self._camera = camera
+
+    def set_view(self, name: str) -> None:
+        """One of camera.VIEWS, relative to where the figure faces now; frames the figure."""
+        data = self.document.data
+        if self.camera is None or data is None or self.scene is None:
+            return
+        self._stop_turning()
+        frame = self.document.frame
+        facing = heading(data.positions[frame], data.chains, self.scene.up)
+        self.camera = preset(self.camera, name, facing).framing(self._around(frame), self._aspect())
+        self._framed = name
+        self._hold(None)
+        self._schedule()
+
+    def focus_chain(self, milliseconds: int = 0) -> None:
+        """Go to the selected chain's limb, to the side from which its roll shows.
+
+        In so many milliseconds, without blocking: a later call goes on from where the camera is.
+        """
+        chain = self._chain()
+        if self.camera is None or chain is None or self.scene is None:
+            return
+        goal = self._towards(chain)
+        if goal is None:
+            return
+        start = self.camera
+        self._stop_turning()
+        self._framed = ""
+        self._hold(chain)
+        if milliseconds > 0 and self.isVisible():
+            self._turn = _Turn(replace(start, ahead=goal.ahead).looking_from(start.direction), goal)
+            if self._turning is None:
+                self._turning = QVariantAnimation(self)
+                self._turning.setStartValue(0.0)
+                self._turning.setEndValue(1.0)
+                self._turning.valueChanged.connect(self._turned)
+            self._turning.setDuration(milliseconds)
+            self._turning.start()
+        else:
+            self.camera = goal
+        self._schedule()
+
+    def take_view(self, other: Steering) -> None:
+        """Look from where another view of the same clip and frame looks, and go along alike."""
+        self._stop_turning()
+        self.camera, self._framed, self.follow = other.camera, "", other.follow
+        self._hold(other._anchor)
+
+    def set_follow(self, on: bool) -> None:
+        """Let the camera go along with the figure, at the same distance."""
+        self.follow = on
+        self._hold(self._anchor)
+
+    # -- the limb's best side -----------------------------------------------------------------
+
+    def _towards(self, chain: Chain) -> OrbitCamera | None:
+        data, camera, scene = self.document.data, self.camera, self.scene
+        assert data is not None
+        assert camera is not None
+        assert scene is not None
+        frame = self.document.frame
+        rotations, positions = self.document.pose(frame, after=True)
+        limb = self._limb(chain, positions)
+        above = int(data.motion.skeleton.parents[chain.parent])
+        if scene.style == Style.SKIN and above >= 0 and chain.segment in ("ForeArm", "Leg"):
+            limb = np.vstack([limb, positions[above]])  # it is wrung as well
+        bones = [b for b in scene.bones if b.parent == chain.parent]
+        bone = min(bones, key=lambda b: b.child != chain.child, default=None)
+        if bone is None:
+            return None
+        normals = [rotate(r[chain.parent], bone.normal) for r in (rotations, data.rotations[frame])]
+        outward = limb.mean(axis=0) - positions.mean(axis=0)
+        size = float(np.linalg.norm(outward))
+        direction = roll_direction(
+            normalise(rotate(rotations[chain.parent], bone.tip)),
+            normals[0],
+            normals[1],
+            outward / size if size > 0.0 else outward,
+            heading(positions, data.chains, scene.up),
+            scene.up,
+        )
+        pad = 0.045 * scene.height
+        corners = np.vstack([limb + pad * e for e in (*np.eye(3), *-np.eye(3))])
+        return camera.looking_from(direction).framing(corners, self._aspect(), margin=1.4)
+
+    def _turned(self, share: float) -> None:
+        if self._turn is not None:
+            smooth = share * share * (3.0 - 2.0 * share)
+            self.camera = between(self._turn.start, self._turn.stop, smooth)
+            self._schedule()
+            if share >= 1.0:
+                self._turn = None
+
+    def _stop_turning(self) -> None:
+        """The person, or another goal, takes over."""
+        self._turn = None
+        running = QAbstractAnimation.State.Running
+        if self._turning is not None and self._turning.state() == running:
+            self._turning.stop()
+
+    def _around(self, frame: int) -> Array:
+        """What the figure takes up from a frame on, with the root at its place there, (n, 3)."""
+        data = self.document.data
+        assert data is not None
+        assert self.scene is not None
+        bodies = place(self.scene.bodies, data.rotations[frame], data.positions[frame])
+        stop = frame + max(2, round(0.25 * data.motion.fps))
+        some = data.positions[frame:stop]
+        level = some[:, :1] - some[:1, :1]
+        return np.vstack([bodies, (some - level).reshape(-1, 3)])
+
+    def _chain(self) -> Chain | None:
+        try:
+            return self.document.find_chain(self.document.chain)
+        except KeyError:
+            return None
+
+    def _limb(self, chain: Chain, positions: Array) -> Array:
+        """The chain's joints, (2 or 3, 3)."""
+        joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
+        return positions[joints]
+
+    def _aspect(self) -> float:
+        """Width to height of a picture."""
+        return self.picture_size()[0] / max(self.height(), 1)
+
+    def picture_size(self) -> tuple[int, int]:
+        """Width and height of a picture: side by side there are two."""
+        halves = 2 if self.scene is not None and self.scene.split else 1
+        return self.width() // halves, self.height()
+
+    # -- following ----------------------------------------------------------------------------
+
+    def _hold(self, chain: Chain | None) -> None:
+        """Follow a limb, or the root, from where it is now."""
+        self._anchor = chain
+        self._anchored = self._followed() if self.scene is not None else None
+
+    def _followed(self) -> Array:
+        """The point that the camera goes along with, (3,): a limb, or the root on the level."""
+        assert self.document.data is not None
+        assert self.scene is not None
+        positions = self.document.data.positions[self.document.frame]
+        if self._anchor is not None:
+            middle: Array = self._limb(self._anchor, positions).mean(axis=0)
+            return middle
+        root: Array = positions[0] - (positions[0] @ self.scene.up) * self.scene.up
+        return root
+
+    def _go_along(self) -> None:
+        if not self.follow or self.camera is None or self._anchored is None:
+            return
+        here = self._followed()
+        step = here - self._anchored
+        if step.any():
+            self._anchored = here
+            self.camera = self.camera.moved(step)
+            if self._turn is not None:
+                self._turn = _Turn(self._turn.start.moved(step), self._turn.stop.moved(step))
+
+    # -- mouse --------------------------------------------------------------------------------
+
+    def _orbit(self, azimuth: float, elevation: float) -> None:
+        if self.camera is not None:
+            self._moved(self.camera.orbited(azimuth, elevation))
+
+    def _pan(self, right: float, up: float) -> None:
+        if self.camera is not None:
+            self._moved(self.camera.panned(right, up, self.height()))
+
+    def _zoom(self, factor: float) -> None:
+        if self.camera is not None:
+            self._moved(self.camera.zoomed(factor))
+
+    def _moved(self, camera: OrbitCamera) -> None:
+        self._stop_turning()
+        self.camera = camera
+        self._framed = ""
+        self._schedule()

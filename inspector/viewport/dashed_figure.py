@@ -1,0 +1,92 @@
+"""A third figure beside before and after: a dashed outline in a colour of its own."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import SignalInstance
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from inspector.viewport.bodies import Bone, build_soup, collapse, place
+from inspector.viewport.bone_colours import rgb
+from inspector.viewport.mesh_actor import Piece
+from inspector.viewport.solid_and_ghost import Pose
+from inspector.widgets.theme import Theme
+from twistcore.rotation import Array, geodesic_angle
+
+_DASHES = 4  # an edge
+_DRAWN = 0.55  # of a dash
+_GROWN = 1.16  # outside the ghost's outline
+_SAME = np.radians(0.05)
+_STILL = 5e-4  # of the height
+
+
+class Companion(Protocol):
+    """Who knows the third figure."""
+
+    changed: SignalInstance
+
+    def pose(self, frame: int) -> tuple[Array, Array] | None:
+        """Global rotations (joints, 4) and positions (joints, 3), or None where there is none."""
+
+
+def _segments(lines: NDArray[np.int64]) -> NDArray[np.int64]:
+    """VTK's padded list of lines of many points each as pairs of points, (n, 2)."""
+    pairs: list[tuple[int, int]] = []
+    at = 0
+    while at < len(lines):
+        points = lines[at + 1 : at + 1 + lines[at]].tolist()
+        pairs += pairwise(points)
+        at += 1 + int(lines[at])
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+class DashedOutline:
+    """Bones of the third figure that differ from the solid one, as dashed edges."""
+
+    def __init__(self, bones: tuple[Bone, ...], height: float, renderer: vtkRenderer) -> None:
+        self._soup = build_soup(bones, grown=_GROWN, joints=False)
+        self._bones = np.array([b.parent for b in bones], dtype=np.int64)
+        self._still = _STILL * height
+        self._edges = _segments(self._soup.edges)
+        starts = np.arange(_DASHES) / _DASHES
+        self._shares = np.stack([starts, starts + _DRAWN / _DASHES], axis=1).ravel()
+        count = len(self._edges) * len(self._shares)
+        lines = np.insert(np.arange(count).reshape(-1, 2), 0, 2, axis=1).ravel()
+        self._piece = Piece(count, lines=lines, channels=0).unlit(width=2.0).add_to(renderer)
+        self._piece.show(False)
+
+    @property
+    def shown(self) -> bool:
+        """Whether any of it is drawn."""
+        return self._piece.shown
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take over colours."""
+        self._piece.tint(rgb(theme.tracked))
+
+    def draw(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:
+        """Move it, and show of it what differs from the solid figure."""
+        if figure is None:
+            self._piece.show(False)
+            return
+        rotations, positions = figure
+        moved = np.linalg.norm(positions - solid.positions, axis=-1) > self._still
+        differs = (geodesic_angle(rotations, solid.rotations) > _SAME) | moved
+        drawn = differs[self._bones]
+        self._piece.show(bool(drawn.any()))
+        if not self._piece.shown:
+            return
+        points = place(self._soup, rotations, positions)
+        collapse(points, self._soup, positions, drawn)
+        start, stop = points[self._edges[:, 0]], points[self._edges[:, 1]]
+        dashes = start[:, None] + self._shares[:, None] * (stop - start)[:, None]
+        self._piece.points[:] = dashes.reshape(-1, 3)
+        self._piece.moved()
+
+    def remove(self) -> None:
+        """Take it out of the picture."""
+        self._piece.remove()

@@ -1,0 +1,75 @@
+"""Axes of the plots: round numbers where there is room for them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+
+from inspector.timeline.curve_values import from_root_scale, root_scale
+
+_ROOT_TICKS = (1, 5, 20, 50, 100, 180)
+_TICK_ROOM = 13.0  # pixels between two labels of the root scale, in type of the usual size
+
+
+class Axis(pg.AxisItem):
+    """An axis that leaves the mouse to the plot; scale: of its type."""
+
+    type_scale = 1.0
+
+    def mouseClickEvent(self, event: Any) -> None:
+        """A click beside the plot means nothing."""
+        event.ignore()
+
+
+class UnitAxis(Axis):
+    """Numbers with their unit, degrees if nothing else is said."""
+
+    unit = "°"
+
+    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
+        """None so near an end that its label would be cut."""
+        room = self.type_scale * _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
+        return [
+            (spacing, [v for v in values if low + room <= v <= high - room])
+            for spacing, values in super().tickValues(low, high, size)
+        ]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """As many decimals as the spacing needs."""
+        decimals = max(0, int(np.ceil(-np.log10(spacing) - 1e-9))) if spacing < 1 else 0
+        return [f"{v:.{decimals}f}{self.unit}".replace("-", "−") for v in values]
+
+
+class RootAxis(Axis):
+    """Degrees on a signed square root scale."""
+
+    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
+        """Round degrees, as many as find room."""
+        room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
+        chosen: list[float] = [0.0]
+        for degrees in _ROOT_TICKS:
+            at = float(root_scale(float(degrees)))
+            if at - chosen[-1] >= room:
+                chosen.append(at)
+        ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}
+        return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """The degrees that a place stands for."""
+        return [f"{from_root_scale(v):.0f}°".replace("-", "−") for v in values]
+
+
+class FrameAxis(Axis):
+    """Whole frames only, counted from `first`."""
+
+    first = 0
+
+    def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
+        """No fractions of a frame."""
+        return [s for s in super().tickSpacing(low, high, size) if s[0] >= 1.0] or [(1.0, 0.0)]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """Integers."""
+        return [f"{v + self.first:.0f}".replace("-", "−") for v in values]

@@ -1,0 +1,130 @@
+"""A small plot of curves over the clip's frames, with the playhead; a click goes to a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QWidget
+
+from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis
+from inspector.widgets.canvas import Canvas
+from inspector.widgets.theme import Theme, figures_font
+from twistcore.rotation import Array
+
+_AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """x, y: frames and values, NaN where nothing is drawn; role: the theme's colour.
+
+    dots: isolated values, which no line would show.
+    """
+
+    x: Array
+    y: Array
+    role: str
+    dots: bool = False
+
+
+class TracePlot(Canvas):
+    """It shows what it is given; `asked` says which frame the person wants to see."""
+
+    asked = Signal(int)
+
+    def __init__(
+        self, theme: Theme, unit: str = "", *, root: bool = False, parent: QWidget | None = None
+    ) -> None:
+        """`unit`: stands behind the numbers of the left axis; root: degrees on a root scale."""
+        left = RootAxis("left") if root else UnitAxis("left")
+        if isinstance(left, UnitAxis):
+            left.unit = unit
+        super().__init__({"left": left, "bottom": FrameAxis("bottom")}, parent=parent)
+        self._lines: Sequence[Trace] = ()
+        self.curves: list[pg.PlotCurveItem] = []
+        self._dots = pg.ScatterPlotItem(symbol="o", size=3, pen=None)
+        self.axes["left"].setWidth(_AXIS_WIDTH)
+        self.axes["bottom"].setHeight(_AXIS_HEIGHT)
+        for axis in self.axes.values():
+            axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
+        self.playhead = pg.InfiniteLine(angle=90)
+        self.playhead.setZValue(20)
+        self._level = pg.InfiniteLine(angle=0)
+        self._level.hide()
+        for item in (self.playhead, self._level, self._dots):
+            self.addItem(item)
+        self.scene().sigMouseClicked.connect(self._clicked)
+        self.setMinimumHeight(56)
+        self.set_theme(theme)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self.theme = theme
+        self.colour_ground(theme)
+        self.playhead.setPen(pg.mkPen(theme.accent, width=1.5))
+        self._level.setPen(pg.mkPen(theme.soft, width=1.0, style=Qt.PenStyle.DashLine))
+        self.show_lines(self._lines)
+
+    def show_lines(self, lines: Sequence[Trace]) -> None:
+        """Draw these curves and no others."""
+        self._lines = tuple(lines)
+        # Items are kept: one taken out of a scene that is yet to be painted may be painted still.
+        while len(self.curves) < len(lines):
+            self.curves.append(pg.PlotCurveItem())
+            self.addItem(self.curves[-1])
+        dots: list[Trace] = [line for line in lines if line.dots]
+        for curve, line in zip_longest(self.curves, lines):
+            if line is None:
+                curve.setData([], [])
+                continue
+            pen = pg.mkPen(getattr(self.theme, line.role), width=1.3)
+            curve.setData(line.x, line.y, pen=pen, connect="finite", antialias=True)
+        known = [np.isfinite(line.y) for line in dots]
+        self._dots.setData(
+            np.concatenate([k.x[at] for k, at in zip(dots, known, strict=True)] or [np.zeros(0)]),
+            np.concatenate([k.y[at] for k, at in zip(dots, known, strict=True)] or [np.zeros(0)]),
+            brush=pg.mkBrush(getattr(self.theme, dots[0].role)) if dots else None,
+        )
+        self.touch()
+
+    def show_range(self, frames: int, low: float, high: float) -> None:
+        """All frames, and these values."""
+        self.view.setXRange(-0.5, max(frames - 0.5, 0.5), padding=0.0)
+        high = high if high > low else low + 1.0
+        self.view.setYRange(low, high, padding=0.06)
+        self.touch()
+
+    def fit(self, frames: int, low: float = 0.0) -> None:
+        """All frames, and values from `low` to the largest."""
+        tops = [float(np.nanmax(k.y)) for k in self._lines if np.isfinite(k.y).any()]
+        self.show_range(frames, low, max([*tops, low + 1e-3]))
+
+    def show_level(self, value: float | None) -> None:
+        """A line across, or none."""
+        self._level.setVisible(value is not None)
+        if value is not None:
+            self._level.setValue(value)
+        self.touch()
+
+    def show_frame(self, frame: int) -> None:
+        """Move the playhead."""
+        self.playhead.setValue(frame)
+        self.touch()
+
+    def count_from(self, first: int) -> None:
+        """Call the first frame `first`."""
+        axis = self.axes["bottom"]
+        axis.first = first
+        axis.picture = None
+        self.touch()
+
+    def _clicked(self, event: Any) -> None:
+        if event.button() == Qt.MouseButton.LeftButton:
+            at = self.view.mapSceneToView(event.scenePos()).x()
+            self.asked.emit(round(at))

@@ -1,0 +1,102 @@
+"""TeX as outlines: matplotlib sets it once, Qt fills the outlines at any scale and colour."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import QObject, QRectF, Qt, Signal
+from PySide6.QtGui import QPainterPath
+
+from inspector.widgets.background import Task
+
+EM = 100.0  # of the outlines: units an em
+
+
+@dataclass(frozen=True, eq=False)
+class Formula:
+    """Outlines with the baseline at y = 0, y down, EM units high; advance: their width."""
+
+    path: QPainterPath
+    box: QRectF
+
+
+class Typesetter(QObject):
+    """Formulas by TeX; they come all at once, from a thread, so that no window waits for them.
+
+    It takes half a second, several where matplotlib has to look at all fonts first.
+    """
+
+    ready = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._known: dict[str, Formula] = {}
+        self._task: Task | None = None
+        self.trouble = ""
+
+    def start(self, texts: Iterable[str]) -> None:
+        """Set these; `ready` tells when. Asked again it does nothing."""
+        if self._task is None:
+            wanted = tuple(texts)
+            self._task = Task(lambda: _outlines(wanted), self)
+            self._task.finished.connect(self._take)
+            self._task.failed.connect(self._fail)
+            self._task.start()
+
+    def formula(self, tex: str) -> Formula | None:
+        """A formula, or None while it is being set."""
+        return self._known.get(tex)
+
+    @property
+    def started(self) -> bool:
+        """Whether anything was ever asked for."""
+        return self._task is not None
+
+    @property
+    def done(self) -> bool:
+        """Whether the formulas are there."""
+        return bool(self._known)
+
+    def _take(self, outlines: dict[str, Any]) -> None:
+        self._known = {tex: _formula(*outline) for tex, outline in outlines.items()}
+        self.ready.emit()
+
+    def _fail(self, error: Exception) -> None:
+        self.trouble = f"The equations cannot be typeset ({error})."
+        self.ready.emit()
+
+
+def _outlines(texts: tuple[str, ...]) -> dict[str, Any]:
+    """Vertices and codes of every text; runs in a thread, the only one that uses matplotlib."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+
+    font = FontProperties(math_fontfamily="stix")
+    out = {}
+    for tex in texts:
+        path = TextPath((0, 0), f"${tex}$", size=EM, prop=font)
+        out[tex] = (path.vertices.copy(), path.codes.copy())
+    return out
+
+
+def _formula(vertices: Any, codes: Any) -> Formula:
+    """matplotlib's path as Qt's; y turned down."""
+    path = QPainterPath()
+    path.setFillRule(Qt.FillRule.WindingFill)
+    points = [(float(x), -float(y)) for x, y in vertices]
+    steps: dict[int, tuple[int, Callable[..., object]]] = {
+        1: (1, path.moveTo),
+        2: (1, path.lineTo),
+        3: (2, path.quadTo),
+        4: (3, path.cubicTo),
+        79: (1, lambda *_: path.closeSubpath()),
+    }
+    at = 0
+    while at < len(points):
+        count, draw = steps[int(codes[at])]
+        draw(*(c for p in points[at : at + count] for c in p))
+        at += count
+    box = path.boundingRect()
+    return Formula(path, box)

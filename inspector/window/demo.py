@@ -1,0 +1,179 @@
+"""The program driving itself: a screenshot, or a whole review with its results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer
+from PySide6.QtWidgets import QApplication, QMessageBox
+
+from inspector.session.export_files import ExportChoice
+from inspector.session.queue import ClipState
+from inspector.window.main_window import MainWindow
+
+_SETTLE_MS = 350  # the views redraw once an event-loop turn; give them a few
+_LOOK_MS = 200  # between two looks for a dialog that nobody will answer
+_GIVE_UP_MS = 120_000
+
+
+class Script(QObject):
+    """Opens something and runs steps once a clip is there, with time to redraw between them.
+
+    Ends with the window closed and `code`: 0, or 2 after a sentence on what went wrong. There is
+    nobody to answer: a question or a dialog before the end is such a sentence.
+    """
+
+    def __init__(self, window: MainWindow, path: Path | None) -> None:
+        """`path`: a clip, a session, a folder; None: the steps are for the empty window."""
+        super().__init__(window)
+        self.window = window
+        self.code = 0
+        self._path = path
+        self._over = False
+        self._steps: Iterator[Callable[[], None]] | None = None
+        document = window.document
+        document.opened.connect(self._begin)
+        document.message.connect(self._watch)
+        document.question.connect(self._asked)
+        window.exporter.message.connect(self._watch)
+        window.queue.changed.connect(self._look_at_folder)
+        self._dialogs = QTimer(self, interval=_LOOK_MS)
+        self._dialogs.timeout.connect(self._look_for_dialog)
+        self._dialogs.start()
+        QTimer.singleShot(0, self, self._open)  # what closes the window needs an event loop
+        QTimer.singleShot(_GIVE_UP_MS, self, lambda: self.fail("It did not end in time."))
+
+    def steps(self) -> list[Callable[[], None]]:
+        """What to do, in order."""
+        raise NotImplementedError
+
+    def shoot(self, path: Path) -> None:
+        """Save a picture of the window; raises OSError."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not self.window.grab().save(str(path)):
+            self.fail(f"{path}: the picture could not be written.")
+
+    def fail(self, text: str) -> None:
+        """Say what went wrong and end."""
+        if not self._over:
+            print(text)
+            self.code = 2
+            self._finish()
+
+    def _open(self) -> None:
+        if self._path is None:
+            self._begin()
+        else:
+            self.window.open_path(self._path)
+            self._look_at_folder()
+
+    def _begin(self) -> None:
+        if self._steps is None:
+            self._steps = iter(self.steps())
+            self._next()
+
+    def _next(self) -> None:
+        QTimer.singleShot(_SETTLE_MS, self, self._step)
+
+    def _step(self) -> None:
+        if self._over or self._steps is None:
+            return
+        step = next(self._steps, None)
+        if step is None:
+            self._finish()
+            return
+        try:
+            step()
+        except OSError as error:
+            self.fail(f"{error.filename}: not written ({error.strerror}).")
+        except Exception as error:  # nobody would see it, and wait
+            self.fail(f"{type(error).__name__}: {error}")
+        self._next()
+
+    def _watch(self, text: str, wrong: bool) -> None:
+        if wrong:
+            self.fail(text)
+
+    def _asked(self, text: str, _answers: object) -> None:
+        if self._steps is None:  # once a clip is open, a question may stay unanswered
+            self.fail(text)
+
+    def _look_at_folder(self) -> None:
+        queue = self.window.queue
+        if self._steps is not None or queue.folder is None:
+            return
+        clips = queue.ordered
+        if not clips:
+            self.fail(f"{queue.folder}: no BVH in this folder.")
+        elif all(clip.state == ClipState.FAILED for clip in clips):
+            self.fail(f"{queue.folder}: no clip can be opened; {clips[0].reason}")
+        elif all(clip.state == ClipState.FAILED or clip.done for clip in clips):
+            self.fail(f"{queue.folder}: every clip is decided.")
+
+    def _look_for_dialog(self) -> None:
+        dialog = QApplication.activeModalWidget()
+        if dialog is not None and not self._over:
+            text = dialog.text() if isinstance(dialog, QMessageBox) else dialog.windowTitle()
+            dialog.close()
+            self.fail(f"There is nobody to answer: {text}")
+
+    def _finish(self) -> None:
+        self._over = True
+        if self.window.document.data is not None:
+            self.window.document.review.mark_saved()
+        self.window.close_unasked()
+
+
+class Screenshot(Script):
+    """Open, go to the first interval, take a picture; or of the empty window."""
+
+    def __init__(self, window: MainWindow, picture: Path, path: Path | None) -> None:
+        self._picture = picture
+        super().__init__(window, path)
+
+    def steps(self) -> list[Callable[[], None]]:
+        """See the class."""
+        window = self.window
+        to_interval = [window.next_interval, window.focus_chain] if window.document.data else []
+        return [*to_interval, lambda: self.shoot(self._picture)]
+
+
+class Demo(Script):
+    """Judge every interval by the keys' own actions, export, leave a picture."""
+
+    def __init__(self, window: MainWindow, folder: Path, path: Path) -> None:
+        self._folder = folder
+        super().__init__(window, path)
+
+    def steps(self) -> list[Callable[[], None]]:
+        """See the class."""
+        window = self.window
+        return [
+            window.next_interval,
+            window.accept,
+            window.accept,
+            self._to_middle,
+            window.focus_chain,
+            lambda: self.shoot(self._folder / "inspector.png"),
+            self._accept_rest,
+            self._export,
+        ]
+
+    def _to_middle(self) -> None:
+        if judged := self.window.document.interval:
+            self.window.document.go_to((judged.interval.start + judged.interval.stop) // 2)
+
+    def _accept_rest(self) -> None:
+        for _ in self.window.document.intervals:
+            self.window.accept()
+
+    def _export(self) -> None:
+        data = self.window.document.data
+        assert data is not None
+        self._folder.mkdir(parents=True, exist_ok=True)
+        path = self._folder / f"{data.clip.path.stem}_refined.bvh"
+        self.window.export(ExportChoice(path, replace=True))  # of an earlier run
+        self.window.exporter.finish()
+        if not self.code:
+            print(self.window.bar.label.text())

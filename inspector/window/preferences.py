@@ -1,0 +1,116 @@
+"""Preferences: who reviews, how frames are counted, which keys do what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QHeaderView,
+    QKeySequenceEdit,
+    QLabel,
+    QLineEdit,
+    QSpinBox,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from inspector.session.settings import STEPS, Settings
+from inspector.window.actions import specs
+
+
+class Preferences(QDialog):
+    """A form over the settings; what is chosen is taken with OK."""
+
+    def __init__(self, settings: Settings, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Preferences")
+        self.reviewer = QLineEdit(settings.reviewer)
+        self.reviewer.setPlaceholderText("Your name, kept with every decision")
+        self.first = QComboBox()
+        self.first.addItems(["0", "1"])
+        self.first.setCurrentIndex(settings.first_frame)
+        self.step = QSpinBox()
+        self.step.setRange(*STEPS)
+        self.step.setValue(settings.step)
+        form = QFormLayout()
+        form.addRow("Reviewer", self.reviewer)
+        form.addRow("Frames are counted from", self.first)
+        form.addRow("Ctrl+← and Ctrl+→ go by", self.step)
+        self.keys = QTableWidget(0, 2)
+        self.keys.setHorizontalHeaderLabels(["Action", "Key"])
+        self.keys.verticalHeader().hide()
+        header = self.keys.horizontalHeader()
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        header.resizeSection(1, 190)
+        self._edits: dict[str, QKeySequenceEdit] = {}
+        for spec in specs():
+            row = self.keys.rowCount()
+            self.keys.insertRow(row)
+            item = QTableWidgetItem(spec.text)
+            item.setFlags(Qt.ItemFlag.ItemIsEnabled)
+            self.keys.setItem(row, 0, item)
+            keys = settings.keys.get(spec.id, list(spec.keys))
+            edit = QKeySequenceEdit(QKeySequence(keys[0] if keys else ""))
+            edit.setClearButtonEnabled(True)
+            edit.setMaximumSequenceLength(1)
+            edit.keySequenceChanged.connect(self._check)
+            self._edits[spec.id] = edit
+            self.keys.setCellWidget(row, 1, edit)
+        self.conflict = QLabel()
+        self.conflict.setWordWrap(True)
+        self.buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
+        )
+        self.buttons.accepted.connect(self.accept)
+        self.buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.addLayout(form)
+        layout.addWidget(self.keys, 1)
+        layout.addWidget(self.conflict)
+        layout.addWidget(self.buttons)
+        self.resize(560, 640)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+
+    def take(self, settings: Settings) -> None:
+        """Write the form into the settings."""
+        settings.reviewer = self.reviewer.text().strip()
+        settings.first_frame = self.first.currentIndex()
+        settings.step = self.step.value()
+        changed = {}
+        for spec in specs():
+            key = self._edits[spec.id].keySequence().toString()
+            first = QKeySequence(spec.keys[0]).toString() if spec.keys else ""
+            if key != first:
+                changed[spec.id] = [key] if key else []
+        settings.keys = changed
+
+    def set_key(self, action: str, key: str) -> None:
+        """Type a key for an action."""
+        self._edits[action].setKeySequence(QKeySequence(key))
+
+    def _check(self) -> None:
+        used: dict[str, list[str]] = {}
+        for spec in specs():
+            key = self._edits[spec.id].keySequence().toString()
+            if key:
+                used.setdefault(key, []).append(spec.text)
+        twice = [f"{key}: {', '.join(names)}" for key, names in used.items() if len(names) > 1]
+        self.conflict.setText(f"Used twice: {'; '.join(twice)}" if twice else "")
+        self.buttons.button(QDialogButtonBox.StandardButton.Ok).setEnabled(not twice)
+
+
+def apply_keys(actions: Mapping[str, QAction], settings: Settings) -> None:
+    """Give the actions the keys of the table, or those the person has chosen instead."""
+    for spec in specs():
+        keys = settings.keys.get(spec.id, list(spec.keys))
+        actions[spec.id].setShortcuts([QKeySequence(k) for k in keys])
+        shown = f" ({keys[0]})" if keys else ""
+        actions[spec.id].setToolTip(f"{spec.tip or spec.text}{shown}")

@@ -1,0 +1,80 @@
+"""Presentation: large type, the figure and its curves, for a lecture hall or a meeting."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QByteArray, Qt
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QStatusBar, QToolBar
+
+from inspector.timeline.timeline import Timeline
+from inspector.viewport.viewport import Viewport
+
+_SCALE = 1.7  # of type and lines
+_CURVES_SHARE = 0.42  # of the window's height
+
+
+class Presentation:
+    """Takes everything out of the window but figure, transport and curves, and puts it back.
+
+    kept: object names of docks that stay if they are seen.
+    """
+
+    def __init__(
+        self,
+        window: QMainWindow,
+        viewport: Viewport,
+        timeline: Timeline,
+        kept: tuple[str, ...],
+    ) -> None:
+        self._window, self._viewport, self._timeline = window, viewport, timeline
+        self._kept = kept
+        self._layout: QByteArray | None = None
+        self._full = False
+        self._escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), window)
+        # A floating dock is a window of its own; Escape ends the presentation from there, too.
+        self._escape.setContext(Qt.ShortcutContext.ApplicationShortcut)
+        self._escape.setEnabled(False)
+        self.escaped = self._escape.activated
+
+    @property
+    def on(self) -> bool:
+        """Whether the window is in presentation."""
+        return self._layout is not None
+
+    def enter(self) -> None:
+        """Large type, full screen."""
+        if self.on:
+            return
+        window = self._window
+        self._layout, self._full = window.saveState(), window.isFullScreen()
+        for dock in window.findChildren(QDockWidget):
+            # A dock behind the tab of another is 'visible' too; only its region tells.
+            if dock.objectName() not in self._kept or dock.visibleRegion().isEmpty():
+                dock.hide()
+        for bar in (*window.findChildren(QToolBar), *window.findChildren(QStatusBar)):
+            bar.hide()
+        window.menuBar().hide()
+        self._scale(_SCALE)
+        self._escape.setEnabled(True)
+        window.showFullScreen()
+        curves = [d for d in window.findChildren(QDockWidget) if d.objectName() == "curves"]
+        height = round(_CURVES_SHARE * window.height())
+        window.resizeDocks(curves, [height], Qt.Orientation.Vertical)
+
+    def leave(self) -> None:
+        """The window as it was."""
+        if self._layout is None:
+            return
+        window, layout = self._window, self._layout
+        self._layout = None
+        self._scale(1.0)
+        self._escape.setEnabled(False)
+        window.menuBar().show()
+        window.statusBar().show()
+        if not self._full:
+            window.setWindowState(window.windowState() & ~Qt.WindowState.WindowFullScreen)
+        window.restoreState(layout)
+
+    def _scale(self, scale: float) -> None:
+        self._timeline.set_scale(scale)
+        self._viewport.set_scale(scale)

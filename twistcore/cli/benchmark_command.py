@@ -1,0 +1,90 @@
+"""`twistcore benchmark`."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import platformdirs
+
+from twistcore.atomic import is_stream, write_atomically
+from twistcore.cli.commands import refuse_overwrite, tell_problems
+from twistcore.detection import DETECTORS
+from twistcore.encoding import encoded, json_bytes
+from twistcore.errors import TwistError
+from twistcore.study.benchmark.baselines import BASELINES
+from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown
+from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows, rows_to_csv
+from twistcore.study.benchmark.clip_run import Settings
+from twistcore.study.benchmark.passes import METHODS
+from twistcore.study.benchmark.runner import find_clips, run_benchmark
+from twistcore.synthesis import parse_protocol
+
+
+def benchmark(arguments: argparse.Namespace) -> int:
+    """Run it, print the tables, write the files; 1 where a clip failed, 2 where all did."""
+    settings = Settings(
+        protocols=_protocols(arguments.protocol or ["P0"]),
+        methods=_methods(arguments.methods or ["all"]),
+        seeds=tuple(range(arguments.seed, arguments.seed + arguments.seeds)),
+    )
+    folder: Path = arguments.folder
+    clips = find_clips(folder)
+    refuse_overwrite([t for t in (arguments.json, arguments.csv) if t], clips.values())
+    summary = run_benchmark(
+        clips,
+        settings,
+        workers=arguments.workers or os.cpu_count() or 1,
+        partial=partial_path(folder, arguments.json, settings),
+        resume=arguments.resume,
+    )
+    source = folder.resolve().name
+    print(benchmark_to_markdown(summary, settings, source), end="")
+    if arguments.json:
+        document = benchmark_to_json(summary, settings, source)
+        write_atomically(arguments.json, json_bytes(document))
+    if arguments.csv:
+        write_atomically(arguments.csv, encoded(rows_to_csv(make_rows(summary, settings))))
+    code = tell_problems([problem for _, problem in summary.problems], summary.clips)
+    if summary.missing:
+        print(
+            f"stopped with {summary.missing} of {len(clips)} clips to go; --resume continues",
+            file=sys.stderr,
+        )
+        return 130
+    return code
+
+
+def partial_path(folder: Path, json_file: Path | None, settings: Settings) -> Path:
+    """Where partial results are kept: beside the JSON, if that is a file, else in the cache."""
+    if json_file and not is_stream(json_file):
+        return json_file.with_name(f"{json_file.name}.partial.jsonl")
+    words = json.dumps([str(folder.resolve()), settings.to_json()])
+    name = hashlib.sha256(words.encode()).hexdigest()[:16]
+    return Path(platformdirs.user_cache_dir("twist-inspector")) / "benchmark" / f"{name}.jsonl"
+
+
+def _protocols(names: Sequence[str]) -> tuple[str, ...]:
+    """Names as given, each once, checked; 'P0-all' is P0 here."""
+    plain = ["P0" if name == "P0-all" else name for name in _split(names)]
+    return tuple(dict.fromkeys(parse_protocol(name).name for name in plain))
+
+
+def _methods(names: Sequence[str]) -> tuple[str, ...]:
+    """Method names in the table's order; 'all', 'detectors' and 'baselines' name several."""
+    groups = {"all": METHODS, "detectors": tuple(DETECTORS), "baselines": tuple(BASELINES)}
+    chosen: set[str] = set()
+    for name in _split(names):
+        if name not in groups and name not in METHODS:
+            raise TwistError(f"no method {name!r}; expected {', '.join((*METHODS, *groups))}")
+        chosen.update(groups.get(name, (name,)))
+    return tuple(m for m in METHODS if m in chosen)
+
+
+def _split(names: Sequence[str]) -> list[str]:
+    return [part for name in names for part in name.split(",") if part]

@@ -1,0 +1,1 @@
+"""What leaves the program: the corrected clip, what differs in it, reports, markers."""

@@ -1,0 +1,206 @@
+"""The QA report of a clip: one HTML page, the intervals as CSV, everything as JSON."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+
+from twistcore.atomic import write_atomically
+from twistcore.bvh import Clip
+from twistcore.chain import Chain
+from twistcore.encoding import encoded, json_bytes
+from twistcore.errors import TwistError
+from twistcore.export.compare import compare
+from twistcore.export.markers import blender_markers
+from twistcore.motion import Motion
+from twistcore.review.model import Decision, Judged, ReviewState
+from twistcore.review.session import tracking_to_json
+
+SCHEMA = "twistcore.report/1"
+_COLUMNS = (
+    "id",
+    "chain",
+    "start",
+    "stop",
+    "frames",
+    "start_s",
+    "delta_deg",
+    "confidence",
+    "open",
+    "decision",
+    "reviewer",
+    "decided_at",
+    "note",
+    "tracked_after",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """What is reported: the clip, the review, the motion before and after."""
+
+    clip: Clip
+    chains: Sequence[Chain]
+    state: ReviewState
+    refined: Motion
+
+
+def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
+    """Write the report into `folder`, made if missing; returns the paths.
+
+    NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender. The JSON lists
+    the SHA-256 of the other three. Raises TwistError as :func:`check_report`.
+    """
+    check_report(folder, report.clip)
+    folder.mkdir(parents=True, exist_ok=True)
+    document = report_to_json(report)
+    page, table, markers, last = _files(folder, report.clip)
+    written = {
+        page: encoded(_html(document)),
+        table: encoded(intervals_csv(report)),
+        markers: encoded(blender_markers(report.clip.name, report.state.intervals)),
+    }
+    marks = {path.name: hashlib.sha256(data).hexdigest() for path, data in written.items()}
+    written[last] = json_bytes(document | {"files": marks})
+    for path, data in written.items():
+        write_atomically(path, data)
+    return tuple(written)
+
+
+def check_report(folder: Path, clip: Clip) -> None:
+    """TwistError where a file of somebody else lies in the place of one of a clip's report."""
+    *others, listing = _files(folder, clip)
+    try:
+        marks = _marks(listing.read_bytes())
+    except FileNotFoundError:
+        marks = {}
+    except OSError as error:
+        raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None
+    for path in others:
+        if path.is_dir() or (path.is_file() and marks.get(path.name) != _sha256(path)):
+            raise TwistError(
+                f"{path}: expected a place for the report, but what is there this version did not "
+                "write, or it was changed since; move it, or do without the report"
+            )
+    if listing.is_file() and not marks:
+        raise TwistError(
+            f"{listing}: expected a place for the report, but there is another file; move it, or "
+            "do without the report"
+        )
+
+
+def _files(folder: Path, clip: Clip) -> tuple[Path, ...]:
+    endings = ("report.html", "intervals.csv", "markers.py", "report.json")
+    return tuple(folder / f"{clip.path.stem}.{ending}" for ending in endings)
+
+
+def _marks(data: bytes) -> dict[str, str]:
+    """SHA-256 by name as a report's JSON lists them; empty for anything else."""
+    try:
+        document = json.loads(data)
+        return dict(document["files"]) if document["schema"] == SCHEMA else {}
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return {}
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def report_to_json(report: Report) -> dict[str, Any]:
+    """The report as one document; degrees, seconds and frames.
+
+    tracking: what was tracked with QuaMo after the correction, as in a session, or null.
+    """
+    motion, state = report.clip.motion, report.state
+    difference = compare(motion, report.refined)
+    return {
+        "schema": SCHEMA,
+        "clip": report.clip.name,
+        "sha256": report.clip.sha256,
+        "frames": motion.frames,
+        "fps": motion.fps,
+        "seconds": motion.frames * motion.frame_time,
+        "method": state.method,
+        "decisions": {d.value: sum(j.decision == d for j in state.intervals) for d in Decision},
+        "chains": [
+            {
+                "chain": chain.name,
+                "label": chain.label,
+                "tau_deg": float(np.degrees(state.tau[chain.name])),
+                "intervals": len(state.of_chain(chain.name)),
+                "warnings": list(chain.warnings),
+            }
+            for chain in report.chains
+        ],
+        "intervals": [_row(j, report) for j in state.intervals],
+        "tracking": state.tracking and tracking_to_json(state.tracking),
+        "changed": {
+            "frames": difference.frames,
+            "joints": sorted({j.joint for j in difference.joints}),
+            "max_deg": max((j.max_degrees for j in difference.joints), default=0.0),
+            "max_position_of_height": difference.max_position_of_height,
+        },
+        "warnings": list(map(str, report.clip.warnings)),
+    }
+
+
+def intervals_csv(report: Report) -> str:
+    """One line an interval, the columns of the table; degrees and seconds.
+
+    tracked_after: joints of the interval's chain that were tracked after the correction.
+    """
+    out = io.StringIO()
+    writer = csv.DictWriter(out, _COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for judged in report.state.intervals:
+        writer.writerow(_row(judged, report) | {"tracked_after": _tracked(judged, report)})
+    return out.getvalue()
+
+
+def _tracked(judged: Judged, report: Report) -> str:
+    tracking, names = report.state.tracking, report.clip.motion.skeleton.names
+    chain = next((c for c in report.chains if c.name == judged.interval.chain), None)
+    if tracking is None or chain is None:
+        return ""
+    ends = (names[chain.parent], names[chain.child])
+    return " ".join(name for name in ends if name in tracking.joints)
+
+
+def _row(judged: Judged, report: Report) -> dict[str, Any]:
+    interval, fps = judged.interval, report.clip.motion.fps
+    return {
+        "id": judged.id,
+        "chain": interval.chain,
+        "start": interval.start,
+        "stop": interval.stop,
+        "frames": interval.frames,
+        "start_s": round(interval.start / fps, 4),
+        "delta_deg": round(float(np.degrees(interval.delta)), 4),
+        "confidence": interval.confidence,
+        "open": interval.open,
+        "decision": judged.decision.value,
+        "reviewer": judged.reviewer,
+        "decided_at": judged.decided_at,
+        "note": judged.note,
+    }
+
+
+def _html(document: dict[str, Any]) -> str:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html").render(report=document)

@@ -1,0 +1,174 @@
+"""A clip tracked: chosen joints, hand gains at its own rate or learned ones at 25 Hz."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import TwistError
+from twistcore.motion import Motion, Skeleton, forward_kinematics
+from twistcore.progress import Tell, nobody
+from twistcore.quamo.network import Network
+from twistcore.quamo.resample import corrected, resampled, sample_times
+from twistcore.quamo.state_space import NETWORK_DT, Gains
+from twistcore.quamo.topology import find_topology, metres_per_unit
+from twistcore.quamo.tracker import HandGains, Step, track
+from twistcore.rotation import Array
+from twistcore.study.quamo.pose_errors import Quality, quality
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """A tracked motion; snapped: joints set onto the input, (frames, joints of the skeleton).
+
+    steps: every step, if asked for; at: when each was, in frames of the clip (not whole at 25 Hz);
+    joints: the skeleton's index of each joint of a step.
+    """
+
+    motion: Motion
+    snapped: NDArray[np.bool_]
+    steps: tuple[Step, ...]
+    at: Array
+    joints: NDArray[np.int64]
+
+
+def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np.int64]:
+    """Indices of the named joints, or of all that can be written; TwistError where one is not."""
+    rotatable = skeleton.rotatable
+    able = np.ones(len(skeleton), dtype=np.bool_) if rotatable is None else rotatable
+    if not names:
+        return np.flatnonzero(able)
+    for name in names:
+        if name not in skeleton.names:
+            raise TwistError(f"no joint {name!r}; expected some of {', '.join(skeleton.names)}")
+        if not able[skeleton.index(name)]:
+            raise TwistError(f"joint {name!r} has no three rotation channels to write to")
+    return np.array(sorted({skeleton.index(name) for name in names}), dtype=np.int64)
+
+
+def joints_of_24(
+    skeleton: Skeleton, joints: NDArray[np.int64], *, strict: bool
+) -> NDArray[np.int64]:
+    """Those of the joints that networks know; TwistError where one is not and strict is set."""
+    known = find_topology(skeleton).joints
+    if strict and (other := np.setdiff1d(joints, known)).size:
+        name = skeleton.names[int(other[0])]
+        raise TwistError(f"joint {name!r} is not among the 24 that learned gains know")
+    return np.intersect1d(joints, known)
+
+
+def track_by_hand(
+    motion: Motion,
+    joints: NDArray[np.int64],
+    gains: Gains | None = None,
+    *,
+    place: bool = False,
+    first: int = 0,
+    keep_steps: bool = False,
+    tell: Tell = nobody,
+) -> Tracked:
+    """Hand gains at the clip's own rate, those that follow the rate if none are given.
+
+    place: track the root's place as well; first: where to start, earlier frames stay (a T-pose);
+    tell: called with the share that is done. Raises UnstableGainsError where the gains diverge at
+    this rate.
+    """
+    rotations, positions = motion.rotations.copy(), motion.positions
+    root = (
+        positions[first:, 0]
+        if place and motion.positioned
+        else np.zeros((motion.frames - first, 3))
+    )
+    found = track(
+        motion.rotations[first:, joints],
+        root,
+        motion.frame_time,
+        HandGains(gains),
+        keep_steps=keep_steps,
+        tell=tell,
+    )
+    rotations[first:, joints] = found.q
+    snapped = np.zeros(rotations.shape[:2], dtype=np.bool_)
+    snapped[first:, joints] = found.snapped
+    if place:
+        positions = positions.copy()
+        positions[first:, 0] = found.r
+    tracked = replace(motion, rotations=rotations, positions=positions)
+    at = np.arange(first, motion.frames, dtype=np.float64)
+    return Tracked(tracked, snapped, found.steps, at, joints)
+
+
+def track_learned(
+    motion: Motion,
+    joints: NDArray[np.int64],
+    network: Network,
+    *,
+    unit: float | None = None,
+    place: bool = False,
+    first: int = 0,
+    keep_steps: bool = False,
+    tell: Tell = nobody,
+) -> Tracked:
+    """Gains of a network: the clip at 25 Hz is tracked, the correction carried back.
+
+    A frame waits for the next sample of 25 Hz. unit: metres in one unit of the clip. All 24 joints
+    are tracked, since the network looks at the whole body, and only `joints` are changed.
+    tell: called with the share that is done.
+    """
+    topology = find_topology(motion.skeleton)
+    scale = metres_per_unit(motion.skeleton, unit)
+    if not motion.positioned or motion.positioned[0] != topology.joints[0]:
+        raise TwistError("expected positions of the root for learned gains")
+    part = motion.sliced(first, motion.frames)
+    q, r = topology.reduced(part.rotations), scale * part.positions[:, 0]
+    times = sample_times(len(q), motion.frame_time)
+    q_in, r_in = resampled(q, r, times)
+    controller = network.started(q_in, r_in)
+    found = track(
+        q_in,
+        r_in,
+        NETWORK_DT,
+        controller,
+        integration=network.integration,
+        keep_steps=keep_steps,
+        tell=tell,
+    )
+    q_new, r_new = corrected(q, r, times, q_in, r_in, found.q, found.r)
+    restored = topology.restored(q_new, part.rotations)
+    rotations = motion.rotations.copy()
+    able = joints_of_24(motion.skeleton, joints, strict=False)
+    rotations[first:, able] = restored[:, able]
+    positions = motion.positions
+    if place:
+        positions = positions.copy()
+        positions[first:, 0] = r_new / scale
+    snapped = np.zeros(rotations.shape[:2], dtype=np.bool_)
+    shown_at = first + np.ceil(times - 1e-9).astype(np.intp)
+    snapped[shown_at[:, None], topology.joints] = found.snapped
+    tracked = replace(motion, rotations=rotations, positions=positions)
+    return Tracked(tracked, snapped, found.steps, first + times, topology.joints)
+
+
+def quality_before_and_after(
+    before: Motion, after: Motion, unit: float | None = None
+) -> tuple[Quality, Quality] | None:
+    """Jitter, foot slide and deviation at 25 Hz in mm; None where the 24 joints are not there."""
+    try:
+        topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
+    except TwistError:
+        return None
+    times = sample_times(before.frames, before.frame_time)
+    given, found = (_places_mm(m, topology.joints, times, scale) for m in (before, after))
+    return quality(given), quality(found, given)
+
+
+def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: float) -> Array:
+    places = forward_kinematics(motion)[1][:, joints]
+    low = np.floor(times).astype(np.intp)
+    high = np.minimum(low + 1, motion.frames - 1)
+    share = (times - low)[:, None, None]
+    at_25: Array = 1000.0 * scale * (places[low] + share * (places[high] - places[low]))
+    return at_25

@@ -1,0 +1,133 @@
+"""One clip, all protocols, methods and seeds: what a worker of the pool does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from twistcore.bvh import read_bvh
+from twistcore.detection import DETECTORS
+from twistcore.errors import TwistError
+from twistcore.study.benchmark.clip_scene import AUDITOR, NaturalEvent, Scene, make_scene
+from twistcore.study.benchmark.filtering_cost import Fidelity, fidelity
+from twistcore.study.benchmark.passes import METHODS, CleanRun, clean_run, clean_tallies, run_item
+from twistcore.study.benchmark.tally import MICRO, Key, Tallies, Tally, add_tallies
+from twistcore.synthesis import parse_protocol
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the numbers depend on, beside the clips."""
+
+    protocols: tuple[str, ...] = ("P0",)
+    methods: tuple[str, ...] = METHODS
+    seeds: tuple[int, ...] = (1,)
+
+    @property
+    def auditor(self) -> str:
+        """The detector whose findings in the clean clip are the natural events."""
+        if AUDITOR in DETECTORS:
+            return AUDITOR
+        return next((m for m in self.methods if m in DETECTORS), next(iter(DETECTORS)))
+
+    def to_json(self) -> dict[str, Any]:
+        """The settings by name."""
+        return {
+            "protocols": list(self.protocols),
+            "methods": list(self.methods),
+            "seeds": list(self.seeds),
+            "auditor": self.auditor,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class ClipResult:
+    """All that is kept of a clip, a few kilobytes whatever its length.
+
+    clip: path below the folder; micros: length of the capture in µs; dropped: leading frames that
+    are none; problems: what could not be done, one sentence each.
+    """
+
+    clip: str
+    micros: int = 0
+    dropped: int = 0
+    tallies: Tallies | None = None
+    fidelity: Mapping[str, Fidelity] | None = None
+    events: tuple[NaturalEvent, ...] = ()
+    problems: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as one line of the file that --resume reads."""
+        return {
+            "clip": self.clip,
+            "micros": self.micros,
+            "dropped": self.dropped,
+            "tallies": [[*vars(k).values(), t.values()] for k, t in (self.tallies or {}).items()],
+            "fidelity": {m: list(vars(f).values()) for m, f in (self.fidelity or {}).items()},
+            "events": [list(vars(e).values()) for e in self.events],
+            "problems": list(self.problems),
+        }
+
+
+def result_from_json(document: Mapping[str, Any]) -> ClipResult:
+    """The inverse of ClipResult.to_json; KeyError, TypeError or ValueError where it is damaged."""
+    width = len(fields(Tally))
+    tallies: Tallies = {}
+    for *key, values in document["tallies"]:
+        if len(values) != width:
+            raise ValueError("a tally of another length")
+        tallies[Key(*key)] = Tally(*values)
+    return ClipResult(
+        document["clip"],
+        document["micros"],
+        document["dropped"],
+        tallies,
+        {m: Fidelity(*values) for m, values in document["fidelity"].items()},
+        tuple(NaturalEvent(*values) for values in document["events"]),
+        tuple(document["problems"]),
+    )
+
+
+def run_clip(path: Path, name: str, settings: Settings) -> ClipResult:
+    """All of one clip; name: what results call it, and its stem is what seeds depend on."""
+    problems: list[str] = []
+    try:
+        motion = read_bvh(path).motion
+        base = make_scene(name, motion, parse_protocol("P0"), settings.auditor)
+    except TwistError as error:
+        return ClipResult(name, problems=(_without_folder(error, path, name),))
+    except OSError as error:
+        return ClipResult(name, problems=(f"{name}: cannot be read ({error.strerror})",))
+    prepared: dict[tuple[bool, int], Scene] = {(False, 1): base}
+    scenes: list[Scene] = []
+    for text in settings.protocols:
+        protocol = parse_protocol(text)
+        how = protocol.rich, protocol.step
+        try:
+            if how not in prepared:
+                prepared[how] = make_scene(name, motion, protocol, settings.auditor)
+            scenes.append(replace(prepared[how], protocol=protocol))
+        except TwistError as error:
+            problems.append(f"{error} ({text})")
+    tallies: Tallies = {}
+    kept: dict[str, Fidelity] = {}
+    for method in settings.methods:
+        runs: dict[tuple[bool, int], CleanRun] = {(False, 1): clean_run(base, method)}
+        if measured := fidelity(base, runs[False, 1].outcome.rotations):
+            kept[method] = measured
+        for scene in scenes:
+            how = scene.protocol.rich, scene.protocol.step
+            if how not in runs:
+                runs[how] = clean_run(scene, method)
+            add_tallies(tallies, clean_tallies(scene, method, runs[how]))
+            for seed in settings.seeds:
+                add_tallies(tallies, run_item(scene, method, seed, runs[how]))
+    micros = round(base.motion.frames * base.motion.frame_time * MICRO)
+    return ClipResult(name, micros, base.dropped, tallies, kept, base.events, tuple(problems))
+
+
+def _without_folder(error: TwistError, path: Path, name: str) -> str:
+    """The sentence with the clip's name in place of this machine's path to it."""
+    return str(error).replace(str(path), name)

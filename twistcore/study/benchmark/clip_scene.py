@@ -1,0 +1,145 @@
+"""A clip as a protocol sees it: T-pose dropped, prepared, limbs and natural events known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.detection import DETECTORS
+from twistcore.detection.consistency import ConsistencyAnalysis
+from twistcore.detection.cuts import leading_frames
+from twistcore.detection.natural_events import flips
+from twistcore.errors import TwistError
+from twistcore.motion import Motion
+from twistcore.synthesis import Protocol, prepare
+
+SHORTEST = 16  # frames: room for two intervals and something around them
+AUDITOR = "consistency"
+
+
+@dataclass(frozen=True)
+class NaturalEvent:
+    """What looks like a twist error in a clip as captured; frames of the file, degrees."""
+
+    chain: str
+    kind: str  # 'interval', 'open' or 'flip' (of one joint alone)
+    start: int
+    stop: int
+    degrees: float
+
+    def to_json(self) -> dict[str, Any]:
+        """The event by name."""
+        return {**vars(self)}
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """The clean motion that errors are put into, with its correctable chains.
+
+    dropped: leading frames of the file that are no capture; events: the audit's findings.
+    """
+
+    clip: str
+    protocol: Protocol
+    motion: Motion
+    chains: tuple[Chain, ...]
+    dropped: int
+    events: tuple[NaturalEvent, ...]
+
+    @cached_property
+    def limbs(self) -> tuple[tuple[Chain, ...], ...]:
+        """Chains that touch a joint in common, directly or through others, belong together."""
+        groups: list[list[Chain]] = []
+        for chain in self.chains:
+            near = [g for g in groups if any(self._touch(chain, c) for c in g)]
+            merged = [c for g in near for c in g] + [chain]
+            groups = [g for g in groups if g not in near] + [merged]
+        return tuple(tuple(c for c in self.chains if c in g) for g in groups)
+
+    def _touch(self, a: Chain, b: Chain) -> bool:
+        return bool(self.changed_by(a) & self.changed_by(b))
+
+    def changed_by(self, chain: Chain) -> set[int]:
+        """Joints that an error in this chain, or its correction, changes."""
+        return {chain.parent, *self.motion.skeleton.children[chain.parent]}
+
+    @cached_property
+    def joints(self) -> NDArray[np.int64]:
+        """Parents and children of all chains, ascending."""
+        return joints_of(self.chains)
+
+    @cached_property
+    def eventful(self) -> frozenset[str]:
+        """Chains with a natural event: the audited table leaves them out."""
+        return frozenset(e.chain for e in self.events)
+
+    def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
+        """Index and targets: each chain in turn, or each with the one below it."""
+        if self.protocol.clean:
+            return ()
+        if not self.protocol.both:
+            return tuple((k, (chain,)) for k, chain in enumerate(self.chains))
+        return tuple(
+            (k, (a, b))
+            for k, a in enumerate(self.chains)
+            for b in self.chains
+            if a.child == b.parent
+        )
+
+
+def joints_of(chains: Sequence[Chain]) -> NDArray[np.int64]:
+    """Parents and children, ascending, each once."""
+    return np.array(sorted({j for c in chains for j in (c.parent, c.child)}), dtype=np.int64)
+
+
+def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR) -> Scene:
+    """Drop the leading frames, prepare, find the chains, audit them; TwistError where none is.
+
+    Also where fewer than 16 frames are left.
+    """
+    dropped = leading_frames(motion)
+    capture = motion.sliced(dropped, motion.frames)
+    prepared = prepare(capture, find_chains(capture), protocol)
+    if prepared.frames < SHORTEST:
+        raise TwistError(f"{name}: expected at least {SHORTEST} frames, found {prepared.frames}")
+    chains = tuple(c for c in find_chains(prepared) if not uncorrectable_joints(prepared, c))
+    if not chains:
+        raise TwistError(f"{name}: no chain that a twist error could be put into")
+    events = tuple(
+        NaturalEvent(
+            e.chain,
+            e.kind,
+            dropped + e.start * protocol.step,
+            dropped + e.stop * protocol.step,
+            e.degrees,
+        )
+        for e in audit(prepared, chains, auditor)
+    )
+    return Scene(name, protocol, prepared, chains, dropped, events)
+
+
+def audit(motion: Motion, chains: Sequence[Chain], method: str = AUDITOR) -> list[NaturalEvent]:
+    """Natural events of a clean motion, by chain and frame; frames of this motion.
+
+    Rule: every interval, open or not, that `method` finds at its own τ is one; and, where the
+    method is the consistency detector, every flip of one joint alone, by the rule of
+    `twistcore.detection.natural_events` (05_05 RightUpLeg).
+    """
+    analysis = DETECTORS[method].analyse(motion, chains)
+    events = []
+    for chain in chains:
+        for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name)):
+            kind = "open" if i.open else "interval"
+            degrees = round(float(np.degrees(i.delta)), 3)
+            events.append(NaturalEvent(chain.name, kind, i.start, i.stop, degrees))
+        if isinstance(analysis, ConsistencyAnalysis):
+            for flip in flips(chain, analysis.chains[chain.name]):
+                degrees = round(float(np.degrees(flip.angle)), 3)
+                events.append(NaturalEvent(chain.name, "flip", flip.start, flip.stop, degrees))
+    return events

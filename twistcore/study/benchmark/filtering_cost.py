@@ -1,0 +1,98 @@
+"""What a method costs a clean clip: lag, and the loss of peak angular speed [Choi26 §4.2.3]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twistcore.rotation import Array, geodesic_angle
+from twistcore.study.benchmark.clip_scene import Scene
+
+LONGEST_LAG = 0.25  # seconds
+LASTING = 0.05  # seconds: a peak is a mean over them, or noise of one frame would be the fastest
+_MICRO = 1e-6
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """One clip and one method; integers, so that a stored one equals a fresh one.
+
+    peak: angular speed before, m°/s; kept: share of it after, millionths; lag: µs; lag_frames:
+    millionths of a frame.
+    """
+
+    peak: int
+    kept: int
+    lag: int
+    lag_frames: int
+
+    def to_json(self) -> dict[str, Any]:
+        """The numbers by name."""
+        return {**vars(self)}
+
+
+def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
+    """Compare angular speeds of the chains' joints before and after; refined: (frames, joints, 4).
+
+    Joints of chains with a natural event stay out, so that the peak is motion and not an error.
+    None where nothing is left or nothing moves. Peak: the fastest joint's highest mean over 50 ms,
+    and what is left of that joint's own. Lag: of the highest cross-correlation of the speeds less
+    their means, summed over the joints, refined to a fraction of a frame by a parabola.
+    """
+    joints = [
+        j
+        for j in scene.joints
+        if not any(j in (c.parent, c.child) for c in scene.chains if c.name in scene.eventful)
+    ]
+    motion = scene.motion
+    if not joints or motion.frames < 8:
+        return None
+    before = _speed(motion.rotations[:, joints])
+    after = _speed(refined[:, joints])
+    window = max(1, min(round(LASTING * motion.fps), len(before)))
+    peaks = _lasting(before, window).max(axis=0)
+    joint = int(peaks.argmax())
+    peak = float(peaks[joint])
+    if peak <= 0.0:
+        return None
+    lag = _lag(before, after, max(1, round(LONGEST_LAG * motion.fps)))
+    return Fidelity(
+        peak=round(float(np.degrees(peak)) * motion.fps * 1e3),
+        kept=round(float(_lasting(after[:, [joint]], window).max()) / peak / _MICRO),
+        lag=round(lag * motion.frame_time / _MICRO),
+        lag_frames=round(lag / _MICRO),
+    )
+
+
+def _speed(q: Array) -> Array:
+    """Radians a frame, (frames − 1, joints)."""
+    return geodesic_angle(q[:-1], q[1:])
+
+
+def _lasting(speed: Array, window: int) -> Array:
+    """Mean over every window of frames, (frames − window + 1, joints)."""
+    mean: Array = np.lib.stride_tricks.sliding_window_view(speed, window, axis=0).mean(axis=-1)
+    return mean
+
+
+def _lag(before: Array, after: Array, longest: int) -> float:
+    """Frames by which `after` comes late; of the shifts up to `longest` the best."""
+    a, b = before - before.mean(axis=0), after - after.mean(axis=0)
+    longest = min(longest, len(a) // 2)
+    shifts = range(-longest, longest + 1)
+    score = np.array(
+        [
+            np.einsum(
+                "tj,tj->", a[max(0, -s) : len(a) - max(0, s)], b[max(0, s) : len(b) + min(0, s)]
+            )
+            for s in shifts
+        ]
+    )
+    best = int(score.argmax())
+    if (a == b).all() or not 0 < best < len(score) - 1:
+        return float(shifts[best])
+    left, top, right = score[best - 1 : best + 2]
+    bend = left - 2.0 * top + right
+    return float(shifts[best] + (0.5 * (left - right) / bend if bend < 0.0 else 0.0))

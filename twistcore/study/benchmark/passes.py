@@ -1,0 +1,258 @@
+"""One clip × protocol × method × seed: a pure function of its arguments."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.chain import Chain
+from twistcore.detection import DETECTORS
+from twistcore.detection.paper import PaperAnalysis, running_offset
+from twistcore.motion import Motion
+from twistcore.refinement import offsets_by_chain, remove_twist
+from twistcore.rotation import Array, geodesic_angle
+from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap, continuous
+from twistcore.study.benchmark.clip_scene import Scene, joints_of
+from twistcore.study.benchmark.tally import Key, Tallies, Tally, add_tallies, error_tally, micro
+from twistcore.study.evaluation import DAMAGE, match_intervals
+from twistcore.synthesis import InjectedError, draw_errors, generator, inject
+
+METHODS = (*DETECTORS, *BASELINES)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a method made of a motion: its rotations, and the intervals found, by chain."""
+
+    rotations: Array
+    found: dict[str, list[Gap]]
+
+
+@dataclass(frozen=True, eq=False)
+class CleanRun:
+    """What a method makes of the clean clip: nothing of this is the injection's fault.
+
+    change: radians, (frames, scene.joints).
+    """
+
+    outcome: Outcome
+    change: Array
+
+
+def apply_method(
+    method: str, motion: Motion, chains: Sequence[Chain], wrong: Sequence[InjectedError] = ()
+) -> Outcome:
+    """The motion as the method leaves it; only joints of `chains` differ.
+
+    wrong: the truth, for the oracles. The paper's running sum is taken out as it is; of other
+    detectors all intervals that are applied unasked (not open) at their automatic τ.
+    """
+    if method in BASELINES:
+        return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
+    analysis = DETECTORS[method].analyse(motion, chains)
+    intervals = [
+        i
+        for chain in chains
+        for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name))
+        if not i.open
+    ]
+    if isinstance(analysis, PaperAnalysis):
+        offsets = {
+            c.name: running_offset(analysis.signals[c.name], analysis.automatic_tau(c.name))
+            for c in chains
+        }
+    else:
+        offsets = offsets_by_chain(intervals, motion.frames)
+    found: dict[str, list[Gap]] = {chain.name: [] for chain in chains}
+    for i in intervals:
+        found[i.chain].append((i.start, i.stop))
+    return Outcome(remove_twist(motion, chains, offsets).rotations, found)
+
+
+def _filtered(
+    baseline: Baseline, motion: Motion, chains: Sequence[Chain], wrong: Sequence[InjectedError]
+) -> Array:
+    if baseline.oracle:
+        rotations = motion.rotations
+        for chain in chains:
+            gaps = [(e.start, e.stop) for e in wrong if e.chain == chain.name]
+            if gaps:
+                joints = [chain.parent, *motion.skeleton.children[chain.parent]]
+                rotations = _replaced(rotations, joints, baseline, motion.fps, gaps)
+        return rotations
+    return _replaced(motion.rotations, joints_of(chains), baseline, motion.fps, ())
+
+
+def _replaced(
+    rotations: Array,
+    joints: Sequence[int] | NDArray[np.int64],
+    baseline: Baseline,
+    fps: float,
+    gaps: Sequence[Gap],
+) -> Array:
+    q = continuous(rotations[:, joints])
+    smooth = baseline.correct(q, fps, gaps)
+    length = np.linalg.norm(smooth, axis=-1, keepdims=True)
+    out = rotations.copy()
+    out[:, joints] = np.where(length > 1e-9, smooth / np.maximum(length, 1e-9), q)
+    return out
+
+
+def clean_run(scene: Scene, method: str) -> CleanRun:
+    """The method on the clean motion."""
+    outcome = apply_method(method, scene.motion, scene.chains)
+    return CleanRun(outcome, _change(scene.motion.rotations, outcome.rotations, scene.joints))
+
+
+def clean_tallies(scene: Scene, method: str, clean: CleanRun) -> Tallies:
+    """False alarms by chain; where nothing is injected also what is changed all the same."""
+    total: Tallies = {}
+    counted: set[int] = set()
+    for chain in scene.chains:
+        tally = Tally(alarms=len(clean.outcome.found.get(chain.name, [])))
+        if scene.protocol.clean:
+            # A joint that two chains share counts once, with the chain that comes first.
+            own = [j for j in (chain.parent, chain.child) if j not in counted]
+            counted.update(own)
+            change = clean.change[:, np.isin(scene.joints, own)]
+            large = change > DAMAGE
+            tally += Tally(
+                passes=1,
+                pairs=change.size,
+                target_pairs=change.size,
+                natural=int(large.sum()),
+                natural_change=micro(np.degrees(change[large]).sum()),
+            )
+        add_tallies(total, {_key(scene, method, chain): tally})
+    return total
+
+
+def run_item(scene: Scene, method: str, seed: int, clean: CleanRun | None = None) -> Tallies:
+    """All passes of a clip with one method and one seed: each target chain in turn.
+
+    Only the limb that holds the target is looked at: no detector and no filter of a single joint
+    connects limbs, so the others are as in the clean run.
+    """
+    clean = clean or clean_run(scene, method)
+    total: Tallies = {}
+    for index, targets in scene.passes():
+        errors = draw(scene, index, targets, seed)
+        if errors:
+            add_tallies(total, _run_pass(scene, method, clean, targets, errors))
+    return total
+
+
+def draw(
+    scene: Scene, index: int, targets: Sequence[Chain], seed: int
+) -> tuple[InjectedError, ...]:
+    """The errors of a pass, from the seed, the clip's name, the chain and the protocol alone."""
+    rng = generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
+    motion = scene.motion
+    return draw_errors(targets, motion.frames, rng, scene.protocol, fps=motion.fps, first=0)
+
+
+def _run_pass(
+    scene: Scene,
+    method: str,
+    clean: CleanRun,
+    targets: Sequence[Chain],
+    errors: Sequence[InjectedError],
+) -> Tallies:
+    limb = _reach(scene, method, targets)
+    dirty = inject(scene.motion, limb, errors)
+    outcome = apply_method(method, dirty, limb, errors)
+    total: Tallies = {}
+    first = _key(scene, method, targets[0])
+    wrong = np.zeros((dirty.frames, len(dirty.skeleton)), dtype=bool)
+    for chain in targets:
+        key = replace(first, side=chain.side, segment=chain.segment or chain.name)
+        true = [e for e in errors if e.chain == chain.name]
+        for e in true:
+            wrong[e.start : e.stop, list(scene.changed_by(chain))] = True
+        at = np.concatenate([np.arange(e.start, e.stop)[e.offset != 0.0] for e in true] or [[]])
+        rows, p = at.astype(np.int64), chain.parent
+        source = scene.motion.rotations[rows, p]
+        before = geodesic_angle(source, dirty.rotations[rows, p])
+        after = geodesic_angle(source, outcome.rotations[rows, p])
+        add_tallies(total, {key: error_tally(before, after)})
+    for chain in limb:
+        true = [e for e in errors if e.chain == chain.name]
+        key = first
+        if chain in targets:
+            key = replace(first, side=chain.side, segment=chain.segment or chain.name)
+        add_tallies(total, {key: _interval_tally(outcome, clean, chain, true)})
+    damage = _damage_tally(scene, clean, limb, targets, dirty.rotations, outcome.rotations, wrong)
+    add_tallies(total, {first: damage})
+    audited = not any(chain.name in scene.eventful for chain in targets)
+    return {replace(key, audited=audited): tally for key, tally in total.items()}
+
+
+def _reach(scene: Scene, method: str, targets: Sequence[Chain]) -> tuple[Chain, ...]:
+    """The chains whose joints may come out otherwise than in the clean run."""
+    if method in BASELINES and BASELINES[method].whole_body:
+        return scene.chains
+    return next(limb for limb in scene.limbs if targets[0] in limb)
+
+
+def _interval_tally(
+    outcome: Outcome, clean: CleanRun, chain: Chain, true: Sequence[InjectedError]
+) -> Tally:
+    """Found intervals against true ones; those of the clean clip count for nothing."""
+    if chain.name not in outcome.found:
+        return Tally()
+    found = outcome.found[chain.name]
+    matched = match_intervals(found, [(e.start, e.stop) for e in true])
+    others = [g for k, g in enumerate(found) if k not in matched]
+    natural = match_intervals(others, clean.outcome.found[chain.name])
+    return Tally(truths=len(true), found=len(found) - len(natural), matched=len(matched))
+
+
+def _damage_tally(
+    scene: Scene,
+    clean: CleanRun,
+    reach: Sequence[Chain],
+    targets: Sequence[Chain],
+    dirty: Array,
+    refined: Array,
+    wrong: NDArray[np.bool_],
+) -> Tally:
+    """Clean pairs changed by more than 1°: like in the clean clip (natural), or not (damage)."""
+    near = np.isin(scene.joints, joints_of(reach))
+    joints = scene.joints[near]
+    change = _change(dirty, refined, joints)
+    alike = _change(clean.outcome.rotations, refined, joints) <= DAMAGE
+    large = (change > DAMAGE) & ~wrong[:, joints]
+    damaged, natural = large & ~alike, large & alike
+    away = clean.change[:, ~near]
+    away = away[away > DAMAGE]
+    pairs = len(dirty) * len(scene.joints) - int(wrong[:, scene.joints].sum())
+    own = joints_of(targets)
+    return Tally(
+        passes=1,
+        pairs=pairs,
+        target_pairs=len(dirty) * len(own) - int(wrong[:, own].sum()),
+        damaged=int(damaged.sum()),
+        target_damaged=int(damaged[:, np.isin(joints, own)].sum()),
+        damage=micro(np.degrees(change[damaged]).sum()),
+        natural=int(natural.sum()) + away.size,
+        natural_change=micro(np.degrees(change[natural]).sum() + np.degrees(away).sum()),
+    )
+
+
+def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
+    """Angle between two states of some joints, radians, (frames, joints)."""
+    p, q = before[:, joints], after[:, joints]
+    out = np.zeros(p.shape[:-1])
+    changed = (p != q).any(axis=-1)
+    out[changed] = geodesic_angle(p[changed], q[changed])
+    return out
+
+
+def _key(scene: Scene, method: str, chain: Chain) -> Key:
+    audited = chain.name not in scene.eventful
+    segment = chain.segment or chain.name
+    return Key(scene.protocol.name, method, chain.side, segment, audited)

@@ -1,0 +1,211 @@
+"""All clips of a folder over a pool of processes, with progress, partial results and resume."""
+
+from __future__ import annotations
+
+import functools
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+from tqdm import tqdm
+
+from twistcore.encoding import escaped
+from twistcore.errors import FormatError, TwistError
+from twistcore.processes import each, reason
+from twistcore.study.benchmark.clip_run import ClipResult, Settings, result_from_json, run_clip
+from twistcore.study.benchmark.clip_scene import NaturalEvent
+from twistcore.study.benchmark.filtering_cost import Fidelity
+from twistcore.study.benchmark.tally import Tallies, add_tallies
+
+PART_SCHEMA = "twistcore.benchmark-part/1"
+
+
+@dataclass
+class Summary:
+    """Everything that the tables need, in memory that grows by a line a clip.
+
+    Sums are integers, so the order in which clips arrive does not matter; the lists are sorted
+    when they are read.
+    """
+
+    clips: int = 0
+    micros: int = 0
+    dropped: int = 0
+    tallies: Tallies = field(default_factory=dict)
+    fidelity: dict[str, list[tuple[str, Fidelity]]] = field(default_factory=dict)
+    events: list[tuple[str, NaturalEvent]] = field(default_factory=list)
+    problems: list[tuple[str, str]] = field(default_factory=list)
+    missing: int = 0
+
+    def add(self, result: ClipResult) -> None:
+        """Take in a clip."""
+        self.clips += result.tallies is not None and bool(result.tallies)
+        self.micros += result.micros
+        self.dropped += result.dropped
+        add_tallies(self.tallies, result.tallies or {})
+        for method, measured in (result.fidelity or {}).items():
+            self.fidelity.setdefault(method, []).append((result.clip, measured))
+        self.events += [(result.clip, e) for e in result.events]
+        self.problems += [(result.clip, p) for p in result.problems]
+
+    def sort(self) -> None:
+        """Lists by clip; within a clip they keep their order."""
+        self.events.sort(key=lambda entry: entry[0])
+        self.problems.sort(key=lambda entry: entry[0])
+        for measured in self.fidelity.values():
+            measured.sort(key=lambda entry: entry[0])
+
+
+def find_clips(folder: Path) -> dict[str, Path]:
+    """BVH files below a folder, by their path in it; a single file by its name."""
+    if folder.is_file():
+        return {folder.name: folder}
+    named = [p for p in folder.rglob("*") if p.suffix.lower() == ".bvh"]
+    found = [p for p in named if p.is_file() or not p.exists()]  # a link astray is listed as such
+    if not found:
+        raise TwistError(f"{folder}: expected a folder with BVH files")
+    return {p.relative_to(folder).as_posix(): p for p in sorted(found)}
+
+
+def run_benchmark(
+    clips: dict[str, Path],
+    settings: Settings,
+    *,
+    workers: int,
+    partial: Path | None = None,
+    resume: bool = False,
+) -> Summary:
+    """Run every clip that `partial` does not hold yet; Ctrl+C ends early with what is done.
+
+    partial: a JSON-lines file, one line a clip, flushed as they come; resume: continue it, else it
+    is started anew. Summary.missing says how many clips are not in. FormatError where the file
+    belongs to other settings.
+    """
+    summary = Summary()
+    stamps = {name: _stamp(path) for name, path in clips.items()}
+    known: set[str] = set()
+    if partial and resume and partial.exists():
+        for result in read_partial(partial, settings, stamps):
+            if result.clip not in known:
+                known.add(result.clip)
+                summary.add(result)
+    # The longest first: a long clip that starts last would keep one core busy and the rest idle.
+    todo = sorted((n for n in clips if n not in known), key=lambda n: (-stamps[n][0], n))
+    summary.missing = len(todo)
+    with (
+        _partial_file(partial, settings, append=bool(known)) as file,
+        _progress(len(clips), len(known)) as tell,
+    ):
+        try:
+            for result in _results(todo, clips, settings, workers):
+                summary.add(result)
+                summary.missing -= 1
+                if file:
+                    line = {**result.to_json(), "stamp": stamps[result.clip]}
+                    text = json.dumps(line, ensure_ascii=False, separators=(",", ":"))
+                    file.write(escaped(text) + "\n")
+                    file.flush()
+                tell(result.clip)
+        except KeyboardInterrupt:
+            pass
+    summary.sort()
+    return summary
+
+
+def _results(
+    todo: Sequence[str], clips: dict[str, Path], settings: Settings, workers: int
+) -> Iterator[ClipResult]:
+    """Results as they come; a clip that fails must not end a run of thousands: it is listed."""
+    items = [(clips[name], name) for name in todo]
+    for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
+        if isinstance(result, Exception):
+            yield ClipResult(name, problems=(reason(name, result),))
+        else:
+            yield result
+
+
+def _run_item(settings: Settings, item: tuple[Path, str]) -> ClipResult:
+    return run_clip(*item, settings)
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    """Size and time of change: a clip that was edited since is run again."""
+    try:
+        status = path.stat()
+    except OSError:  # gone, or a link astray: who reads it says so
+        return 0, 0
+    return status.st_size, status.st_mtime_ns
+
+
+def read_partial(
+    path: Path, settings: Settings, stamps: dict[str, tuple[int, int]]
+) -> Iterator[ClipResult]:
+    """Results of unchanged clips without problems; a last line cut short is no harm.
+
+    FormatError where the file is another, or belongs to other settings.
+    """
+    with path.open(encoding="utf-8") as file:
+        try:
+            head = json.loads(next(file, "null"))
+        except ValueError:
+            head = None
+        if not isinstance(head, dict) or head.get("schema") != PART_SCHEMA:
+            raise FormatError(f"{path}: expected a document with schema {PART_SCHEMA!r}")
+        if head.get("settings") != settings.to_json():
+            raise FormatError(
+                f"{path}: expected the same protocols, methods and seeds as now, or no --resume"
+            )
+        for line in file:
+            try:
+                document: Any = json.loads(line)
+                result = result_from_json(document)
+                unchanged = tuple(document["stamp"]) == stamps.get(result.clip)
+            except (ValueError, KeyError, TypeError):
+                continue
+            if unchanged and not result.problems:
+                yield result
+
+
+@contextmanager
+def _partial_file(
+    path: Path | None, settings: Settings, *, append: bool
+) -> Iterator[IO[str] | None]:
+    if path is None:
+        yield None
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a" if append else "w", encoding="utf-8") as file:
+        if append:
+            file.write("\n")  # the last line may have been cut short
+        else:
+            head = {"schema": PART_SCHEMA, "settings": settings.to_json()}
+            file.write(json.dumps(head, ensure_ascii=False) + "\n")
+        file.flush()
+        yield file
+
+
+@contextmanager
+def _progress(total: int, done: int) -> Iterator[Callable[[str], None]]:
+    """A bar on a terminal, else a line every twentieth of the way."""
+    if sys.stderr.isatty():
+        with tqdm(total=total, initial=done, unit="clip", file=sys.stderr) as bar:
+
+            def advance(name: str) -> None:
+                bar.set_postfix_str(name, refresh=False)
+                bar.update()
+
+            yield advance
+        return
+    count, every = done, max(1, total // 20)
+
+    def line(name: str) -> None:
+        nonlocal count
+        count += 1
+        if count % every == 0 or count == total:
+            print(f"{count}/{total} {name}", file=sys.stderr, flush=True)
+
+    yield line

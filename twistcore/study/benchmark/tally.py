@@ -1,0 +1,98 @@
+"""What is counted, in integers: sums that are the same in every order and on every machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from typing import TypeAlias
+
+import numpy as np
+
+from twistcore.rotation import Array
+from twistcore.study.evaluation import SUCCESS
+
+MICRO = 1_000_000  # angles are summed in millionths of a degree
+
+
+@dataclass(frozen=True)
+class Tally:
+    """Counts and sums over any number of passes; angles in µ°, their squares in µ°².
+
+    frames: error frames, with their error before and after and how many are repaired; pairs: clean
+    (joint, frame) pairs of all chains; damaged: those changed by more than 1° and not so in the
+    clean clip; damage: by how much; natural, natural_change: those that the same method changes in
+    the clean clip in the same way; target_pairs, target_damaged: the injected chain's two joints
+    alone; truths, found, matched: intervals; alarms: intervals in the clean clip.
+    """
+
+    passes: int = 0
+    frames: int = 0
+    before: int = 0
+    after: int = 0
+    before_squared: int = 0
+    after_squared: int = 0
+    repaired: int = 0
+    pairs: int = 0
+    damaged: int = 0
+    damage: int = 0
+    natural: int = 0
+    natural_change: int = 0
+    target_pairs: int = 0
+    target_damaged: int = 0
+    truths: int = 0
+    found: int = 0
+    matched: int = 0
+    alarms: int = 0
+
+    def __add__(self, other: Tally) -> Tally:
+        return Tally(*(a + b for a, b in zip(self.values(), other.values(), strict=True)))
+
+    def values(self) -> tuple[int, ...]:
+        """The numbers in the order of the fields."""
+        return tuple(getattr(self, f.name) for f in fields(self))
+
+
+@dataclass(frozen=True, order=True)
+class Key:
+    """What a tally is about; audited: no natural event in the target chain."""
+
+    protocol: str
+    method: str
+    side: str
+    segment: str
+    audited: bool
+
+
+Tallies: TypeAlias = dict[Key, Tally]
+
+
+def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
+    """Add `more` to `total`, in place."""
+    for key, tally in more.items():
+        total[key] = total[key] + tally if key in total else tally
+
+
+def total_of(tallies: Iterable[Tally]) -> Tally:
+    """The sum of any number of tallies."""
+    total = Tally()
+    for tally in tallies:
+        total = total + tally
+    return total
+
+
+def error_tally(before: Array, after: Array) -> Tally:
+    """Error frames of one chain: radians in [0, π] before and after, (error frames,)."""
+    b, a = np.degrees(before), np.degrees(after)
+    return Tally(
+        frames=len(b),
+        before=micro(b.sum()),
+        after=micro(a.sum()),
+        before_squared=micro((b * b).sum()),
+        after_squared=micro((a * a).sum()),
+        repaired=int((a <= SUCCESS * b).sum()),
+    )
+
+
+def micro(value: float) -> int:
+    """Millionths, rounded."""
+    return round(float(value) * MICRO)

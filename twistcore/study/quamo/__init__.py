@@ -1,0 +1,1 @@
+"""QuaMo measured and trained: noise, errors, tables, networks [Le26 §4]."""

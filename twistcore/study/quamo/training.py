@@ -1,0 +1,239 @@
+"""Training of ControlNet and InitNet in PyTorch (`pip install twist-inspector[train]`).
+
+The loss is [Le26 Eq. 6] without its shape term: L1 of places relative to the root and of the root,
+plus L1 of their second differences, through 100 steps of the state space. torch is imported when
+training starts, never before.
+"""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.atomic import write_atomically
+from twistcore.errors import TwistError
+from twistcore.quamo import network as net
+from twistcore.quamo.network import Network, untrained
+from twistcore.quamo.state_space import exponential, logarithm
+from twistcore.quamo.topology import MIRROR
+from twistcore.rotation import Array, multiply
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.sequences import Sequence24
+from twistcore.study.quamo.torch_model import (
+    Step,
+    Tensor,
+    import_torch,
+    make_step,
+    relative_places,
+    tensor,
+    unroll,
+)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a training depends on beside the clips; defaults as the shipped weights have them."""
+
+    variant: str = "full"
+    seed: int = 0
+    epochs: int = 60
+    width: int = 128
+    init_width: int = 32
+    batch: int = 32
+    window: int = 100
+    stride: int = 10
+    rate: float = 2e-3
+    decay: float = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Windows: q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3), offsets (windows, 24, 3)."""
+
+    q_hat: Array
+    r_hat: Array
+    q: Array
+    r: Array
+    offsets: Array
+
+
+def train(
+    sequences: Sequence[Sequence24],
+    settings: Settings,
+    checkpoint: Path | None = None,
+    compiled: bool = False,
+    tell: Callable[[str], None] = print,
+) -> Network:
+    """Train on these clips; continues from `checkpoint` if it is there and of these settings.
+
+    TwistError without PyTorch or where no clip is as long as a window.
+    """
+    torch = import_torch()
+    starts = _starts(sequences, settings)
+    if not starts:
+        raise TwistError(f"expected a clip of at least {settings.window} frames at 25 Hz")
+    torch.manual_seed(settings.seed)
+    first = untrained(
+        settings.width,
+        settings.init_width,
+        np.random.default_rng([settings.seed, 1]),
+        settings.variant,
+    )
+    first = replace(first, weights={**first.weights, **_pose_statistics(sequences, settings)})
+    weights = {
+        k: torch.tensor(v, requires_grad=not k.startswith("pose."))
+        for k, v in first.weights.items()
+    }
+    trained = [v for v in weights.values() if v.requires_grad]
+    optimiser = torch.optim.AdamW(trained, lr=settings.rate, weight_decay=settings.decay)
+    done = 0
+    if checkpoint and checkpoint.exists():
+        done = _resume(torch, checkpoint, settings, weights, optimiser)
+    step = make_step(torch, settings.variant, compiled)
+    begin = time.perf_counter()
+    for epoch in range(done, settings.epochs):
+        rate = settings.rate * 0.1 ** sum(
+            epoch >= share * settings.epochs for share in (4 / 7, 6 / 7)
+        )
+        for group in optimiser.param_groups:
+            group["lr"] = rate
+        losses = []
+        for batch in batches(sequences, starts, settings, epoch):
+            loss = window_loss(torch, weights, batch, step)
+            optimiser.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(trained, 1.0)
+            optimiser.step()
+            losses.append(float(loss.detach()))
+        if checkpoint:
+            _keep(torch, checkpoint, settings, weights, optimiser, epoch + 1)
+        seconds = time.perf_counter() - begin
+        tell(f"epoch {epoch + 1}/{settings.epochs}: loss {np.mean(losses):.5f}, {seconds:.0f} s")
+    arrays = {k: v.detach().numpy().copy() for k, v in weights.items()}
+    return Network(arrays, settings.variant)
+
+
+def batches(
+    sequences: Sequence[Sequence24],
+    starts: Sequence[tuple[int, int]],
+    settings: Settings,
+    epoch: int,
+) -> Iterator[Batch]:
+    """An epoch's windows in random order, every clip mirrored or not, turned, with fresh noise.
+
+    Depends on the settings' seed and the epoch alone, so that a resumed run is the same run.
+    """
+    rng = np.random.default_rng([settings.seed, 2, epoch])
+    spread = _spread(sequences)
+    clips = [_augmented(s, rng, spread) for s in sequences]
+    order = rng.permutation(len(starts))
+    for a in range(0, len(order) - settings.batch // 2, settings.batch):
+        chosen = [starts[k] for k in order[a : a + settings.batch]]
+        parts = [
+            [clips[c][k][s : s + settings.window] for k in range(4)] + [clips[c][4]]
+            for c, s in chosen
+        ]
+        q_hat, r_hat, q, r, offsets = (np.stack(p) for p in zip(*parts, strict=True))
+        origin = r_hat[:, :1].copy()
+        yield Batch(q_hat, r_hat - origin, q, r - origin, offsets)
+
+
+def _starts(sequences: Sequence[Sequence24], settings: Settings) -> list[tuple[int, int]]:
+    return [
+        (c, start)
+        for c, sequence in enumerate(sequences)
+        for start in range(0, len(sequence.q) - settings.window + 1, settings.stride)
+    ]
+
+
+def _pose_statistics(
+    sequences: Sequence[Sequence24], settings: Settings
+) -> dict[str, NDArray[np.float32]]:
+    """Mean and deviation of pose inputs under the noise of training."""
+    rng = np.random.default_rng([settings.seed, 3])
+    spread = _spread(sequences)
+    poses = np.concatenate(
+        [net.pose_inputs(_augmented(s, rng, spread)[0]) for s in sequences for _ in range(2)]
+    )
+    return {
+        "pose.mean": poses.mean(axis=0).astype(np.float32),
+        "pose.scale": np.maximum(poses.std(axis=0), 1e-3).astype(np.float32),
+    }
+
+
+def _spread(sequences: Sequence[Sequence24]) -> Array:
+    """Deviation of every joint's rotation vector over the clips, radians, (24, 3); root none."""
+    spread: Array = np.concatenate([logarithm(s.q) for s in sequences]).std(axis=0)
+    spread = np.maximum(spread, spread[list(MIRROR)])
+    spread[0] = 0.0
+    return spread
+
+
+def _augmented(
+    sequence: Sequence24, rng: np.random.Generator, spread: Array
+) -> tuple[Array, Array, Array, Array, Array]:
+    # Another posture: every joint turned by a constant of the size in which it moves anyway, so
+    # that what is learnt of poses is how far a joint turns at all, not how these people stand.
+    posture = rng.standard_normal(spread.shape) * spread
+    q, r, offsets = multiply(exponential(posture), sequence.q), sequence.r, sequence.offsets
+    if rng.random() < 0.5:
+        flip = np.array([-1.0, 1.0, 1.0])
+        q = q[:, list(MIRROR)] * np.array([1.0, 1.0, -1.0, -1.0])
+        r, offsets = r * flip, offsets[list(MIRROR)] * flip
+    yaw = rng.uniform(-np.pi, np.pi)
+    turn = exponential(np.array([0.0, yaw, 0.0]))
+    q = q.copy()
+    q[:, 0] = multiply(turn, q[:, 0])
+    c, s = np.cos(yaw), np.sin(yaw)
+    r = np.stack([c * r[:, 0] + s * r[:, 2], r[:, 1], c * r[:, 2] - s * r[:, 0]], axis=1)
+    noise = Noise(LEVELS[str(rng.choice(list(LEVELS)))], systematic=bool(rng.random() < 0.5))
+    q_hat, r_hat = noisy(q, r, noise, rng)
+    return q_hat, r_hat, q, r, offsets
+
+
+def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> Tensor:
+    """L1 of places and of their second differences, in metres."""
+    q, r = unroll(torch, w, batch.q_hat, batch.r_hat, step)
+    found, found_r = relative_places(torch, q, batch.offsets), r
+    truth = relative_places(torch, tensor(torch, batch.q), batch.offsets)
+    truth_r = tensor(torch, batch.r)
+
+    def bent(x: Tensor) -> Tensor:
+        return x[:, :-2] - 2.0 * x[:, 1:-1] + x[:, 2:]
+
+    total: Tensor = 0.0
+    for a, b in ((found, truth), (found_r, truth_r)):
+        total = total + (a - b).abs().mean() + (bent(a) - bent(b)).abs().mean()
+    return total
+
+
+def _keep(
+    torch: Any, path: Path, settings: Settings, weights: Any, optimiser: Any, epoch: int
+) -> None:
+    state = {
+        "settings": repr(settings),
+        "epoch": epoch,
+        "weights": {k: v.detach() for k, v in weights.items()},
+        "optimiser": optimiser.state_dict(),
+    }
+    buffer = io.BytesIO()
+    torch.save(state, buffer)
+    write_atomically(path, buffer.getvalue())
+
+
+def _resume(torch: Any, path: Path, settings: Settings, weights: Any, optimiser: Any) -> int:
+    state = torch.load(path, weights_only=True)
+    if state["settings"] != repr(settings):
+        raise TwistError(f"{path}: a checkpoint of other settings; expected {settings!r}")
+    with torch.no_grad():
+        for name, values in weights.items():
+            values.copy_(state["weights"][name])
+    optimiser.load_state_dict(state["optimiser"])
+    return int(state["epoch"])

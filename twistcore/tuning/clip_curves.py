@@ -1,0 +1,68 @@
+"""All curves of a clip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from twistcore.bvh import read_bvh
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis
+from twistcore.motion import Motion
+from twistcore.tuning.cleaning import Verdicts, cleaned
+from twistcore.tuning.tau_curve import TauCurve, tau_curve
+
+SEEDS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class ClipTuning:
+    """A clip without its own errors, analysed: ready for the curve of any of its chains.
+
+    name: the clip's, it seeds the errors with `seeds`.
+    """
+
+    name: str
+    motion: Motion
+    chains: tuple[Chain, ...]
+    analysis: Analysis
+    method: str
+    seeds: Sequence[int]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Chains that have a curve: those that can be corrected."""
+        return tuple(c.name for c in self.chains if not uncorrectable_joints(self.motion, c))
+
+    def curve(self, chain: str) -> TauCurve:
+        """What every τ costs one of `names`."""
+        return tau_curve(
+            self.motion,
+            self.chains,
+            next(c for c in self.chains if c.name == chain),
+            name=self.name,
+            clean=self.analysis,
+            method=self.method,
+            seeds=self.seeds,
+        )
+
+
+def clip_tuning(
+    motion: Motion,
+    name: str,
+    *,
+    method: str = DEFAULT_METHOD,
+    seeds: Sequence[int] = range(SEEDS),
+    verdicts: Verdicts | None = None,
+) -> ClipTuning:
+    """Take a clip's own errors out and analyse the rest."""
+    chains = find_chains(motion)
+    clean = cleaned(motion, chains, verdicts)
+    return ClipTuning(name, clean, chains, DETECTORS[method].analyse(clean, chains), method, seeds)
+
+
+def clip_curves(path: Path, method: str, seeds: int = SEEDS) -> dict[str, TauCurve]:
+    """The curves of all correctable chains of a clip, by name; raises TwistError."""
+    tuning = clip_tuning(read_bvh(path).motion, path.name, method=method, seeds=range(seeds))
+    return {name: tuning.curve(name) for name in tuning.names}
