@@ -15,6 +15,7 @@ from twistcore.bvh import patch_rotations, read_bvh
 from twistcore.bvh.patch import changed_rotations
 from twistcore.detection import Interval, detect
 from twistcore.errors import ClipMismatchError, FormatError
+from twistcore.export.replay import accepted_motion, check_belongs
 from twistcore.review import (
     Annotate,
     CarryOver,
@@ -25,7 +26,6 @@ from twistcore.review import (
     Journal,
     Redetect,
     Remove,
-    accepted_motion,
     read_session,
     recover,
     session_bytes,
@@ -39,7 +39,6 @@ from twistcore.review.model import (
     overlapping,
     resized,
 )
-from twistcore.review.session import check_belongs
 
 
 def redetect(chain, degrees, drag=0):
