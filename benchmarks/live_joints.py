@@ -35,8 +35,7 @@ from twistcore.rotation import (
 )
 from twistcore.study.benchmark.clip_scene import Scene, make_scene
 from twistcore.study.benchmark.passes import apply_method, draw
-from twistcore.study.evaluation import SUCCESS
-from twistcore.synthesis import InjectedError, inject, parse_protocol
+from twistcore.synthesis import SUCCESS, InjectedError, inject, parse_protocol
 
 METHOD = "consistency"
 SETTINGS = (("parent", 1.0), ("parent", 0.5), ("parent", 0.25), ("parent", 0.0), ("child", 0.0))

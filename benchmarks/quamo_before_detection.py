@@ -24,8 +24,8 @@ from twistcore.motion import Motion
 from twistcore.quamo.track_clip import track_by_hand
 from twistcore.refinement import refine
 from twistcore.rotation import geodesic_angle
-from twistcore.study.evaluation import SUCCESS
 from twistcore.synthesis import (
+    SUCCESS,
     InjectedError,
     draw_errors,
     draw_targets,

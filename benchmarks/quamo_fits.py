@@ -7,11 +7,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from twistcore.quamo.state_space import NETWORK_DT, exponential, logarithm
+from twistcore.quality.figure_quality import in_contact, root_aligned
+from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import ANKLES, TOES
-from twistcore.rotation import Array, conjugate, multiply
+from twistcore.rotation import Array, conjugate, exponential, logarithm, multiply
 from twistcore.study.quamo.noise import SMOOTH_SECONDS, Noise
-from twistcore.study.quamo.pose_errors import in_contact, root_aligned, second_difference
+from twistcore.study.quamo.pose_errors import second_difference
 from twistcore.study.quamo.quamo_tables import Method, noisy_clip
 from twistcore.study.quamo.sequences import Sequence24
 

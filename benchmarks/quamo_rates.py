@@ -14,12 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.bvh import read_bvh
+from twistcore.quality.figure_quality import quality
 from twistcore.quamo import Gains, HandGains, track
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
 from twistcore.rotation import Array
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
-from twistcore.study.quamo.pose_errors import METRICS, errors, quality
+from twistcore.study.quamo.pose_errors import METRICS, errors
 from twistcore.synthesis import generator
 
 EVERY, STEPS = 4, (1, 2)  # of the clips; of the frames

@@ -10,6 +10,15 @@ from twistcore.detection import detect
 from twistcore.refinement import refine
 from twistcore.review import Review
 from twistcore.signals import twist_signals
+from twistcore.version import __version__
 
-__all__ = ["Review", "detect", "find_chains", "read_bvh", "refine", "twist_signals", "write_bvh"]
-__version__ = "0.1.0"
+__all__ = [
+    "Review",
+    "__version__",
+    "detect",
+    "find_chains",
+    "read_bvh",
+    "refine",
+    "twist_signals",
+    "write_bvh",
+]

@@ -83,6 +83,28 @@ def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
     return out
 
 
+def exponential(rotation_vector: ArrayLike) -> Array:
+    """Exp(φ) = (cos(|φ|/2), sin(|φ|/2) φ/|φ|), (…, 3) -> unit quaternion (…, 4) [Le26 Eq. 4]."""
+    phi = np.asarray(rotation_vector, dtype=np.float64)
+    half = 0.5 * np.sqrt(np.einsum("...i,...i->...", phi, phi))
+    out = np.empty((*phi.shape[:-1], 4))
+    out[..., 0] = np.cos(half)
+    # sinc keeps the direction at |φ| = 0, where φ/|φ| has none.
+    out[..., 1:] = (0.5 * np.sinc(half / np.pi))[..., None] * phi
+    return out
+
+
+def logarithm(q: ArrayLike) -> Array:
+    """Rotation vector of length [0, π], (…, 4) -> (…, 3); the inverse of :func:`exponential`."""
+    q = np.asarray(q, dtype=np.float64)
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))
+    small = sine < 1e-12
+    scale = np.where(small, 2.0, 2.0 * np.arctan2(sine, q[..., 0]) / np.where(small, 1.0, sine))
+    vector: Array = scale[..., None] * q[..., 1:]
+    return vector
+
+
 def matrix_from_quaternion(q: ArrayLike) -> Array:
     """Rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
     q = np.asarray(q, dtype=np.float64)

@@ -12,10 +12,9 @@ from inspector.session.opening import Analysed
 from inspector.viewport.camera import guess_up
 from inspector.widgets.background import Task
 from twistcore.detection.cuts import leading_frames
-from twistcore.quality import SLIDE_SPEED, JointQuality, joint_quality
-from twistcore.quamo.track_clip import quality_before_and_after
+from twistcore.quality.figure_quality import Quality, quality_before_and_after
+from twistcore.quality.joint_quality import SLIDE_SPEED, JointQuality, joint_quality
 from twistcore.rotation import Array
-from twistcore.study.quamo.pose_errors import Quality
 
 
 @dataclass(frozen=True)

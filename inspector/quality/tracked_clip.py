@@ -14,11 +14,10 @@ from twistcore.detection.cuts import leading_frames
 from twistcore.export.tracking import Traces, traced_motion
 from twistcore.motion import forward_kinematics
 from twistcore.progress import Tell
-from twistcore.quamo.track_clip import quality_before_and_after
+from twistcore.quality.figure_quality import Quality, quality_before_and_after
 from twistcore.refinement import refine
 from twistcore.review import Track, Tracking
 from twistcore.rotation import Array
-from twistcore.study.quamo.pose_errors import Quality
 
 _SETTLE_MS = 250  # decisions come one after the other: track again when the hand rests
 

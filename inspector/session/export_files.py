@@ -16,16 +16,11 @@ from twistcore.bvh import Clip, EulerJump, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
+from twistcore.export.replay import accepted_motion
 from twistcore.export.report import Report, check_report, write_report
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
-from twistcore.review import (
-    Decision,
-    ReviewState,
-    accepted_motion,
-    read_session,
-    write_session,
-)
+from twistcore.review import Decision, ReviewState, read_session, write_session
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,11 @@ from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, resolve_tau
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.export.replay import check_belongs
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Review, Session, start_review
-from twistcore.review.session import check_belongs, read_session_file
+from twistcore.review.session import read_session_file
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
 from twistcore.tuning import Profile

@@ -14,7 +14,7 @@ from inspector.widgets import theme as themes
 from inspector.window.actions import shortcuts_markdown
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences, apply_keys
-from twistcore import __version__
+from twistcore.version import __version__
 
 
 class ProgramActions(QMainWindow):

@@ -12,7 +12,6 @@ from tests.gui.pictures import INJECTED
 from twistcore.detection.interval import Interval
 from twistcore.review import Insert, Judged
 from twistcore.review.model import constant
-from twistcore.review.proposal import proposed_interval
 from twistcore.rotation import wrap
 
 NO_SEAMS = np.zeros(0, dtype=np.int64)
@@ -74,26 +73,6 @@ def test_thinning_keeps_extremes_and_short_pieces():
 def test_unreliable_spans_are_half_open():
     reliability = np.array([0.1, 0.9, 0.1, 0.1, 0.9, 0.0])
     assert unreliable_spans(reliability).tolist() == [[0, 1], [2, 4], [5, 6]]
-
-
-def test_a_proposed_interval_finds_the_error_round_the_frame(sample):
-    for judged in sample.review.state.intervals:
-        i = judged.interval
-        if i.frames < 4:
-            continue
-        signals = sample.signals[i.chain]
-        middle = (i.start + i.stop) // 2
-        guess = proposed_interval(i.chain, signals, middle, sample.motion.fps)
-        assert guess.start <= middle < guess.stop
-        assert guess.start >= 0
-        assert guess.stop <= sample.motion.frames
-
-
-def test_a_proposed_interval_in_a_quiet_place_is_short(sample):
-    chain = "RightShoulder"
-    guess = proposed_interval(chain, sample.signals[chain], 0, sample.motion.fps)
-    assert guess.start == 0
-    assert 1 <= guess.frames <= 0.2 * sample.motion.fps
 
 
 def test_regions_cover_what_their_intervals_cover() -> None:

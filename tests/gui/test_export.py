@@ -14,7 +14,8 @@ from tests.conftest import ASSETS
 from tests.gui.windows import wait_until_active
 from twistcore.bvh import write_bvh
 from twistcore.errors import TwistError
-from twistcore.review import Track, Tracking, accepted_motion
+from twistcore.export.replay import accepted_motion
+from twistcore.review import Track, Tracking
 
 HAND = Tracking(("LeftForeArm", "LeftHand"), kp=3000.0, kd=33.0)
 

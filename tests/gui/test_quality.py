@@ -17,7 +17,7 @@ from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.export.tracking import DEMONSTRATION, tracked_motion
 from twistcore.motion import forward_kinematics
-from twistcore.quality import joint_quality
+from twistcore.quality.joint_quality import joint_quality
 from twistcore.quamo import Gains
 from twistcore.review import Decide, Decision
 

@@ -3,6 +3,7 @@
 import itertools
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -56,9 +57,12 @@ def test_a_jump_that_must_stay_is_reported():
     q = np.tile([1.0, 0.0, 0.0, 0.0], (5, 1))
     before, after = np.zeros(3), np.array([0.0, 0.0, 2 * np.pi])
     found = continuous_angles("ZYX", q, np.zeros(5), before, after)
-    jumps = angle_jumps(found, before, after)
-    assert [channel for _, channel in jumps] == [2]
-    assert angle_jumps(found, before, found[-1]) == [] or jumps[0][0] < 5
+    steps = np.diff(np.vstack([before, found, after]), axis=0)
+    ((row, channel),) = angle_jumps(found, before, after)
+    assert channel == 2
+    assert steps[row, channel] == pytest.approx(2 * np.pi)
+    steps[row, channel] = 0.0
+    np.testing.assert_allclose(steps, 0.0, atol=1e-12)  # and none but that
 
 
 def test_a_long_run_with_a_turn_left_over_is_quick():

@@ -5,10 +5,14 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.chain import find_chains
 from twistcore.cli import main
+from twistcore.refinement import remove_twist
 
 WALK, DIRTY = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"
 TRUTH = ASSETS / "walk_injected.truth.json"
@@ -84,6 +88,54 @@ def test_the_whole_way_round(capsys, tmp_path):
     assert document["frames"] > 0
     assert document["max_position_of_height"] < 1e-6
     assert (tmp_path / "d.report.html").read_text(encoding="utf-8").count("<tr>") > 3
+
+
+@pytest.fixture(scope="module")
+def doubtful(tmp_path_factory):
+    """The walk with two small errors and one that never ends: an open interval."""
+    clip = read_bvh(WALK)
+    offsets = {c: np.zeros(clip.motion.frames) for c in ("LeftArm", "RightForeArm", "RightLeg")}
+    offsets["LeftArm"][250:] = 0.5
+    offsets["RightForeArm"][120:131] = -0.03
+    offsets["RightLeg"][35:43] = 0.05
+    path = tmp_path_factory.mktemp("doubtful") / "walk.bvh"
+    write_bvh(clip, remove_twist(clip.motion, find_chains(clip.motion), offsets), path)
+    return path
+
+
+def test_refine_applies_what_is_confident_and_closed(capsys, tmp_path, doubtful):
+    _, document = run_json(capsys, "detect", doubtful, "--tau", 1)
+    found = {i["chain"]: i for i in document["intervals"]}
+    assert {c: i["open"] for c, i in found.items()} == {
+        "LeftArm": True, "RightForeArm": False, "RightLeg": False
+    }  # fmt: skip
+    low, high = found["RightForeArm"]["confidence"], found["RightLeg"]["confidence"]
+    assert low < high
+    for words, expected in (
+        ([], {"RightForeArm", "RightLeg"}),
+        (["--min-confidence", (low + high) / 2], {"RightLeg"}),
+        (["--min-confidence", 1], set()),
+        (["--include-open"], set(found)),
+    ):
+        out = tmp_path / "out.bvh"
+        _, told, _ = run(capsys, "refine", doubtful, "-o", out, "--tau", 1, *words)
+        assert f": {len(expected)} of 3 " in told
+        _, changed = run_json(capsys, "diff", doubtful, out)
+        assert {j["joint"] for j in changed["joints"]} == {
+            joint for c in expected for joint in (found[c]["parent"], found[c]["child"])
+        }
+        out.unlink()
+
+
+def test_a_child_beside_the_axis_is_told_to_move(capsys, tmp_path):
+    path = tmp_path / "share.bvh"
+    lines = DIRTY.read_text("utf-8").split("\n")
+    at = next(k for k, line in enumerate(lines) if line.strip() == "JOINT LeftForeArm") + 4
+    beside = ["JOINT ShareBone", "{", "OFFSET 0.5 0.7 0", "CHANNELS 0", "}"]
+    path.write_text("\n".join([*lines[:at], *beside, *lines[at:]]), "utf-8")
+    told = run(capsys, "refine", path, "-o", tmp_path / "out.bvh")[2]
+    assert "ShareBone lies beside the axis of LeftForeArm and follows it" in told
+    assert "beside the axis of RightUpLeg" not in told
 
 
 def test_injection_is_the_same_for_a_seed(capsys, tmp_path):

@@ -93,15 +93,9 @@ def session_documents(path, folder):
     from twistcore.bvh import read_bvh
     from twistcore.chain import find_chains
     from twistcore.detection import detect
+    from twistcore.export.replay import accepted_motion
     from twistcore.export.report import Report, write_report
-    from twistcore.review import (
-        Review,
-        Track,
-        Tracking,
-        accepted_motion,
-        session_bytes,
-        start_review,
-    )
+    from twistcore.review import Review, Track, Tracking, session_bytes, start_review
 
     clip = read_bvh(path)
     chains = find_chains(clip.motion)

@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.motion import forward_kinematics
-from twistcore.quality import SLIDE_SPEED, foot_joints, joint_quality
+from twistcore.quality.joint_quality import SLIDE_SPEED, foot_joints, joint_quality
 from twistcore.rotation import multiply, quaternion_from_axis_angle
 
 CLIP = read_bvh(ASSETS / "dance.bvh")

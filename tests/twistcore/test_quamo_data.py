@@ -9,9 +9,9 @@ from twistcore.bvh import parse_bvh
 from twistcore.bvh.compose import bvh_text
 from twistcore.errors import TwistError
 from twistcore.motion import forward_kinematics
+from twistcore.quality.figure_quality import foot_slide, in_contact, quality
 from twistcore.quamo.npz_poses import PosesError, read_poses
 from twistcore.quamo.resample import corrected, resampled, sample_times, slerp
-from twistcore.quamo.state_space import exponential, logarithm
 from twistcore.quamo.topology import (
     ANKLES,
     CMU_UNIT,
@@ -23,9 +23,15 @@ from twistcore.quamo.topology import (
     motion_24,
     places_24,
 )
-from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
+from twistcore.rotation import (
+    exponential,
+    geodesic_angle,
+    logarithm,
+    normalise,
+    quaternion_from_axis_angle,
+)
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy, wandering
-from twistcore.study.quamo.pose_errors import errors, foot_slide, in_contact, procrustes, quality
+from twistcore.study.quamo.pose_errors import errors, procrustes
 from twistcore.study.quamo.rivals import butterworth, constant_offset, mean_offset, one_euro
 from twistcore.study.quamo.sequences import read_folder, read_sequence
 

@@ -10,16 +10,16 @@ from scipy.spatial.transform import Rotation
 
 from twistcore.errors import TwistError
 from twistcore.quamo import Gains, HandGains, Tracker, UnstableGainsError, check_stability, track
-from twistcore.quamo.state_space import (
-    FIRST_ORDER,
-    exponential,
-    increment,
-    logarithm,
-    next_quaternion,
-    next_translation,
-)
+from twistcore.quamo.state_space import FIRST_ORDER, increment, next_quaternion, next_translation
 from twistcore.quamo.tracker import LOST_AFTER, snap_sentences
-from twistcore.rotation import geodesic_angle, multiply, normalise, quaternion_from_axis_angle
+from twistcore.rotation import (
+    exponential,
+    geodesic_angle,
+    logarithm,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+)
 from twistcore.study.quamo.representations import (
     REPRESENTATIONS,
     coordinates,

@@ -15,6 +15,7 @@ from twistcore.bvh import patch_rotations, read_bvh
 from twistcore.bvh.patch import changed_rotations
 from twistcore.detection import Interval, detect
 from twistcore.errors import ClipMismatchError, FormatError
+from twistcore.export.replay import accepted_motion, check_belongs
 from twistcore.review import (
     Annotate,
     CarryOver,
@@ -25,12 +26,12 @@ from twistcore.review import (
     Journal,
     Redetect,
     Remove,
-    accepted_motion,
     read_session,
     recover,
     session_bytes,
     write_session,
 )
+from twistcore.review.journal import state_entry
 from twistcore.review.model import (
     constant,
     flattened,
@@ -39,7 +40,6 @@ from twistcore.review.model import (
     overlapping,
     resized,
 )
-from twistcore.review.session import check_belongs
 
 
 def redetect(chain, degrees, drag=0):
@@ -405,3 +405,48 @@ def test_a_kept_interval_stands_for_its_fragments():
     review.do(Redetect({"LeftLeg": 0.05}, halves))
     (only,) = review.state.of_chain("LeftLeg")
     assert (only.id, only.supported) == (whole.id, True)
+
+
+def test_a_decision_is_carried_over_from_the_one_that_shares_most_frames():
+    review, other = fresh(), fresh()
+    near, far = constant("LeftLeg", 100, 112, 0.5), constant("LeftLeg", 112, 150, 0.5)
+    review.do(Redetect({"LeftLeg": 0.1}, (near, far)))
+    first, second = review.state.of_chain("LeftLeg")
+    review.do(Decide((first.id,), Decision.REJECTED, "Ada", "then"))
+    review.do(Decide((second.id,), Decision.ACCEPTED, "Bob", "then"))
+    other.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 105, 150, 0.5),)))
+    other.do(CarryOver(review.state.intervals))
+    (found,) = other.state.of_chain("LeftLeg")
+    assert (found.decision, found.reviewer) == (Decision.ACCEPTED, "Bob")
+
+
+def test_what_a_person_made_needs_no_detector_and_what_he_edited_does():
+    review = fresh()
+    review.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 100, 150, 0.5),)))
+    (found,) = review.state.of_chain("LeftLeg")
+    review.do(Edit(found.id, resized(found.interval, 100, 140)))
+    review.do(Insert(constant("LeftLeg", 10, 20, 0.3)))
+    review.do(Redetect({"LeftLeg": 3.0}, ()))
+    made, edited = review.state.of_chain("LeftLeg")
+    assert (made.by_hand, made.supported) == (True, True)
+    assert (edited.edited, edited.supported) == (True, False)
+    # nor does the detector's word for a neighbour count for the hand-made one
+    review.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 98, 142, 0.5),)))
+    assert [j.supported for j in review.state.of_chain("LeftLeg")] == [True, True]
+
+
+def test_a_journal_s_whole_state_takes_the_place_of_what_came_before(tmp_path):
+    path = tmp_path / "j"
+    review, other = fresh(), fresh()
+    a, b, *_ = review.state.intervals
+    other.do(Decide((b.id,), Decision.ACCEPTED, "Bob", "now"))
+    with closing(Journal(path, CLIP, review.state)) as journal:
+        journal.do(Decide((a.id,), Decision.REJECTED, "Ada", "then"))
+        journal.append(state_entry(CLIP, other.state))
+        journal.do(Annotate(a.id, "seen", ""))
+    other.do(Annotate(a.id, "seen", ""))
+    back = recover(path).review
+    assert session_bytes(CLIP, back.state) == session_bytes(CLIP, other.state)
+    back.undo()
+    assert back.state.find(b.id).decision == Decision.ACCEPTED
+    assert not back.saved

@@ -14,6 +14,7 @@ from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.bvh import write_bvh
 from twistcore.cli import main
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.export.replay import accepted_motion, check_belongs
 from twistcore.export.report import Report, write_report
 from twistcore.export.tracking import (
     DEMONSTRATION,
@@ -30,13 +31,12 @@ from twistcore.review import (
     Journal,
     Track,
     Tracking,
-    accepted_motion,
     read_session,
     recover,
     session_bytes,
     write_session,
 )
-from twistcore.review.session import check_belongs, tracking_to_json
+from twistcore.review.session import tracking_to_json
 
 JOINTS = ("LeftForeArm", "LeftHand")
 HAND = Tracking(JOINTS, kp=700.0, kd=20.0)

@@ -31,11 +31,11 @@ from twistcore.detection import DETECTORS, Interval, resolve_tau
 from twistcore.encoding import encoded, json_text
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
+from twistcore.export.replay import accepted_motion, check_belongs
 from twistcore.export.report import Report, check_report, write_report
 from twistcore.processes import each, reason
 from twistcore.refinement import children_off_axis
-from twistcore.review import Decide, Decision, Review, accepted_motion, read_session, start_review
-from twistcore.review.session import check_belongs
+from twistcore.review import Decide, Decision, Review, read_session, start_review
 from twistcore.signals import twist_signals
 from twistcore.study.evaluation import (
     Sample,

@@ -12,12 +12,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from twistcore import __version__
 from twistcore.atomic import STANDARD_OUTPUT, is_standard_output
 from twistcore.cli import commands
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.errors import TwistError
 from twistcore.synthesis import DESCRIPTIONS
+from twistcore.version import __version__
 
 
 class _Parser(argparse.ArgumentParser):

@@ -18,18 +18,13 @@ from twistcore.cli.commands import print_json, refuse_overwrite, tell_jumps, tel
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, resolve_tau
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
+from twistcore.quality.figure_quality import quality_before_and_after
 from twistcore.quamo.network import Network, read_network, write_network
 from twistcore.quamo.npz_poses import read_poses
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit, places_24
-from twistcore.quamo.track_clip import (
-    chosen_joints,
-    joints_of_24,
-    quality_before_and_after,
-    track_by_hand,
-    track_learned,
-)
+from twistcore.quamo.track_clip import chosen_joints, joints_of_24, track_by_hand, track_learned
 from twistcore.quamo.tracker import snap_sentences
 from twistcore.quamo.weights import FINAL, WEIGHTS, weights_file, weights_name
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy

@@ -25,13 +25,12 @@ from twistcore.quamo.state_space import (
     FIRST_ORDER,
     NETWORK_DT,
     Gains,
-    exponential,
     increment,
     short_vector,
 )
 from twistcore.quamo.topology import JOINTS
 from twistcore.quamo.tracker import State
-from twistcore.rotation import Array, conjugate, multiply
+from twistcore.rotation import Array, conjugate, exponential, multiply
 
 Float32 = NDArray[np.float32]
 

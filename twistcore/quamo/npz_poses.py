@@ -12,9 +12,8 @@ from twistcore.bvh import Clip, parse_bvh, read_bvh
 from twistcore.bvh.compose import bvh_text
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton
-from twistcore.quamo.state_space import exponential
 from twistcore.quamo.topology import JOINTS, find_topology, metres_per_unit, skeleton_24
-from twistcore.rotation import Array, multiply, quaternion_from_axis_angle
+from twistcore.rotation import Array, exponential, multiply, quaternion_from_axis_angle
 
 _RATES = ("mocap_framerate", "mocap_frame_rate")
 _BODY = 22  # joints before the hands, alike in files of 24 and of 52 joints

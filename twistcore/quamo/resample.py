@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.quamo.state_space import NETWORK_DT, exponential, logarithm
-from twistcore.rotation import Array, conjugate, multiply
+from twistcore.quamo.state_space import NETWORK_DT
+from twistcore.rotation import Array, conjugate, exponential, logarithm, multiply
 
 
 def slerp(a: Array, b: Array, share: Array) -> Array:

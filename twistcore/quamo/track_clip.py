@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, Skeleton, forward_kinematics
+from twistcore.motion import Motion, Skeleton
 from twistcore.progress import Tell, nobody
 from twistcore.quamo.network import Network
 from twistcore.quamo.resample import corrected, resampled, sample_times
@@ -17,7 +17,6 @@ from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
 from twistcore.quamo.tracker import HandGains, Step, track
 from twistcore.rotation import Array
-from twistcore.study.quamo.pose_errors import Quality, quality
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,25 +149,3 @@ def track_learned(
     snapped[shown_at[:, None], topology.joints] = found.snapped
     tracked = replace(motion, rotations=rotations, positions=positions)
     return Tracked(tracked, snapped, found.steps, first + times, topology.joints)
-
-
-def quality_before_and_after(
-    before: Motion, after: Motion, unit: float | None = None
-) -> tuple[Quality, Quality] | None:
-    """Jitter, foot slide and deviation at 25 Hz in mm; None where the 24 joints are not there."""
-    try:
-        topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
-    except TwistError:
-        return None
-    times = sample_times(before.frames, before.frame_time)
-    given, found = (_places_mm(m, topology.joints, times, scale) for m in (before, after))
-    return quality(given), quality(found, given)
-
-
-def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: float) -> Array:
-    places = forward_kinematics(motion)[1][:, joints]
-    low = np.floor(times).astype(np.intp)
-    high = np.minimum(low + 1, motion.frames - 1)
-    share = (times - low)[:, None, None]
-    at_25: Array = 1000.0 * scale * (places[low] + share * (places[high] - places[low]))
-    return at_25

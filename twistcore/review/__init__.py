@@ -16,7 +16,6 @@ from twistcore.review.journal import Journal, Recovered, recover
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, start_review
 from twistcore.review.session import (
     Session,
-    accepted_motion,
     read_session,
     session_bytes,
     write_session,
@@ -40,7 +39,6 @@ __all__ = [
     "Session",
     "Track",
     "Tracking",
-    "accepted_motion",
     "read_session",
     "recover",
     "session_bytes",

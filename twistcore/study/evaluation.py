@@ -12,9 +12,8 @@ from twistcore.chain import SEGMENTS, Chain
 from twistcore.errors import ClipMismatchError
 from twistcore.motion import Motion
 from twistcore.rotation import Array, geodesic_angle
-from twistcore.synthesis import Truth, inject
+from twistcore.synthesis import SUCCESS, Truth, inject
 
-SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left [Choi26 §4.2.1]
 DAMAGE = float(np.radians(1.0))
 
 

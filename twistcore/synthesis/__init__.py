@@ -15,11 +15,12 @@ from twistcore.synthesis.protocol import (
     parse_protocol,
     prepare,
 )
-from twistcore.synthesis.truth import Truth, read_truth, truth_to_json, write_truth
+from twistcore.synthesis.truth import SUCCESS, Truth, read_truth, truth_to_json, write_truth
 
 __all__ = [
     "DESCRIPTIONS",
     "PROTOCOLS",
+    "SUCCESS",
     "InjectedError",
     "Protocol",
     "Truth",

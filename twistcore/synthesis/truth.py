@@ -17,6 +17,7 @@ from twistcore.synthesis.injection import InjectedError
 from twistcore.synthesis.protocol import parse_protocol
 
 SCHEMA = "twistcore.truth/1"
+SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left [Choi26 §4.2.1]
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,8 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval
 from twistcore.encoding import encoded
 from twistcore.motion import Motion
 from twistcore.rotation import Array, wrap
-from twistcore.study.evaluation import SUCCESS
 from twistcore.synthesis import (
+    SUCCESS,
     InjectedError,
     draw_errors,
     generator,

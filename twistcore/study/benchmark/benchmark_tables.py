@@ -9,7 +9,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from twistcore import __version__
 from twistcore.chain import SEGMENTS
 from twistcore.detection import DETECTORS
 from twistcore.study.benchmark.baselines import BASELINES
@@ -18,6 +17,7 @@ from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.runner import Summary
 from twistcore.study.benchmark.tally import MICRO, Key, Tally, total_of
 from twistcore.synthesis import DESCRIPTIONS
+from twistcore.version import __version__
 
 SCHEMA = "twistcore.benchmark/1"
 OVERALL = "Overall"

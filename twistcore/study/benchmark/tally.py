@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from twistcore.rotation import Array
-from twistcore.study.evaluation import SUCCESS
+from twistcore.synthesis import SUCCESS
 
 MICRO = 1_000_000  # angles are summed in millionths of a degree
 

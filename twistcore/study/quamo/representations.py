@@ -11,18 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.quamo.state_space import (
-    EXACT,
-    FIRST_ORDER,
-    Gains,
-    exponential,
-    logarithm,
-    next_quaternion,
-)
+from twistcore.quamo.state_space import EXACT, FIRST_ORDER, Gains, next_quaternion
 from twistcore.rotation import (
     Array,
     euler_from_quaternion,
+    exponential,
     geodesic_angle,
+    logarithm,
     quaternion_from_euler,
     wrap,
 )

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
-from twistcore.quamo.state_space import aligned, exponential, logarithm
-from twistcore.rotation import Array, conjugate, multiply, normalise
+from twistcore.quamo.state_space import aligned
+from twistcore.rotation import Array, conjugate, exponential, logarithm, multiply, normalise
 
 ONE_EURO = (1.5, 0.5, 1.0)  # lowest cut-off Hz, Hz a rad/s (or m/s), cut-off of the speed Hz
 BUTTERWORTH = (2, 4.0)  # order, cut-off Hz

@@ -21,9 +21,8 @@ from twistcore.atomic import write_atomically
 from twistcore.errors import TwistError
 from twistcore.quamo import network as net
 from twistcore.quamo.network import Network, untrained
-from twistcore.quamo.state_space import exponential, logarithm
 from twistcore.quamo.topology import MIRROR
-from twistcore.rotation import Array, multiply
+from twistcore.rotation import Array, exponential, logarithm, multiply
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.study.quamo.torch_model import (

@@ -1,6 +1,6 @@
 """What can be told of every joint without a truth: jitter, speed, jumps of numbers, foot slide.
 
-None of it is an error. The whole figure's numbers are those of twistcore.study.quamo.pose_errors.
+None of it is an error. The whole figure's numbers are those of `figure_quality`.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.joint_names import FEET, TOES, understood
 from twistcore.motion import Skeleton
-from twistcore.quamo.state_space import NETWORK_DT, logarithm
+from twistcore.quality.figure_quality import CONTACT_MM, SLIDE_MM
+from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import metres_per_unit
-from twistcore.rotation import Array, conjugate, multiply
-from twistcore.study.quamo.pose_errors import CONTACT_MM, SLIDE_MM
+from twistcore.rotation import Array, conjugate, logarithm, multiply
 
 SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s: 20 mm between two frames of 25 Hz
 _SHORTEST = 4  # frames that have a third difference

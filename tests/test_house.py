@@ -1,0 +1,65 @@
+"""The house: floors, circles, sizes and names, counted; its picture is drawn from these imports."""
+
+from __future__ import annotations
+
+import runpy
+import statistics
+import subprocess
+import sys
+from collections import Counter
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import grimp
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+HOUSES = ("inspector", "twistcore")
+MODULES = [f for h in HOUSES for f in sorted((ROOT / h).rglob("*.py")) if f.stem != "__init__"]
+SPAWNED = ("inspector.session.survey_worker", "inspector.tuning.cost_worker")
+
+
+def lines(module: Path) -> int:
+    return len(module.read_text("utf-8").splitlines())
+
+
+@pytest.fixture(scope="module")
+def graph() -> grimp.ImportGraph:
+    """All imports, those under TYPE_CHECKING too."""
+    return grimp.build_graph(*HOUSES, cache_dir=None)
+
+
+def test_no_circle_of_imports(graph: grimp.ImportGraph) -> None:
+    below = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+    assert len(below) > len(MODULES)
+    TopologicalSorter(below).prepare()  # raises CycleError with the circle
+
+
+def test_rooms_of_the_window_are_not_crowded() -> None:
+    crowd = Counter(module.parent for module in MODULES if "inspector" in module.parts)
+    assert {str(room): n for room, n in crowd.items() if n > 20} == {}
+
+
+def test_modules_are_short() -> None:
+    assert {str(module): n for module in MODULES if (n := lines(module)) > 400} == {}
+    assert statistics.median(map(lines, MODULES)) <= 200
+
+
+def test_a_name_says_where() -> None:
+    names = Counter(module.name for module in MODULES if module.name != "__main__.py")
+    assert [name for name, n in names.items() if n > 1] == []
+
+
+def test_the_picture_is_drawn_from_these_imports(graph: grimp.ImportGraph) -> None:
+    drawing = runpy.run_path(str(ROOT / "docs" / "draw_architecture.py"))
+    shown = drawing["PICTURE"].read_text("utf-8")
+    assert drawing["picture"](graph) == shown, "draw it again: python docs/draw_architecture.py"
+
+
+@pytest.mark.parametrize("module", SPAWNED)
+def test_spawned_processes_load_no_qt(module: str) -> None:
+    program = f"import sys, {module}; print(any(m.startswith('PySide6') for m in sys.modules))"
+    found = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, text=True, capture_output=True
+    )
+    assert found.stdout == "False\n", found.stderr

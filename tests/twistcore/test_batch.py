@@ -1,0 +1,25 @@
+"""Many clips: how bad one is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from twistcore.batch import severity
+from twistcore.review.model import constant
+
+
+def test_severity_is_the_mean_error_a_frame_weighed_by_confidence():
+    error = constant("LeftArm", 10, 20, np.radians(-30.0))  # 300° over ten frames
+    assert severity([error], 100) == pytest.approx(3.0)
+    assert severity([replace(error, confidence=0.25)], 100) == pytest.approx(0.75)
+    assert severity([replace(error, confidence=0.0)], 100) == 0.0
+    assert severity([error, replace(error, chain="LeftLeg", confidence=0.5)], 50) == pytest.approx(
+        9
+    )
+
+
+def test_an_interval_without_a_second_edge_makes_no_clip_bad():
+    error = constant("LeftArm", 10, 20, 0.5)
+    assert severity([replace(error, open=True)], 100) == 0.0
+    assert severity([], 0) == 0.0

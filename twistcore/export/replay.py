@@ -1,0 +1,45 @@
+"""A review replayed on its clip: the same motion from the program and from the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from twistcore.bvh import Clip
+from twistcore.chain import Chain
+from twistcore.errors import ClipMismatchError, TwistError
+from twistcore.export.tracking import check_tracking, tracked_motion
+from twistcore.motion import Motion
+from twistcore.progress import Tell, nobody
+from twistcore.refinement import refine
+from twistcore.review import ReviewState, Session
+
+
+def accepted_motion(
+    clip: Clip, chains: Sequence[Chain], state: ReviewState, *, tell: Tell = nobody
+) -> Motion:
+    """The motion corrected by the accepted intervals, then tracked: what an export writes.
+
+    tell: called with the share of the tracking that is done.
+    """
+    refined = refine(clip.motion, chains, state.chosen())
+    return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
+
+
+def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
+    """Raise ClipMismatchError unless the session was made on these very bytes."""
+    if session.sha256 != clip.sha256:
+        raise ClipMismatchError(
+            f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"
+        )
+    names = {chain.name for chain in chains}
+    for judged in session.state.intervals:
+        interval = judged.interval
+        if interval.chain not in names:
+            raise ClipMismatchError(f"{clip.path}: the session names a chain {interval.chain!r}")
+        if interval.stop > clip.motion.frames:
+            raise ClipMismatchError(f"{clip.path}: an interval ends behind the clip's last frame")
+    if session.state.tracking is not None:
+        try:
+            check_tracking(clip.motion, session.state.tracking)
+        except TwistError as error:
+            raise ClipMismatchError(f"{clip.path}: the session tracks, but {error}") from None
