@@ -17,13 +17,12 @@ from inspector.viewport import opengl as driver
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.dashed_figure import Companion
-from inspector.viewport.mesh_actor import Piece
+from inspector.viewport.mesh_actor import Piece, specimens
 from inspector.viewport.navigation import Navigation
 from inspector.viewport.picking import bone_at
 from inspector.viewport.pose import pose_of
 from inspector.viewport.scene import Scene, background, set_background, set_lights
 from inspector.viewport.solid_and_ghost import Pose, Style
-from inspector.viewport.warming import specimens
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
 from twistcore.figure import heading
