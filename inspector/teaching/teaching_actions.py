@@ -14,6 +14,7 @@ from inspector.session.settings import Settings
 from inspector.teaching.five_trackers_dialog import FiveTrackers
 from inspector.teaching.guide_card import GuideCard
 from inspector.teaching.guided_exercise import Exercise
+from inspector.teaching.guided_program import GuidedProgram
 from inspector.teaching.interrupted_review import Aside
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.teaching_panel import TeachingPanel
@@ -53,8 +54,19 @@ class TeachActions(QMainWindow):
         self.guide = GuideCard()
         self.guide_dock = self._dock("Guide", self.guide, Qt.DockWidgetArea.LeftDockWidgetArea)
         self.guide_dock.hide()
-        self.guided_tour = Tour(self, SAMPLE)
-        self.hidden_errors = Exercise(self, EXERCISES)
+        program = GuidedProgram(
+            document=self.document,
+            lesson=self.lesson,
+            viewport=self.viewport,
+            settings=self.settings,
+            guide=self.guide,
+            aside=self.aside,
+            actions=self.actions_by_id,
+            show_intervals=intervals.raise_,
+            show_teaching=self.show_teaching,
+        )
+        self.guided_tour = Tour(program, SAMPLE, self)
+        self.hidden_errors = Exercise(program, EXERCISES, self)
         self.guided_tour.ended.connect(self._led)
         self.hidden_errors.ended.connect(self._led)
         self.guide.linked.connect(self.hidden_errors.go_to)
