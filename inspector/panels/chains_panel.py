@@ -20,8 +20,7 @@ from PySide6.QtWidgets import (
 
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.widgets.table_cells import RowDelegate
-from inspector.widgets.tables import Index, Row, RowModel
+from inspector.widgets.tables import Index, Row, RowDelegate, RowModel
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.refinement import children_off_axis

@@ -25,8 +25,7 @@ from PySide6.QtWidgets import (
 
 from inspector.session.document import Document
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.table_cells import RowDelegate
-from inspector.widgets.tables import SORT_ROLE, Index, Row, RowModel
+from inspector.widgets.tables import SORT_ROLE, Index, Row, RowDelegate, RowModel
 from inspector.widgets.theme import Theme
 from twistcore.review import Decision, Judged
 from twistcore.review.model import overlapping

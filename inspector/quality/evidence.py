@@ -9,9 +9,9 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.viewport.camera import guess_up
 from inspector.widgets.background import Task
 from twistcore.detection.cuts import leading_frames
+from twistcore.figure import guess_up
 from twistcore.quality.figure_quality import Quality, quality_before_and_after
 from twistcore.quality.joint_quality import SLIDE_SPEED, JointQuality, joint_quality
 from twistcore.rotation import Array

@@ -24,7 +24,7 @@ from inspector.quality.joint_table import JointsModel
 from inspector.quality.track_page import TrackPage
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
-from inspector.widgets.caption import Caption
+from inspector.widgets.labels import Caption
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.review import Track

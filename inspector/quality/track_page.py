@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
-from inspector.widgets.caption import Caption
+from inspector.widgets.labels import Caption
 from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot

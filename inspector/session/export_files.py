@@ -7,11 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
-
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
-from inspector.widgets.write_dialog import WriteDialog
 from twistcore.bvh import Clip, EulerJump, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.errors import TwistError
@@ -20,7 +17,7 @@ from twistcore.export.replay import accepted_motion
 from twistcore.export.report import Report, check_report, write_report
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
-from twistcore.review import Decision, ReviewState, read_session, write_session
+from twistcore.review import ReviewState, read_session, write_session
 
 
 @dataclass(frozen=True)
@@ -166,67 +163,3 @@ def uncorrected(document: Document) -> str:
     if not stuck:
         return ""
     return f"Not corrected, for want of three rotation channels: {'; '.join(stuck)}."
-
-
-class ExportDialog(WriteDialog):
-    """Where to, and what goes with it."""
-
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        clip = document.data.clip.path if document.data else Path("clip.bvh")
-        super().__init__("Export", clip.with_name(f"{clip.stem}_refined.bvh"), parent)
-        intervals = document.intervals
-        accepted = sum(j.decision == Decision.ACCEPTED for j in intervals)
-        rejected = sum(j.decision == Decision.REJECTED for j in intervals)
-        undecided = len(intervals) - accepted - rejected
-        self.undecided = QCheckBox(f"Correct the {undecided} undecided ones as well")
-        self.undecided.setEnabled(undecided > 0)
-        self.session = QCheckBox("Session beside it, to go on or to replay the export")
-        self.session.setChecked(True)
-        self.report = QCheckBox("Report beside it (HTML, CSV, JSON, markers for Blender)")
-        self.report.setChecked(True)
-        self.warning = QLabel()
-        self.warning.setWordWrap(True)
-        self.undecided.toggled.connect(
-            lambda on: self.warning.setText(
-                "They are accepted in one step, which undo takes back." if on else ""
-            )
-        )
-        form = self.form
-        form.addRow("Write to", self.where)
-        form.addRow(
-            "Intervals", QLabel(f"{accepted} accepted, {rejected} rejected, {undecided} undecided")
-        )
-        tracking = document.review.state.tracking if document.data else None
-        if tracking is not None:
-            joints, gains = len(tracking.joints), "learned" if tracking.learned else "hand"
-            count = tracking.joints[0] if joints == 1 else f"{joints} joints"
-            form.addRow("Tracked", QLabel(f"{count} with QuaMo, {gains} gains, afterwards"))
-        form.addRow("", self.undecided)
-        form.addRow("", self.warning)
-        form.addRow("", self.replace)
-        form.addRow("With", self.session)
-        form.addRow("", self.report)
-        self.end_form()
-        self.path.textChanged.connect(self._path_changed)
-        self.session.toggled.connect(self._path_changed)
-        self._path_changed()
-
-    def _path_changed(self) -> None:
-        path = Path(self.path.text()).expanduser()
-        beside = self.session.isChecked() and replay_path(path).exists()
-        self.replace.setChecked(False)  # what was said of another file
-        self.replace.setVisible(path.exists() or beside)
-
-    def choice(self) -> ExportChoice:
-        """What the form says."""
-        return ExportChoice(
-            Path(self.path.text()).expanduser(),
-            undecided=self.undecided.isChecked(),
-            replace=self.replace.isChecked(),
-            session=self.session.isChecked(),
-            report=self.report.isChecked(),
-        )
-
-    def pattern(self) -> str:
-        """Clips."""
-        return "BVH (*.bvh)"

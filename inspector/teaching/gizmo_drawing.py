@@ -14,7 +14,7 @@ from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Sket
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import MARKS, SYMBOLS, colour
 from inspector.viewport.bone_colours import mixed_hex, rgb
-from inspector.viewport.camera import OrbitCamera, heading
+from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.pose import altered_pose
 from inspector.viewport.scene import Scene, background_hex
@@ -24,6 +24,7 @@ from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
 from twistcore.chain import Chain
 from twistcore.decomposition import Decomposition
+from twistcore.figure import heading
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
 _LOOKS = (BOLD, THIN, SOLID, CLEAR)

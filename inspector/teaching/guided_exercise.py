@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -13,15 +12,13 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSpinBox
 from inspector.session.opening import Analysed, analysed
 from inspector.teaching.guide_card import leave_button
 from inspector.teaching.guide_pages import read_page
+from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import Task
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, resolve_tau
 from twistcore.review import Review, start_review
 from twistcore.study.exercise import Score, decoys, hide_errors, score
 from twistcore.synthesis import InjectedError
-
-if TYPE_CHECKING:
-    from inspector.teaching.teaching_actions import TeachActions
 
 KINDS = ("Judge", "Find")
 
@@ -51,10 +48,10 @@ class Exercise(QObject):
 
     ended = Signal()
 
-    def __init__(self, window: TeachActions, clips: tuple[Path, ...]) -> None:
+    def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], parent: QObject) -> None:
         """`clips`: of which the seed chooses one."""
-        super().__init__(window)
-        self._window, self._clips = window, clips
+        super().__init__(parent)
+        self._program, self._clips = program, clips
         self.running = False
         self._errors: tuple[InjectedError, ...] = ()
         self._task: Task | None = None
@@ -71,14 +68,14 @@ class Exercise(QObject):
         self.start.clicked.connect(self._start)
         self.score_button.clicked.connect(self.show_score)
         self.leave.clicked.connect(self.end)
-        window.document.intervals_changed.connect(self._judged)
+        program.document.intervals_changed.connect(self._judged)
 
     def begin(self) -> None:
         """The page with its controls; nothing is opened yet."""
         self.running = True
         self.result = None
         self._errors = ()
-        guide = self._window.guide
+        guide = self._program.guide
         guide.set_buttons(
             [self.start, self.score_button], [self.kind, self.seed_label, self.seed], self.leave
         )
@@ -94,8 +91,8 @@ class Exercise(QObject):
         self.ended.emit()
 
     def _start(self) -> None:
-        folder, seed, kind = self._window.aside.folder(), self.seed.value(), self.kind.currentText()
-        clip = self._clips[seed % len(self._clips)]
+        folder, seed = self._program.aside.folder(), self.seed.value()
+        clip, kind = self._clips[seed % len(self._clips)], self.kind.currentText()
         self.start.setEnabled(False)
         self._task = Task(lambda: make_exercise(clip, folder, seed, kind), self)
         self._task.finished.connect(self._ready)
@@ -108,37 +105,37 @@ class Exercise(QObject):
         self.start.setEnabled(True)
         self.start.setText("Start anew")
         self.score_button.setEnabled(True)
-        self._window.guide.show_page(read_page("exercise"))
-        self._window.aside.show(data)
-        self._window.intervals_dock.raise_()
+        self._program.guide.show_page(read_page("exercise"))
+        self._program.aside.show(data)
+        self._program.show_intervals()
         self._judged()
 
     def _judged(self) -> None:
         if self.running and self._errors and self.result is None:
-            judged = score(self._errors, self._window.document.intervals)
-            listed = len(self._window.document.intervals)
-            count = f"{listed - judged.left} of {listed} judged"
-            self._window.guide.set_task(f"{count}. Press *Score* when you are done.")
+            intervals = self._program.document.intervals
+            judged = len(intervals) - score(self._errors, intervals).left
+            count = f"{judged} of {len(intervals)} judged"
+            self._program.guide.set_task(f"{count}. Press *Score* when you are done.")
 
     def show_score(self) -> None:
         """What the verdicts come to, with links to what was missed or judged wrongly."""
-        result = score(self._errors, self._window.document.intervals)
-        self.result = result
-        self._window.guide.show_text(score_text(result))
-        total = len(self._errors)
-        wrong = result.false_verdicts
-        self._window.guide.set_task(
+        guide = self._program.guide
+        self.result = result = score(self._errors, self._program.document.intervals)
+        guide.show_text(score_text(result))
+        total, wrong = len(self._errors), result.false_verdicts
+        guide.set_task(
             f"{len(result.hits)} of {total} found, {wrong} false verdict{'s' * (wrong != 1)}."
         )
-        self._window.guide.set_done(True)
+        guide.set_done(True)
 
     def go_to(self, address: str) -> None:
         """Follow a link of the score: chain and frame."""
         chain, _, frame = address.removeprefix("at:").rpartition("/")
         if self.running and chain:
-            self._window.document.select_chain(chain)
-            self._window.document.go_to(int(frame))
-            self._window.viewport.focus_chain()
+            document = self._program.document
+            document.select_chain(chain)
+            document.go_to(int(frame))
+            self._program.viewport.focus_chain()
 
 
 def score_text(result: Score) -> str:

@@ -6,7 +6,6 @@ import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -15,11 +14,9 @@ from PySide6.QtWidgets import QPushButton
 from inspector.session.opening import Analysed, analyse
 from inspector.teaching.guide_card import leave_button
 from inspector.teaching.guide_pages import read_page
+from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import Task
 from twistcore.review import Decision
-
-if TYPE_CHECKING:
-    from inspector.teaching.teaching_actions import TeachActions
 
 _CHAIN, _FRAME = "LeftForeArm", 90
 _FAR = 50  # frames
@@ -41,9 +38,9 @@ class Tour(QObject):
 
     ended = Signal()
 
-    def __init__(self, window: TeachActions, sample: Path) -> None:
-        super().__init__(window)
-        self._window, self._sample = window, sample
+    def __init__(self, program: GuidedProgram, sample: Path, parent: QObject) -> None:
+        super().__init__(parent)
+        self._program, self._sample = program, sample
         self.at = -1
         self._from = 0
         self._preparing = False  # what prepares a step does not count as done by the person
@@ -58,7 +55,7 @@ class Tour(QObject):
             (self.leave, self.end),
         ):
             button.clicked.connect(slot)
-        document, lesson = window.document, window.lesson
+        document, lesson = program.document, program.lesson
         for signal in (
             document.frame_changed,
             document.intervals_changed,
@@ -75,7 +72,7 @@ class Tour(QObject):
 
     def begin(self) -> None:
         """Read the copy in the background, then the first page."""
-        copy = Path(shutil.copy(self._sample, self._window.aside.folder()))
+        copy = Path(shutil.copy(self._sample, self._program.aside.folder()))
         self._task = Task(lambda: analyse(copy), self)
         self._task.finished.connect(self._ready)
         self._task.start()
@@ -87,15 +84,14 @@ class Tour(QObject):
             self._task = None
         if self.at >= 0:
             self.at = -1
-            self._window.lesson.reset()
-            self._window.lesson.unlight()
+            self._program.lesson.reset()
+            self._program.lesson.unlight()
         self.ended.emit()
 
     def _ready(self, data: Analysed) -> None:
         self._task = None
-        self._window.aside.show(data)
-        guide = self._window.guide
-        guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
+        self._program.aside.show(data)
+        self._program.guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
         self._go(0)
 
     def _turn(self, pages: int) -> None:
@@ -109,24 +105,24 @@ class Tour(QObject):
         self.at = at
         self._met.clear()
         step = self.steps[at]
-        self._window.guide.show_page(read_page(step.name), f"{at + 1} / {len(self.steps)}  ")
+        self._program.guide.show_page(read_page(step.name), f"{at + 1} / {len(self.steps)}  ")
         self.back.setEnabled(at > 0)
         self.forward.setText("Next" if at + 1 < len(self.steps) else "Finish")
         self._preparing = True
         step.prepare()
         self._preparing = False
-        self._from = self._window.document.frame
+        self._from = self._program.document.frame
         self._check()
 
     def _show(self) -> None:
         if self.at < 0:  # the clip is the person's own still
             return
         self.steps[self.at].show()
-        if self._window.lesson.what_if.changes:
-            self._window.viewport.focus_chain(self._window.settings.turn_ms)
+        if self._program.lesson.what_if.changes:
+            self._program.viewport.focus_chain(self._program.settings.turn_ms)
 
     def _check(self, *_: object) -> None:
-        guide = self._window.guide
+        guide = self._program.guide
         if self.at < 0 or self._preparing or guide.done:
             return
         if self.steps[self.at].done():
@@ -135,7 +131,7 @@ class Tour(QObject):
     # -- the steps ----------------------------------------------------------------------------
 
     def _make_steps(self) -> tuple[Step, ...]:
-        lesson, document = self._window.lesson, self._window.document
+        lesson, document = self._program.lesson, self._program.document
         return (
             Step(
                 "1-roll",
@@ -169,45 +165,45 @@ class Tour(QObject):
         )
 
     def _to_start(self) -> None:
-        window, document = self._window, self._window.document
-        window.intervals_dock.raise_()
+        program, document = self._program, self._program.document
+        program.show_intervals()
         document.select_chain(_CHAIN)
         document.go_to(_FRAME)
-        window.viewport.focus_chain()
+        program.viewport.focus_chain()
 
     def _to_lesson(self) -> None:
-        window, document = self._window, self._window.document
-        window.show_teaching()
+        program, document = self._program, self._program.document
+        program.show_teaching()
         document.select_chain(_CHAIN)
         document.go_to(_FRAME)
-        window.lesson.reset()
-        window.lesson.unlight()
-        window.viewport.focus_chain()
+        program.lesson.reset()
+        program.lesson.unlight()
+        program.viewport.focus_chain()
 
     def _to_error(self) -> None:
         self._to_lesson()
         self._alter(twist=np.radians(75.0))
 
     def _to_review(self) -> None:
-        window = self._window
-        window.lesson.reset()
-        window.intervals_dock.raise_()
+        self._program.lesson.reset()
+        self._program.show_intervals()
 
     def _light(self) -> None:
-        if self._window.lesson.lit != "w":
-            self._window.lesson.light("w")
+        lesson = self._program.lesson
+        if lesson.lit != "w":
+            lesson.light("w")
 
     def _alter(self, **change: float | bool | None) -> None:
-        lesson = self._window.lesson
+        lesson = self._program.lesson
         lesson.set_what_if(replace(lesson.what_if, **change))
 
     def _opposed(self) -> bool:
-        quantities = self._window.lesson.quantities
+        quantities = self._program.lesson.quantities
         return quantities is not None and quantities.strength >= np.radians(30.0)
 
     def _both_met(self) -> bool:
         """Each singularity was nudged, one after the other."""
-        what_if = self._window.lesson.what_if
+        what_if = self._program.lesson.what_if
         if abs(what_if.nudge) >= _NUDGED:
             if what_if.swing is not None and what_if.swing >= np.radians(178.0):
                 self._met.add("swing")
@@ -220,8 +216,8 @@ class Tour(QObject):
         self._alter(swing=None, bend=np.radians(1.0))
 
     def _one_accepted(self) -> bool:
-        return any(j.decision == Decision.ACCEPTED for j in self._window.document.intervals)
+        return any(j.decision == Decision.ACCEPTED for j in self._program.document.intervals)
 
     def _accept_one(self) -> None:
-        self._window.actions_by_id["next_interval"].trigger()
-        self._window.actions_by_id["accept"].trigger()
+        self._program.actions["next_interval"].trigger()
+        self._program.actions["accept"].trigger()

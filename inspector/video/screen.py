@@ -1,10 +1,10 @@
-"""What the video's panel paints itself: the picture, and a line that knows when to end."""
+"""Where the video is seen: a picture that keeps its aspect, or a sentence."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from inspector.widgets.theme import Theme
 
@@ -63,19 +63,3 @@ class Screen(QWidget):
         """Another size asks for other pixels."""
         super().resizeEvent(event)
         self.resized.emit()
-
-
-class ElidedLabel(QLabel):
-    """A line that makes nothing wider: where there is no room its end is left out."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """As much of the text as there is room for."""
-        painter = QPainter(self)
-        end = Qt.TextElideMode.ElideRight
-        text = self.fontMetrics().elidedText(self.text(), end, self.width())
-        painter.drawText(self.rect(), Qt.AlignmentFlag.AlignVCenter, text)
-        painter.end()

@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QToolButton, 
 
 from inspector.session.document import Document
 from inspector.session.settings import FARTHEST_S, Settings
-from inspector.video.screen import ElidedLabel, Screen
+from inspector.video.screen import Screen
 from inspector.video.video_reader import Picture, VideoReader
 from inspector.widgets.background import Task
-from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.labels import ElidedLabel, SteadyLabel
 from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.theme import Theme
 

@@ -7,8 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from twistcore.chain import Chain
-from twistcore.motion import Skeleton
 from twistcore.rotation import Array, normalise
 
 VIEW_ANGLE = np.radians(28.0)  # vertical field of view
@@ -116,49 +114,6 @@ def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
         elevation=start.elevation + share * (stop.elevation - start.elevation),
         distance=start.distance ** (1.0 - share) * stop.distance**share,
     )
-
-
-def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
-    """Unit vector up, (3,): Y, or Z where the figure clearly stands along it.
-
-    From the knees to the shoulders over the clip, positions (frames, joints, 3): a rest pose may
-    be an arbitrary heap of bones. Without limbs the rest pose has to do.
-    """
-    knees = [c.parent for c in chains if c.segment == "Leg"]
-    shoulders = [c.parent for c in chains if c.segment == "Arm"]
-    if knees and shoulders:
-        rise = positions[:, shoulders].mean(axis=(0, 1)) - positions[:, knees].mean(axis=(0, 1))
-        extent = np.abs(rise)
-    else:
-        rest = np.zeros((len(skeleton), 3))
-        for joint, parent in enumerate(skeleton.parents):
-            rest[joint] = skeleton.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
-        extent = np.ptp(rest, axis=0)
-    return np.eye(3)[2 if extent[2] > 1.5 * extent[1] else 1]
-
-
-def figure_size(positions: Array, skeleton: Skeleton) -> float:
-    """How tall the figure is, the file's length unit: no pose is larger, nor the rest pose."""
-    some = positions[:: max(1, len(positions) // 200)]
-    largest = float(np.ptp(some, axis=1).max())
-    return min(skeleton.height, largest) if largest > 0.0 else skeleton.height
-
-
-def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
-    """The level unit vector in which the figure faces, (3,), from positions (joints, 3).
-
-    From right to left across hips and shoulders; Z (−Y where Z is up) if sides are unknown.
-    """
-    across = np.zeros(3)
-    for segment in ("UpLeg", "Arm"):
-        sides = {c.side: positions[c.parent] for c in chains if c.segment == segment}
-        if {"Left", "Right"} <= sides.keys():
-            across += sides["Left"] - sides["Right"]
-    ahead = np.cross(across, up)
-    size = float(np.linalg.norm(ahead))
-    if size > 1e-9:
-        return ahead / size
-    return np.array([0.0, 0.0, 1.0]) if up[1] > 0.5 else np.array([0.0, -1.0, 0.0])
 
 
 def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:

@@ -10,10 +10,11 @@ from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
 from inspector.viewport.bodies import place
-from inspector.viewport.camera import OrbitCamera, between, heading, preset, roll_direction
+from inspector.viewport.camera import OrbitCamera, between, preset, roll_direction
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Style
 from twistcore.chain import Chain
+from twistcore.figure import heading
 from twistcore.rotation import Array, normalise, rotate
 
 

@@ -123,6 +123,30 @@ class Piece:
         self._renderers.clear()
 
 
+def specimens(renderer: vtkRenderer, paper: np.ndarray) -> list[Piece]:
+    """One small piece of every kind that a figure is made of, in the colour of the paper, (3,).
+
+    Drawn while nobody waits, before the first clip, they make the driver compile its shaders.
+    """
+    triangle, line = np.array([3, 0, 1, 2]), np.array([2, 0, 1])
+    made = [
+        Piece(3, faces=triangle).lit(),
+        Piece(3, faces=triangle, channels=0).unlit(),
+        Piece(3, faces=triangle, channels=4).unlit(back_faces=False).blended(),
+        Piece(3, lines=line).unlit(width=2.0),
+        Piece(3, lines=line, channels=0).unlit(width=2.0),
+    ]
+    for piece in made:
+        piece.points[:] = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]]
+        width = min(3, piece.colours.shape[1])
+        piece.colours[:, :width] = paper[:width]
+        piece.tint(paper)
+        piece.moved()
+        piece.painted()
+        piece.add_to(renderer)
+    return made
+
+
 def _cells(padded: ArrayLike) -> vtkCellArray:
     cells = vtkCellArray()
     cells.ImportLegacyFormat(numpy_to_vtkIdTypeArray(np.asarray(padded, dtype=np.int64), deep=True))

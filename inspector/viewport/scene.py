@@ -10,7 +10,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 from inspector.session.document import Document
 from inspector.viewport.bodies import Bone, Soup, find_bones
 from inspector.viewport.bone_colours import mix, mixed_hex
-from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera, figure_size, guess_up
+from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
 from inspector.viewport.ground import Ground, ground_mesh, lowest
 from inspector.viewport.mesh_actor import Piece
@@ -18,6 +18,7 @@ from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.trails import REACH, Trails
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
+from twistcore.figure import figure_size, guess_up
 from twistcore.rotation import Array, matrix_from_quaternion
 
 _AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8)  # x, y, z

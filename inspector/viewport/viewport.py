@@ -14,18 +14,18 @@ from pyvistaqt import QtInteractor
 from inspector.session.document import Document, Show
 from inspector.viewport import legend as overlay
 from inspector.viewport import opengl as driver
-from inspector.viewport.camera import OrbitCamera, heading
+from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.dashed_figure import Companion
-from inspector.viewport.mesh_actor import Piece
+from inspector.viewport.mesh_actor import Piece, specimens
 from inspector.viewport.navigation import Navigation
 from inspector.viewport.picking import bone_at
 from inspector.viewport.pose import pose_of
 from inspector.viewport.scene import Scene, background, set_background, set_lights
 from inspector.viewport.solid_and_ghost import Pose, Style
-from inspector.viewport.warming import specimens
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
+from twistcore.figure import heading
 from twistcore.rotation import Array
 
 _MARGIN = 10  # pixels between the legend and the corner

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QDockWidget, QFileDialog, QMainWindow, QMenu, QMes
 from inspector.bundled import SAMPLE
 from inspector.panels.detail_card import DetailCard
 from inspector.session.document import Document
-from inspector.session.export_files import ExportChoice, ExportDialog
+from inspector.session.export_files import ExportChoice
 from inspector.session.exporter import Exporter
 from inspector.session.queue import FolderQueue
 from inspector.session.session_files import SESSION_SUFFIX, is_session, session_path
@@ -20,6 +20,7 @@ from inspector.session.settings import Settings
 from inspector.teaching.interrupted_review import Aside
 from inspector.video.video_reader import SUFFIXES
 from inspector.widgets.message_bar import MessageBar
+from inspector.window.export_dialog import ExportDialog
 
 
 class FileActions(QMainWindow):

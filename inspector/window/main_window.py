@@ -25,6 +25,7 @@ from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.transport import Transport
 from inspector.quality.quality_actions import QualityActions
+from inspector.recording.record_actions import RecordActions
 from inspector.session.document import Document
 from inspector.session.exporter import Exporter
 from inspector.session.player import Player
@@ -63,6 +64,7 @@ class MainWindow(
     GoActions,
     TuningActions,
     TeachActions,
+    RecordActions,
     VideoActions,
     QualityActions,
     ProgramActions,
@@ -134,6 +136,7 @@ class MainWindow(
         self.tabifyDockWidget(rest, history)
         self.tabifyDockWidget(rest, self.tuning_dock)
         self._build_teaching(rest, self.tuning_dock)
+        self._build_recording()
         self._build_quality(self.teaching_dock)
         rest.raise_()
         self.resizeDocks([left, rest], [_LEFT_WIDTH, _RIGHT_WIDTH], Qt.Orientation.Horizontal)

@@ -14,7 +14,8 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication
 
 from inspector.session import document as documents
-from inspector.session.export_files import ExportChoice, ExportDialog
+from inspector.session.export_files import ExportChoice
+from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import export, open_clip, press, wait_until_active

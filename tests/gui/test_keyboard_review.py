@@ -5,7 +5,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 
-from inspector.session.export_files import ExportDialog
+from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import wait_until_active
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh

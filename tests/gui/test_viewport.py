@@ -15,7 +15,7 @@ from inspector.session.document import Document, Show
 from inspector.viewport import opengl as driver
 from inspector.viewport.bodies import build_soup, find_bones, place
 from inspector.viewport.bone_colours import Role
-from inspector.viewport.camera import VIEWS, OrbitCamera, figure_size, guess_up
+from inspector.viewport.camera import VIEWS, OrbitCamera
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK, LIGHT
@@ -31,6 +31,7 @@ from tests.gui.pictures import (
 )
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
+from twistcore.figure import figure_size, guess_up
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import quaternion_from_axis_angle, rotate
 from twistcore.synthesis import InjectedError, inject

@@ -1,0 +1,83 @@
+"""What the actions of recording do: methods of the main window, by the actions' ids."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QMainWindow
+
+from inspector.recording.record_dialog import RecordDialog
+from inspector.recording.recorder import RecordChoice, Recorder, RecordingBar, save_picture
+from inspector.recording.stage import Stage
+from inspector.session.document import Document
+from inspector.teaching.lesson import Lesson
+from inspector.teaching.teaching_panel import TeachingPanel
+from inspector.timeline.timeline import Timeline
+from inspector.viewport.viewport import Viewport
+from inspector.widgets.message_bar import MessageBar
+from inspector.widgets.theme import Theme
+
+
+class RecordActions(QMainWindow):
+    """Films and pictures of what the window shows."""
+
+    document: Document
+    viewport: Viewport
+    timeline: Timeline
+    lesson: Lesson
+    teaching: TeachingPanel
+    theme: Theme
+    bar: MessageBar
+
+    def _build_recording(self) -> None:
+        """How far a film is stands in the status bar."""
+        self.recorder = Recorder(self)
+        self.recorder.finished.connect(self._recorded)
+        self.recorder.failed.connect(self._not_recorded)
+        self.statusBar().addPermanentWidget(RecordingBar(self.recorder))
+
+    def record_dialog(self) -> None:
+        """Ask what to record, and record it."""
+        if self.document.data is None:
+            self.bar.show_message("Open a clip first.", False)
+        elif self.recorder.running:
+            self.bar.show_message("A film is being made; wait for it or cancel it.", False)
+        else:
+            dialog = RecordDialog(self.document, self.timeline.visible_range(), self)
+            dialog.accepted.connect(lambda: self.record(dialog.choice()))
+            dialog.open()
+
+    def record(self, choice: RecordChoice) -> None:
+        """Make a film in the background of what goes on, or a picture at once."""
+        if choice.path.exists() and not choice.replace:
+            self.bar.show_message(f"{choice.path}: there is such a file already.", True)
+            return
+        if self.viewport.view is None:
+            self.bar.show_message("Without the 3D view there is nothing to record.", True)
+            return
+        stage = Stage(
+            self.lesson,
+            self.viewport,
+            self.teaching.typesetter,
+            self.theme,
+            QSize(*choice.size),
+            curves=choice.curves,
+        )
+        if choice.film:
+            self.recorder.start(stage, choice)
+            return
+        try:
+            save_picture(stage, choice, self.document.frame)
+            self.bar.show_message(f"{choice.path.name} written.", False)
+        except OSError as error:
+            self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
+        finally:
+            stage.strike()
+
+    def _recorded(self, path: Path) -> None:
+        self.bar.show_message(f"{path.name} written.", False)
+
+    def _not_recorded(self, why: str) -> None:
+        if why:
+            self.bar.show_message(why, True)

@@ -1,0 +1,33 @@
+"""What the tour and the exercise reach of the program, so that neither knows the window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from PySide6.QtGui import QAction
+
+from inspector.session.document import Document
+from inspector.session.settings import Settings
+from inspector.teaching.guide_card import GuideCard
+from inspector.teaching.interrupted_review import Aside
+from inspector.teaching.lesson import Lesson
+from inspector.viewport.viewport import Viewport
+
+
+@dataclass(frozen=True, eq=False)
+class GuidedProgram:
+    """The parts that a guided page reads and drives.
+
+    show_intervals, show_teaching: bring the tab to the front; actions: by their ids.
+    """
+
+    document: Document
+    lesson: Lesson
+    viewport: Viewport
+    settings: Settings
+    guide: GuideCard
+    aside: Aside
+    actions: Mapping[str, QAction]
+    show_intervals: Callable[[], None]
+    show_teaching: Callable[[], None]
