@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QObject, QPointF, Qt, QTimer
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QGraphicsSceneWheelEvent
 
+from inspector.widgets.later import Latest
 from twistcore.detection import Interval
 from twistcore.review import Judged
 from twistcore.review.model import resized
@@ -41,28 +41,6 @@ class Hit:
 
     part: Part
     judged: Judged | None = None
-
-
-class Latest(QObject):
-    """Carries out only the last of many requests, once the pending events are through."""
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._work: Callable[[], None] | None = None
-        self._timer = QTimer(self, singleShot=True, interval=0)
-        self._timer.timeout.connect(self.flush)
-
-    def ask(self, work: Callable[[], None]) -> None:
-        """Replace what is pending."""
-        self._work = work
-        self._timer.start()
-
-    def flush(self) -> None:
-        """Do it now, if anything is pending."""
-        self._timer.stop()
-        work, self._work = self._work, None
-        if work is not None:
-            work()
 
 
 class TimeView(pg.ViewBox):

@@ -12,10 +12,10 @@ from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QWidget
 
 from inspector.timeline.curve_line import Line
-from inspector.timeline.curve_values import root_scale, thinned
+from inspector.timeline.curve_values import thinned
 from inspector.timeline.gestures import TimeView
 from inspector.timeline.layers import BackLayer, FrontLayer, Scenery
-from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis
+from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis, root_scale
 from inspector.widgets.canvas import Canvas, TauLine
 from inspector.widgets.theme import Theme, figures_font
 from twistcore.rotation import Array

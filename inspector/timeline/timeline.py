@@ -19,13 +19,15 @@ from PySide6.QtWidgets import (
 from inspector.session.document import Document
 from inspector.timeline.chain_curves import ChainCurves
 from inspector.timeline.context_menu import context_menu
-from inspector.timeline.curve_values import from_root_scale, root_scale, unreliable_spans
-from inspector.timeline.gestures import Gestures, Latest
+from inspector.timeline.curve_values import unreliable_spans
+from inspector.timeline.gestures import Gestures
 from inspector.timeline.layers import Scenery
 from inspector.timeline.other_detector import Onlooker, OtherDetector
 from inspector.timeline.overview import OverviewStrip
 from inspector.timeline.pane import CurveStyle, Pane, colour_tau
+from inspector.widgets.axes import from_root_scale, root_scale
 from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.later import Latest
 from inspector.widgets.theme import Theme, figures_font
 from twistcore.review import Insert, Judged
 from twistcore.review.proposal import proposed_interval

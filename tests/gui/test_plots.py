@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QApplication
 
 from inspector.session.document import Document
 from inspector.session.opening import analyse
-from inspector.timeline.curve_values import root_scale
 from inspector.timeline.timeline import Timeline
+from inspector.widgets.axes import root_scale
 from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import INJECTED
 from twistcore.detection import DETECTORS
