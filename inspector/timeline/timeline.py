@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QColor, QPalette, QResizeEvent
+from PySide6.QtGui import QAction, QColor, QPalette
 from PySide6.QtWidgets import (
-    QGridLayout,
     QHBoxLayout,
-    QLabel,
     QMenu,
-    QStackedWidget,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -24,39 +21,32 @@ from inspector.timeline.layers import Scenery
 from inspector.timeline.other_detector import Onlooker, OtherDetector
 from inspector.timeline.overview import OverviewStrip
 from inspector.timeline.pane import CurveStyle, Pane
+from inspector.timeline.pane_grid import PaneGrid
 from inspector.timeline.tau_line import ChainTauLine, colour_tau
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Theme, figures_font
 
-_TITLES = {
+_TITLES = {  # from top to bottom
     "theta": "Twist θp and azimuth θc",
     "delta": "Per frame: Δθp and Δθc",
     "strength": "Strength with τ",
-    "offset": "Offset taken out",
     "other": "The other detector",
+    "offset": "Offset taken out",
 }
-_STYLES = {
-    "theta": (
-        CurveStyle("c_before", "before", dashed=True),
-        CurveStyle("c_after", "after", dashed=True),
-        CurveStyle("p_before", "before"),
-        CurveStyle("p_after", "after"),
-    ),
-    "delta": (
-        CurveStyle("c_before", "before", dashed=True),
-        CurveStyle("c_after", "after", dashed=True),
-        CurveStyle("p_before", "before"),
-        CurveStyle("p_after", "after"),
-    ),
+_BEFORE_AND_AFTER = (
+    CurveStyle("c_before", "before", dashed=True),
+    CurveStyle("c_after", "after", dashed=True),
+    CurveStyle("p_before", "before"),
+    CurveStyle("p_after", "after"),
+)
+_STYLES = {  # of the plots that are shown at first
+    "theta": _BEFORE_AND_AFTER,
+    "delta": _BEFORE_AND_AFTER,
     # The paper's m(t) lies dimmed under the strength of another detector, to be compared with it.
     "strength": (CurveStyle("m", "soft", dashed=True), CurveStyle("strength", "before")),
     "offset": (CurveStyle("offset", "text"),),
 }
-_WEIGHTS = {"theta": 4, "delta": 3, "strength": 4, "offset": 3, "other": 4}
-_ORDER = ("theta", "delta", "strength", "other", "offset")
-_AT_FIRST = ("theta", "delta", "strength", "offset")
-_ROW = 88  # pixels that a plot needs before the plots go into two columns
 
 
 class Timeline(QWidget):
@@ -74,7 +64,6 @@ class Timeline(QWidget):
         self._dirty = ""
         # Queued it comes before Qt's next repaint, so that tables and plots are painted at once.
         self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
-        self._columns = 0
         self._build(theme)
         self.set_theme(theme)
         document.opened.connect(self._opened)
@@ -108,7 +97,7 @@ class Timeline(QWidget):
         head.addWidget(self.readout)
         head.addWidget(self.plots_button)
 
-        self.panes = {
+        panes: dict[str, Pane] = {
             key: Pane(
                 key,
                 styles,
@@ -121,86 +110,41 @@ class Timeline(QWidget):
             for key, styles in _STYLES.items()
         }
         self.other = OtherDetector(self.document, theme, self)
-        self.panes = {**self.panes, "other": self.other}
-        self.panes = {key: self.panes[key] for key in _ORDER}
+        panes["other"] = self.other
+        self.panes = {key: panes[key] for key in _TITLES}
         mouse = self.document, self.scenery, self.visible, self.refresh, self
         self.gestures = Gestures(*mouse)
-        self._menu = QMenu(self.plots_button)
+        menu = QMenu(self.plots_button)
         self.toggles: dict[str, QAction] = {}
         for key, pane in self.panes.items():
             pane.view.gestures = self.gestures
             pane.view.sigResized.connect(self._show_range)
-            action = QAction(_TITLES[key], self._menu)
+            action = QAction(_TITLES[key], menu)
             action.setCheckable(True)
-            action.setChecked(key in _AT_FIRST)
+            action.setChecked(key in _STYLES)
             action.toggled.connect(lambda on, k=key: self.show_plot(k, shown=on))
-            self._menu.addAction(action)
+            menu.addAction(action)
             self.toggles[key] = action
         self.other.view.gestures = Onlooker(*mouse)
-        self.plots_button.setMenu(self._menu)
-        self._shown = list(_AT_FIRST)
+        self.plots_button.setMenu(menu)
         self.tau_line = ChainTauLine(self.document, self.panes["strength"], theme)
         self.tau_line.dropped.connect(lambda: self._mark("review"))
 
-        self._plots = QWidget(self)
-        self._grid = QGridLayout(self._plots)
-        self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setSpacing(0)
-        self._hint = QLabel(self)
-        self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._hint.setObjectName("soft")
-        self._pages = QStackedWidget(self)
-        self._pages.addWidget(self._plots)
-        self._pages.addWidget(self._hint)
+        self.grid = PaneGrid(self.panes, list(_STYLES), self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(head)
-        column.addWidget(self._pages, 1)
+        column.addWidget(self.grid, 1)
         self.setMinimumHeight(120)
-        self._arrange()
-
-    def _arrange(self) -> None:
-        """One column where there is height for it, else two."""
-        shown = self._shown
-        height = self._pages.height()
-        columns = 1 if len(shown) < 2 or height >= _ROW * len(shown) else 2
-        if (columns, tuple(shown)) == self._columns:
-            return
-        self._columns = (columns, tuple(shown))
-        for pane in self.panes.values():
-            self._grid.removeWidget(pane)
-            pane.setVisible(pane.key in shown)
-        left = len(shown) // columns  # an odd one goes to the right: the detectors stay together
-        rows = len(shown) - left if columns == 2 else left
-        for row in range(len(self.panes)):
-            self._grid.setRowStretch(row, 0)
-        for place, key in enumerate(shown):
-            pane = self.panes[key]
-            col = int(place >= left)
-            row = place - left if col else place
-            last = place in (left - 1, len(shown) - 1)
-            span = rows - row if last else 1
-            self._grid.addWidget(pane, row, col, span, 1)
-            self._grid.setRowStretch(row, max(self._grid.rowStretch(row), _WEIGHTS[key]))
-            pane.set_bottom(shown=last)
-        for col in range(2):
-            self._grid.setColumnStretch(col, 1 if col < columns else 0)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """More or less height may change the number of columns."""
-        super().resizeEvent(event)
-        self._arrange()
 
     def show_plot(self, key: str, *, shown: bool) -> None:
         """Show or hide one of the plots 'theta', 'delta', 'strength', 'offset'."""
-        wanted = set(self._shown) | {key} if shown else set(self._shown) - {key}
-        self._shown = [k for k in self.panes if k in wanted]
-        self._arrange()
+        self.grid.show_pane(key, shown=shown)
         self._show_other()
 
     def _show_other(self) -> None:
-        if "other" in self._shown:
+        if "other" in self.grid.shown:
             self.other.refresh()
 
     def set_theme(self, theme: Theme) -> None:
@@ -210,7 +154,7 @@ class Timeline(QWidget):
         for pane in self.panes.values():
             pane.set_theme(theme)
         colour_tau(self.tau_line, theme)
-        for widget, role in ((self._hint, theme.soft), (self.readout, theme.text)):
+        for widget, role in ((self.grid.hint, theme.soft), (self.readout, theme.text)):
             palette = widget.palette()
             palette.setColor(QPalette.ColorRole.WindowText, QColor(role))
             widget.setPalette(palette)
@@ -273,7 +217,7 @@ class Timeline(QWidget):
             if not self.tau_line.held:  # a scale must not move under a drag
                 self._curves.fit_tau(self.panes["strength"], degrees)
             self._show_titles()
-            for key in self._shown:
+            for key in self.grid.shown:
                 self.panes[key].touch()
             if dirty == "chain":
                 self._show_other()
@@ -286,17 +230,16 @@ class Timeline(QWidget):
         self._curves = None
         if data is None or not document.chain:
             self.scenery.set_intervals(())
-            self._hint.setText(
+            self.grid.show_hint(
                 "No chain in this skeleton: nothing twists against its parent."
                 if data is not None
                 else "Open a clip to see its twist over time."
             )
-            self._pages.setCurrentWidget(self._hint)
             return
         self._curves = ChainCurves(document)
         signals = data.signals[document.chain]
         self.scenery.unreliable = unreliable_spans(signals.azimuth_reliability)
-        self._pages.setCurrentWidget(self._plots)
+        self.grid.show_panes()
         for pane in self.panes.values():
             pane.set_theme(self.scenery.theme)
         self._curves.show_clip(self.panes)
@@ -324,7 +267,7 @@ class Timeline(QWidget):
     def _frame_changed(self, frame: int) -> None:
         before, self.scenery.frame = self.scenery.frame, frame
         self.overview.show_frame(frame)
-        for key in self._shown:
+        for key in self.grid.shown:
             self.panes[key].move_playhead(before, frame)
         self._show_readout()
         self._show_titles()

@@ -337,8 +337,8 @@ def test_without_a_clip_there_is_a_hint(qtbot):
     timeline.resize(900, 280)
     timeline.show()
     timeline.refresh()
-    assert "Open a clip" in timeline._hint.text()
-    assert timeline._hint.isVisible()
+    assert "Open a clip" in timeline.grid.hint.text()
+    assert timeline.grid.hint.isVisible()
 
 
 def test_every_chain_draws_in_both_themes(qtbot, timeline, document):
