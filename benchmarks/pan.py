@@ -55,12 +55,12 @@ def _measure(window: MainWindow) -> None:
         document.do(Redetect({CHAIN: 0.1}, found))
         QTest.qWait(500)
         for view in (FRAMES // 2, FRAMES // 100):
-            timeline.show_range(0, view)
+            timeline.visible.show(0, view)
             QTest.qWait(100)
             taken = []
             for step_number in range(60):
                 begun = time.perf_counter()
-                timeline.pan(view / 20 * (1 if step_number % 20 < 10 else -1))
+                timeline.visible.pan(view / 20 * (1 if step_number % 20 < 10 else -1))
                 QApplication.sendEvent(window, QEvent(QEvent.Type.UpdateRequest))
                 taken.append(1e3 * (time.perf_counter() - begun))
                 QApplication.processEvents()

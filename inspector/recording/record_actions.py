@@ -44,7 +44,7 @@ class RecordActions(QMainWindow):
         elif self.recorder.running:
             self.bar.show_message("A film is being made; wait for it or cancel it.", False)
         else:
-            dialog = RecordDialog(self.document, self.timeline.visible_range(), self)
+            dialog = RecordDialog(self.document, self.timeline.visible.ends, self)
             dialog.accepted.connect(lambda: self.record(dialog.choice()))
             dialog.open()
 

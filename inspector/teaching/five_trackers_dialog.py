@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.teaching.five_trackers import FRAMES, euler_angles, followers, turning
-from inspector.timeline.curve_values import root_scale
+from inspector.widgets.axes import root_scale
 from inspector.widgets.labels import Caption, SteadyLabel
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot

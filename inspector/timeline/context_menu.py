@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMenu
+from PySide6.QtWidgets import QMenu, QWidget
 
-from twistcore.review import Decision, Judged
-
-if TYPE_CHECKING:
-    from inspector.timeline.timeline import Timeline
+from inspector.session.document import Document
+from inspector.timeline.tau_line import set_tau_degrees
+from inspector.timeline.visible_range import VisibleRange
+from twistcore.review import Decision, Insert, Judged
+from twistcore.review.proposal import proposed_interval
 
 
 def context_menu(
-    timeline: Timeline, key: str, frame: float, degrees: float, judged: Judged | None
+    parent: QWidget,
+    document: Document,
+    visible: VisibleRange,
+    frame: float,
+    degrees: float,
+    judged: Judged | None,
 ) -> QMenu:
-    """What can be done at a place of a plot; `judged`: the interval there, else the selected."""
-    menu = QMenu(timeline)
-    document = timeline.document
+    """What can be done at a place of a plot; `judged`: the interval there, else the selected.
+
+    degrees: the τ that may be set there; 0 where the plot's height says nothing of τ.
+    """
+    menu = QMenu(parent)
     at = max(0, min(document.frames - 1, round(frame)))
 
     def add(text: str, slot: Callable[[], object], *, enabled: bool = True) -> QAction:
@@ -32,14 +39,14 @@ def context_menu(
     there = judged or document.interval
     add(
         "Zoom to interval",
-        lambda: timeline.zoom_to_interval(there),
+        lambda: visible.zoom_to_interval(there),
         enabled=there is not None,
     )
-    add("Show all", timeline.show_all)
+    add("Show all", visible.show_all)
     menu.addSeparator()
-    add(f"New interval at frame {at}", lambda: timeline.insert_interval(at))
-    if key == "strength" and degrees > 0.0:
-        add(f"Set τ to {degrees:.1f}°", lambda: timeline.set_tau_degrees(degrees))
+    add(f"New interval at frame {at}", lambda: insert_interval(document, at))
+    if degrees > 0.0:
+        add(f"Set τ to {degrees:.1f}°", lambda: set_tau_degrees(document, degrees))
     menu.addSeparator()
     for text, decision in (
         ("Accept", Decision.ACCEPTED),
@@ -52,3 +59,15 @@ def context_menu(
             enabled=there is not None and there.decision != decision,
         )
     return menu
+
+
+def insert_interval(document: Document, frame: int) -> None:
+    """A new interval around a frame, selected at once."""
+    if document.data is None or not document.chain:
+        return
+    signals = document.data.signals[document.chain]
+    fps = document.data.motion.fps
+    state = document.review.state
+    document.do(Insert(proposed_interval(document.chain, signals, frame, fps)))
+    if document.review.state.next_id != state.next_id:
+        document.select_interval(state.next_id)

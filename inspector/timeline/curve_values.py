@@ -130,18 +130,6 @@ def thinned(
     return np.repeat(x, 2), ends.ravel()
 
 
-def root_scale(degrees: Array | float) -> Array:
-    """Signed square root: a τ of 5° stays readable and draggable beside a jump of 170°."""
-    value = np.asarray(degrees, dtype=np.float64)
-    scaled: Array = np.sign(value) * np.sqrt(np.abs(value))
-    return scaled
-
-
-def from_root_scale(value: float) -> float:
-    """Degrees of a place on the root scale."""
-    return float(np.sign(value) * value * value)
-
-
 def unreliable_spans(reliability: Array) -> Array:
     """Half-open spans [start, stop) in which the azimuth says nothing, integers, (spans, 2)."""
     low = np.concatenate([[False], reliability < RELIABLE, [False]])

@@ -5,19 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QObject, QPointF, Qt, QTimer
-from PySide6.QtWidgets import QGraphicsSceneWheelEvent
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtWidgets import QGraphicsSceneWheelEvent, QMenu, QWidget
 
+from inspector.session.document import Document
+from inspector.timeline.context_menu import context_menu
+from inspector.timeline.layers import Scenery
+from inspector.timeline.tau_line import set_tau_at
+from inspector.timeline.visible_range import VisibleRange
+from inspector.widgets.axes import from_root_scale
+from inspector.widgets.later import Latest
 from twistcore.detection import Interval
 from twistcore.review import Judged
 from twistcore.review.model import resized
-
-if TYPE_CHECKING:
-    from inspector.timeline.timeline import Timeline
 
 _REACH = 6.0  # pixels to either side of an edge or the playhead
 _ZOOM = 1.25  # per notch of the wheel
@@ -41,28 +45,6 @@ class Hit:
 
     part: Part
     judged: Judged | None = None
-
-
-class Latest(QObject):
-    """Carries out only the last of many requests, once the pending events are through."""
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._work: Callable[[], None] | None = None
-        self._timer = QTimer(self, singleShot=True, interval=0)
-        self._timer.timeout.connect(self.flush)
-
-    def ask(self, work: Callable[[], None]) -> None:
-        """Replace what is pending."""
-        self._work = work
-        self._timer.start()
-
-    def flush(self) -> None:
-        """Do it now, if anything is pending."""
-        self._timer.stop()
-        work, self._work = self._work, None
-        if work is not None:
-            work()
 
 
 class TimeView(pg.ViewBox):
@@ -106,10 +88,18 @@ class TimeView(pg.ViewBox):
 class Gestures:
     """Turns mouse events of all plots into what the document is asked for."""
 
-    def __init__(self, timeline: Timeline) -> None:
-        self._timeline = timeline
-        self._document = timeline.document
-        self._latest = Latest(timeline)
+    def __init__(
+        self,
+        document: Document,
+        scenery: Scenery,
+        visible: VisibleRange,
+        refresh: Callable[[], None],
+        parent: QWidget,
+    ) -> None:
+        """refresh: draws what has changed now, so that nothing that is gone is gripped."""
+        self._document, self._scenery, self._visible = document, scenery, visible
+        self._refresh, self._parent = refresh, parent
+        self._latest = Latest(parent)
         self._hit = Hit(Part.EMPTY)
         self._origin = 0.0
         self._grabbed: Interval | None = None
@@ -125,7 +115,7 @@ class Gestures:
         Edges come before the playhead, which lies on one whenever an interval has been jumped to.
         """
         reach = _REACH * pixel
-        near = self._timeline.scenery.between(frame - reach, frame + reach)
+        near = self._scenery.between(frame - reach, frame + reach)
         best: tuple[float, Hit] | None = None
         for judged in reversed(near):  # the selected one first
             interval = judged.interval
@@ -137,7 +127,7 @@ class Gestures:
                 depth = (frame - edge) * inward  # positive: inside the interval
                 if -reach <= depth <= inside and (best is None or abs(depth) < best[0]):
                     best = abs(depth), Hit(part, judged)
-            if best is not None and judged.id == self._timeline.scenery.selected:
+            if best is not None and judged.id == self._scenery.selected:
                 break
         if best is not None:
             return best[1]
@@ -148,10 +138,10 @@ class Gestures:
 
     def interval_at(self, frame: float) -> Judged | None:
         """The interval at a place: the selected one, else the shortest."""
-        near = self._timeline.scenery.between(frame, frame)
+        near = self._scenery.between(frame, frame)
         if not near:
             return None
-        if near[-1].id == self._timeline.scenery.selected:
+        if near[-1].id == self._scenery.selected:
             return near[-1]
         return min(near, key=lambda j: j.interval.frames)
 
@@ -164,7 +154,7 @@ class Gestures:
         frame, button = view.frame_at(event.pos()), event.button()
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         if pan or button == Qt.MouseButton.MiddleButton or shift:
-            self._timeline.pan(view.frame_at(event.lastPos()) - frame)
+            self._visible.pan(view.frame_at(event.lastPos()) - frame)
             return
         if button != Qt.MouseButton.LeftButton:
             return
@@ -177,7 +167,7 @@ class Gestures:
             self.dragging = False
 
     def _begin(self, frame: float, pixel: float) -> None:
-        self._timeline.refresh()  # nothing that is gone is gripped
+        self._refresh()
         self._hit = self.hit(frame, pixel)
         self._origin = frame
         self._asked = None
@@ -218,28 +208,37 @@ class Gestures:
         """Select an interval or move the playhead; twice on the strength curve: τ."""
         if not self._document.frames:
             return
-        self._timeline.refresh()
+        self._refresh()
         place = view.mapToView(event.pos())
         frame = float(place.x())
         if event.button() == Qt.MouseButton.RightButton:
-            self._timeline.open_menu(view.key, frame, place.y(), event.screenPos().toPoint())
+            self.open_menu(view.key, frame, place.y(), event.screenPos().toPoint())
         elif event.double() and view.key == "strength":
-            self._timeline.set_tau_at(place.y())
+            set_tau_at(self._document, place.y())
         elif judged := self.hit(frame, view.viewPixelSize()[0]).judged:
             self._document.select_interval(judged.id)
         else:
             self._document.go_to(round(frame))
 
+    def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:
+        """Open the menu of a place; non-blocking."""
+        judged = self.interval_at(frame)
+        if judged is not None:
+            self._document.select_interval(judged.id)
+        degrees = round(from_root_scale(place), 1) if key == "strength" else 0.0
+        menu = context_menu(self._parent, self._document, self._visible, frame, degrees, judged)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(position)
+        return menu
+
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
         """Zoom in time at a frame, or pan."""
-        first, last = self._timeline.visible_range()
+        first, last = self._visible.ends
         if pan:
-            self._timeline.pan(-notches * _PAN * (last - first))
+            self._visible.pan(-notches * _PAN * (last - first))
         else:
             scale = _ZOOM**-notches
-            self._timeline.show_range(
-                frame - (frame - first) * scale, frame + (last - frame) * scale
-            )
+            self._visible.show(frame - (frame - first) * scale, frame + (last - frame) * scale)
 
     def hover(self, view: TimeView, event: Any) -> None:
         """Cursor and hint for what is under the mouse."""
@@ -252,4 +251,22 @@ class Gestures:
             view.setCursor(Qt.CursorShape.OpenHandCursor)
         else:
             view.unsetCursor()
-        view.setToolTip(self._timeline.hint(hit.judged, view.frame_at(event.pos())))
+        view.setToolTip(self._hint(hit.judged, view.frame_at(event.pos())))
+
+    def _hint(self, judged: Judged | None, frame: float) -> str:
+        """What a tool tip says of a place."""
+        if judged is not None:
+            i, first = judged.interval, self._document.first_frame
+            lines = [
+                f"{i.chain}  frames {i.start + first}–{i.stop - 1 + first} ({i.frames})",
+                f"δ {np.degrees(i.delta):+.1f}°, {judged.decision}",
+            ]
+            if not judged.supported:
+                lines.append("No longer found at this τ; kept because you decided or edited it.")
+            if judged.note:
+                lines.append(judged.note)
+            return "\n".join(lines)
+        spans = self._scenery.unreliable
+        if np.any((spans[:, 0] - 0.5 <= frame) & (frame < spans[:, 1] - 0.5)):
+            return "Limb nearly straight: the azimuth θc, and so the strength, is unreliable here."
+        return ""

@@ -10,7 +10,8 @@ from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.timeline.gestures import Gestures, Hit, Part
 from inspector.timeline.layers import Scenery
-from inspector.timeline.pane import CurveStyle, Pane, colour_tau
+from inspector.timeline.pane import CurveStyle, Pane
+from inspector.timeline.tau_line import colour_tau
 from inspector.widgets.background import Task
 from inspector.widgets.theme import Theme
 from twistcore.detection import DETECTORS, Analysis
@@ -28,11 +29,6 @@ class Onlooker(Gestures):
         """The playhead, or nothing."""
         hit = super().hit(frame, pixel)
         return hit if hit.part is Part.PLAYHEAD else Hit(Part.EMPTY)
-
-    def interval_at(self, frame: float) -> Judged | None:
-        """Nothing of this plot is under review."""
-        del frame
-        return None
 
 
 class OtherDetector(Pane):

@@ -7,17 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QRectF, Qt
-from PySide6.QtGui import QColor, QPen
+from PySide6.QtCore import QEvent, QRectF
 from PySide6.QtWidgets import QWidget
 
 from inspector.timeline.curve_line import Line
-from inspector.timeline.curve_values import root_scale, thinned
+from inspector.timeline.curve_values import thinned
 from inspector.timeline.gestures import TimeView
 from inspector.timeline.layers import BackLayer, FrontLayer, Scenery
-from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis
-from inspector.widgets.canvas import Canvas, TauLine
-from inspector.widgets.theme import Theme, figures_font
+from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis, root_scale
+from inspector.widgets.canvas import Canvas
+from inspector.widgets.theme import Theme
 from twistcore.rotation import Array
 
 _AXIS_WIDTH = 46
@@ -87,7 +86,7 @@ class Pane(Canvas):
     def set_theme(self, theme: Theme) -> None:
         """Colours of paper, axes and lines."""
         self.colour_ground(theme)
-        self._zero.setPen(_cosmetic(theme.line, 1.0))
+        self._zero.setPen(pg.mkPen(theme.line))
         self._set_pens()
         self.touch()
 
@@ -112,7 +111,7 @@ class Pane(Canvas):
         for style in self._styles:
             bold = self._lit is not None and style.name.startswith(self._lit)
             width = round(self.scenery.scale) * (_LIT_WIDTH if bold else 1.0)
-            pen = _cosmetic(getattr(theme, style.role), width)
+            pen = pg.mkPen(getattr(theme, style.role), width=width)
             if style.dashed:
                 pen.setDashPattern([5.0, 3.0])
             curve = self.curves[style.name]
@@ -181,34 +180,3 @@ class Pane(Canvas):
         """No hint outlives the cursor's leaving."""
         self.view.setToolTip("")
         super().leaveEvent(event)
-
-    def tau_line(self, theme: Theme) -> pg.InfiniteLine:
-        """Add a line that is dragged up and down."""
-        line = TauLine(
-            angle=0,
-            label="τ",
-            labelOpts={"position": 0.985, "movable": False, "anchors": [(1.0, 1.15), (1.0, 1.15)]},
-        )
-        line.setZValue(30)
-        line.label.setFont(figures_font(8.5))
-        line.setCursor(Qt.CursorShape.SizeVerCursor)
-        self.addItem(line)
-        line.changed.connect(self.touch)
-        colour_tau(line, theme)
-        return line
-
-
-def colour_tau(line: pg.InfiniteLine, theme: Theme) -> None:
-    """The τ line in a theme's colour."""
-    line.setPen(_cosmetic(theme.tau, 1.6))
-    line.setHoverPen(_cosmetic(theme.tau, 3.0))
-    line.label.setColor(QColor(theme.tau))
-    line.label.fill = pg.mkBrush(theme.surface)
-    line.label.update()
-
-
-def _cosmetic(colour: str, width: float) -> QPen:
-    """A pen as wide in pixels wherever it draws; others are scaled with the view."""
-    pen = QPen(QColor(colour), width)
-    pen.setCosmetic(True)
-    return pen

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QPalette, QResizeEvent
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QColor, QPalette
 from PySide6.QtWidgets import (
-    QGridLayout,
     QHBoxLayout,
-    QLabel,
     QMenu,
-    QStackedWidget,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -18,48 +15,38 @@ from PySide6.QtWidgets import (
 
 from inspector.session.document import Document
 from inspector.timeline.chain_curves import ChainCurves
-from inspector.timeline.context_menu import context_menu
-from inspector.timeline.curve_values import from_root_scale, root_scale, unreliable_spans
-from inspector.timeline.gestures import Gestures, Latest
+from inspector.timeline.curve_values import unreliable_spans
+from inspector.timeline.gestures import Gestures
 from inspector.timeline.layers import Scenery
 from inspector.timeline.other_detector import Onlooker, OtherDetector
 from inspector.timeline.overview import OverviewStrip
-from inspector.timeline.pane import CurveStyle, Pane, colour_tau
+from inspector.timeline.pane import CurveStyle, Pane
+from inspector.timeline.pane_grid import PaneGrid
+from inspector.timeline.tau_line import ChainTauLine, colour_tau
+from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Theme, figures_font
-from twistcore.review import Insert, Judged
-from twistcore.review.proposal import proposed_interval
 
-_TITLES = {
+_TITLES = {  # from top to bottom
     "theta": "Twist θp and azimuth θc",
     "delta": "Per frame: Δθp and Δθc",
     "strength": "Strength with τ",
-    "offset": "Offset taken out",
     "other": "The other detector",
+    "offset": "Offset taken out",
 }
-_STYLES = {
-    "theta": (
-        CurveStyle("c_before", "before", dashed=True),
-        CurveStyle("c_after", "after", dashed=True),
-        CurveStyle("p_before", "before"),
-        CurveStyle("p_after", "after"),
-    ),
-    "delta": (
-        CurveStyle("c_before", "before", dashed=True),
-        CurveStyle("c_after", "after", dashed=True),
-        CurveStyle("p_before", "before"),
-        CurveStyle("p_after", "after"),
-    ),
+_BEFORE_AND_AFTER = (
+    CurveStyle("c_before", "before", dashed=True),
+    CurveStyle("c_after", "after", dashed=True),
+    CurveStyle("p_before", "before"),
+    CurveStyle("p_after", "after"),
+)
+_STYLES = {  # of the plots that are shown at first
+    "theta": _BEFORE_AND_AFTER,
+    "delta": _BEFORE_AND_AFTER,
     # The paper's m(t) lies dimmed under the strength of another detector, to be compared with it.
     "strength": (CurveStyle("m", "soft", dashed=True), CurveStyle("strength", "before")),
     "offset": (CurveStyle("offset", "text"),),
 }
-_WEIGHTS = {"theta": 4, "delta": 3, "strength": 4, "offset": 3, "other": 4}
-_ORDER = ("theta", "delta", "strength", "other", "offset")
-_AT_FIRST = ("theta", "delta", "strength", "offset")
-_ROW = 88  # pixels that a plot needs before the plots go into two columns
-_SMALLEST_TAU, _LARGEST_TAU = 0.1, 180.0  # degrees
-_SMALLEST_VIEW = 8.0  # frames
 
 
 class Timeline(QWidget):
@@ -71,15 +58,12 @@ class Timeline(QWidget):
         super().__init__(parent)
         self.document = document
         self.scenery = Scenery(theme)
-        self.gestures = Gestures(self)
+        self.visible = VisibleRange(document, self)
+        self.visible.changed.connect(self._show_range)
         self._curves: ChainCurves | None = None
-        self._range = (-0.5, 0.5)
-        self._tau_drag = 0
-        self._latest_tau = Latest(self)
         self._dirty = ""
         # Queued it comes before Qt's next repaint, so that tables and plots are painted at once.
         self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
-        self._columns = 0
         self._build(theme)
         self.set_theme(theme)
         document.opened.connect(self._opened)
@@ -113,7 +97,7 @@ class Timeline(QWidget):
         head.addWidget(self.readout)
         head.addWidget(self.plots_button)
 
-        self.panes = {
+        panes: dict[str, Pane] = {
             key: Pane(
                 key,
                 styles,
@@ -126,86 +110,41 @@ class Timeline(QWidget):
             for key, styles in _STYLES.items()
         }
         self.other = OtherDetector(self.document, theme, self)
-        self.panes = {**self.panes, "other": self.other}
-        self.panes = {key: self.panes[key] for key in _ORDER}
-        self._menu = QMenu(self.plots_button)
+        panes["other"] = self.other
+        self.panes = {key: panes[key] for key in _TITLES}
+        mouse = self.document, self.scenery, self.visible, self.refresh, self
+        self.gestures = Gestures(*mouse)
+        menu = QMenu(self.plots_button)
         self.toggles: dict[str, QAction] = {}
         for key, pane in self.panes.items():
             pane.view.gestures = self.gestures
-            pane.view.sigResized.connect(self._restore_range)
-            action = QAction(_TITLES[key], self._menu)
+            pane.view.sigResized.connect(self._show_range)
+            action = QAction(_TITLES[key], menu)
             action.setCheckable(True)
-            action.setChecked(key in _AT_FIRST)
+            action.setChecked(key in _STYLES)
             action.toggled.connect(lambda on, k=key: self.show_plot(k, shown=on))
-            self._menu.addAction(action)
+            menu.addAction(action)
             self.toggles[key] = action
-        self.other.view.gestures = Onlooker(self)
-        self.plots_button.setMenu(self._menu)
-        self._shown = list(_AT_FIRST)
-        self.tau_line = self.panes["strength"].tau_line(theme)
-        self.tau_line.setBounds([float(root_scale(d)) for d in (_SMALLEST_TAU, _LARGEST_TAU)])
-        self.tau_line.sigDragged.connect(self._tau_dragged)
-        self.tau_line.sigPositionChangeFinished.connect(self._tau_dropped)
+        self.other.view.gestures = Onlooker(*mouse)
+        self.plots_button.setMenu(menu)
+        self.tau_line = ChainTauLine(self.document, self.panes["strength"], theme)
+        self.tau_line.dropped.connect(lambda: self._mark("review"))
 
-        self._plots = QWidget(self)
-        self._grid = QGridLayout(self._plots)
-        self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setSpacing(0)
-        self._hint = QLabel(self)
-        self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._hint.setObjectName("soft")
-        self._pages = QStackedWidget(self)
-        self._pages.addWidget(self._plots)
-        self._pages.addWidget(self._hint)
+        self.grid = PaneGrid(self.panes, list(_STYLES), self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(head)
-        column.addWidget(self._pages, 1)
+        column.addWidget(self.grid, 1)
         self.setMinimumHeight(120)
-        self._arrange()
-
-    def _arrange(self) -> None:
-        """One column where there is height for it, else two."""
-        shown = self._shown
-        height = self._pages.height()
-        columns = 1 if len(shown) < 2 or height >= _ROW * len(shown) else 2
-        if (columns, tuple(shown)) == self._columns:
-            return
-        self._columns = (columns, tuple(shown))
-        for pane in self.panes.values():
-            self._grid.removeWidget(pane)
-            pane.setVisible(pane.key in shown)
-        left = len(shown) // columns  # an odd one goes to the right: the detectors stay together
-        rows = len(shown) - left if columns == 2 else left
-        for row in range(len(self.panes)):
-            self._grid.setRowStretch(row, 0)
-        for place, key in enumerate(shown):
-            pane = self.panes[key]
-            col = int(place >= left)
-            row = place - left if col else place
-            last = place in (left - 1, len(shown) - 1)
-            span = rows - row if last else 1
-            self._grid.addWidget(pane, row, col, span, 1)
-            self._grid.setRowStretch(row, max(self._grid.rowStretch(row), _WEIGHTS[key]))
-            pane.set_bottom(shown=last)
-        for col in range(2):
-            self._grid.setColumnStretch(col, 1 if col < columns else 0)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """More or less height may change the number of columns."""
-        super().resizeEvent(event)
-        self._arrange()
 
     def show_plot(self, key: str, *, shown: bool) -> None:
         """Show or hide one of the plots 'theta', 'delta', 'strength', 'offset'."""
-        wanted = set(self._shown) | {key} if shown else set(self._shown) - {key}
-        self._shown = [k for k in self.panes if k in wanted]
-        self._arrange()
+        self.grid.show_pane(key, shown=shown)
         self._show_other()
 
     def _show_other(self) -> None:
-        if "other" in self._shown:
+        if "other" in self.grid.shown:
             self.other.refresh()
 
     def set_theme(self, theme: Theme) -> None:
@@ -215,7 +154,7 @@ class Timeline(QWidget):
         for pane in self.panes.values():
             pane.set_theme(theme)
         colour_tau(self.tau_line, theme)
-        for widget, role in ((self._hint, theme.soft), (self.readout, theme.text)):
+        for widget, role in ((self.grid.hint, theme.soft), (self.readout, theme.text)):
             palette = widget.palette()
             palette.setColor(QPalette.ColorRole.WindowText, QColor(role))
             widget.setPalette(palette)
@@ -246,7 +185,7 @@ class Timeline(QWidget):
         self._curves = None  # those of the clip before must not answer for a frame of this one
         self.other.forget()
         self._mark("chain")
-        self.show_all()
+        self.visible.show_all()
 
     def _method_changed(self) -> None:
         self.other.forget()
@@ -274,9 +213,11 @@ class Timeline(QWidget):
             scenery.set_intervals(state.of_chain(document.chain))
             self._curves.show_review(self.panes)
             degrees = float(np.degrees(state.tau.get(document.chain, 0.0)))
-            self._show_tau(degrees)
+            self.tau_line.show_tau(degrees)
+            if not self.tau_line.held:  # a scale must not move under a drag
+                self._curves.fit_tau(self.panes["strength"], degrees)
             self._show_titles()
-            for key in self._shown:
+            for key in self.grid.shown:
                 self.panes[key].touch()
             if dirty == "chain":
                 self._show_other()
@@ -289,21 +230,20 @@ class Timeline(QWidget):
         self._curves = None
         if data is None or not document.chain:
             self.scenery.set_intervals(())
-            self._hint.setText(
+            self.grid.show_hint(
                 "No chain in this skeleton: nothing twists against its parent."
                 if data is not None
                 else "Open a clip to see its twist over time."
             )
-            self._pages.setCurrentWidget(self._hint)
             return
         self._curves = ChainCurves(document)
         signals = data.signals[document.chain]
         self.scenery.unreliable = unreliable_spans(signals.azimuth_reliability)
-        self._pages.setCurrentWidget(self._plots)
+        self.grid.show_panes()
         for pane in self.panes.values():
             pane.set_theme(self.scenery.theme)
         self._curves.show_clip(self.panes)
-        self._restore_range()
+        self._show_range()
 
     def _show_overview(self) -> None:
         document = self.document
@@ -321,21 +261,23 @@ class Timeline(QWidget):
         self.scenery.selected = self.document.interval_id
         self._mark("review")
         judged = self.document.interval
-        first, last = self._range
-        if judged and (judged.interval.stop < first or judged.interval.start > last):
-            self._centre_on(0.5 * (judged.interval.start + judged.interval.stop))
+        if judged:
+            self.visible.reach_interval(judged.interval)
 
     def _frame_changed(self, frame: int) -> None:
         before, self.scenery.frame = self.scenery.frame, frame
         self.overview.show_frame(frame)
-        for key in self._shown:
+        for key in self.grid.shown:
             self.panes[key].move_playhead(before, frame)
         self._show_readout()
         self._show_titles()
-        first, last = self._range
-        if not first <= frame <= last and not self.gestures.dragging:
-            span = last - first
-            self.show_range(frame - 0.1 * span, frame + 0.9 * span)
+        if not self.gestures.dragging:
+            self.visible.reach_frame(frame)
+
+    def _show_range(self, *_: object) -> None:
+        for pane in self.panes.values():
+            pane.show_frames(*self.visible.ends)
+        self.overview.show_view(*self.visible.ends)
 
     def _renumber(self) -> None:
         for pane in self.panes.values():
@@ -358,119 +300,3 @@ class Timeline(QWidget):
             return
         for key, title in self._curves.titles(self.document.frame).items():
             self.panes[key].show_title(title)
-
-    # -- time ---------------------------------------------------------------------------------
-
-    def visible_range(self) -> tuple[float, float]:
-        """First and last place in view, in frames."""
-        return self._range
-
-    def show_range(self, first: float, last: float) -> None:
-        """Show a range of frames in all plots, kept within the clip."""
-        low, high = -0.5, max(1, self.document.frames) - 0.5
-        margin = 0.01 * (high - low)
-        low, high = low - margin, high + margin
-        span = min(max(last - first, _SMALLEST_VIEW), high - low)
-        middle = 0.5 * (first + last)
-        first = min(max(middle - 0.5 * span, low), high - span)
-        self._range = (first, first + span)
-        self._restore_range()
-
-    def _restore_range(self, *_: object) -> None:
-        for pane in self.panes.values():
-            pane.show_frames(*self._range)
-        self.overview.show_view(*self._range)
-
-    def pan(self, frames: float) -> None:
-        """Move the view in time."""
-        self.show_range(self._range[0] + frames, self._range[1] + frames)
-
-    def _centre_on(self, frame: float) -> None:
-        half = 0.5 * (self._range[1] - self._range[0])
-        self.show_range(frame - half, frame + half)
-
-    def show_all(self) -> None:
-        """The whole clip."""
-        self.show_range(-1e9, 1e9)
-
-    def zoom_to_interval(self, judged: Judged | None = None) -> None:
-        """An interval, the selected one if none is given, with half a second to either side."""
-        judged = judged or self.document.interval
-        if judged is None or self.document.data is None:
-            return
-        pad = 0.5 * self.document.data.motion.fps
-        self.show_range(judged.interval.start - pad, judged.interval.stop + pad)
-
-    # -- τ ------------------------------------------------------------------------------------
-
-    def _show_tau(self, degrees: float) -> None:
-        text = f"τ {degrees:.1f}°"
-        if self.tau_line.label.format != text:
-            self.tau_line.label.setFormat(text)
-        place = float(root_scale(degrees))
-        if not self._tau_drag and self.tau_line.value() != place:
-            self.tau_line.setValue(place)
-        if not self._tau_drag and self._curves is not None:  # a scale must not move under a drag
-            self._curves.fit_tau(self.panes["strength"], degrees)
-
-    def _tau_dragged(self) -> None:
-        if not self._tau_drag:
-            self._tau_drag = self.document.begin_drag()
-        degrees = round(from_root_scale(self.tau_line.value()), 1)
-        self._latest_tau.ask(lambda: self.set_tau_degrees(degrees, self._tau_drag))
-
-    def _tau_dropped(self) -> None:
-        self._latest_tau.flush()
-        self._tau_drag = 0
-        self._mark("review")
-
-    def set_tau_at(self, place: float) -> None:
-        """τ at a height of the strength plot."""
-        self.set_tau_degrees(round(from_root_scale(place), 1))
-
-    def set_tau_degrees(self, degrees: float, drag: int = 0) -> None:
-        """Set τ of the selected chain."""
-        degrees = min(max(degrees, _SMALLEST_TAU), _LARGEST_TAU)
-        self.document.set_tau(float(np.radians(degrees)), self.document.chain, drag)
-
-    # -- menu and hints -----------------------------------------------------------------------
-
-    def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:
-        """Open the menu of a place; non-blocking."""
-        judged = self.gestures.interval_at(frame)
-        if judged is not None:
-            self.document.select_interval(judged.id)
-        menu = context_menu(self, key, frame, round(from_root_scale(place), 1), judged)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.popup(position)
-        return menu
-
-    def insert_interval(self, frame: int) -> None:
-        """A new interval around a frame, selected at once."""
-        document = self.document
-        if document.data is None or not document.chain:
-            return
-        signals = document.data.signals[document.chain]
-        fps = document.data.motion.fps
-        state = document.review.state
-        document.do(Insert(proposed_interval(document.chain, signals, frame, fps)))
-        if document.review.state.next_id != state.next_id:
-            document.select_interval(state.next_id)
-
-    def hint(self, judged: Judged | None, frame: float) -> str:
-        """What a tool tip says of a place."""
-        if judged is not None:
-            i, first = judged.interval, self.document.first_frame
-            lines = [
-                f"{i.chain}  frames {i.start + first}–{i.stop - 1 + first} ({i.frames})",
-                f"δ {np.degrees(i.delta):+.1f}°, {judged.decision}",
-            ]
-            if not judged.supported:
-                lines.append("No longer found at this τ; kept because you decided or edited it.")
-            if judged.note:
-                lines.append(judged.note)
-            return "\n".join(lines)
-        spans = self.scenery.unreliable
-        if np.any((spans[:, 0] - 0.5 <= frame) & (frame < spans[:, 1] - 0.5)):
-            return "Limb nearly straight: the azimuth θc, and so the strength, is unreliable here."
-        return ""

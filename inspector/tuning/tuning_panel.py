@@ -24,11 +24,11 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.session.document import Document
-from inspector.timeline.gestures import Latest
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_plots import CostPlot, Histogram
 from inspector.tuning.tau_table import Column, ComparisonModel
 from inspector.widgets.labels import Caption
+from inspector.widgets.later import Latest
 from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Tuned, tuned

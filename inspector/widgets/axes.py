@@ -7,10 +7,22 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 
-from inspector.timeline.curve_values import from_root_scale, root_scale
+from twistcore.rotation import Array
 
 _ROOT_TICKS = (1, 5, 20, 50, 100, 180)
 _TICK_ROOM = 13.0  # pixels between two labels of the root scale, in type of the usual size
+
+
+def root_scale(degrees: Array | float) -> Array:
+    """Signed square root: a τ of 5° stays readable and draggable beside a jump of 170°."""
+    value = np.asarray(degrees, dtype=np.float64)
+    scaled: Array = np.sign(value) * np.sqrt(np.abs(value))
+    return scaled
+
+
+def from_root_scale(value: float) -> float:
+    """Degrees of a place on the root scale."""
+    return float(np.sign(value) * value * value)
 
 
 class Axis(pg.AxisItem):

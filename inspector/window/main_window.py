@@ -200,7 +200,7 @@ class MainWindow(
         self.queue.changed.connect(self._queue_changed)
         self.clips.chosen.connect(self.open_path)
         self.video.restored.connect(self.show_video_dock)
-        self.intervals.activated.connect(self.timeline.zoom_to_interval)
+        self.intervals.activated.connect(self.timeline.visible.zoom_to_interval)
         self.detail.judged.connect(self._judge)
         QApplication.styleHints().colorSchemeChanged.connect(self._scheme_changed)
         self._review_changed()

@@ -115,11 +115,11 @@ class ViewActions(QMainWindow):
 
     def zoom_to_interval(self) -> None:
         """Plots: the selected interval."""
-        self.timeline.zoom_to_interval()
+        self.timeline.visible.zoom_to_interval()
 
     def show_all(self) -> None:
         """Plots: the whole clip."""
-        self.timeline.show_all()
+        self.timeline.visible.show_all()
 
     def both_detectors(self, on: bool) -> None:
         """The other detector's plot, or not."""

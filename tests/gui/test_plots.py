@@ -8,8 +8,10 @@ from PySide6.QtWidgets import QApplication
 
 from inspector.session.document import Document
 from inspector.session.opening import analyse
-from inspector.timeline.curve_values import root_scale
+from inspector.timeline.context_menu import insert_interval
+from inspector.timeline.tau_line import set_tau_degrees
 from inspector.timeline.timeline import Timeline
+from inspector.widgets.axes import root_scale
 from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import INJECTED
 from twistcore.detection import DETECTORS
@@ -84,7 +86,7 @@ def an_interval(document):
 
 
 def zoom(qtbot, timeline, judged):
-    timeline.zoom_to_interval(judged)
+    timeline.visible.zoom_to_interval(judged)
     qtbot.wait(20)
 
 
@@ -133,7 +135,7 @@ def test_double_click_on_the_strength_sets_tau(qtbot, timeline, document):
 
 def test_tau_is_in_view_whatever_it_is(qtbot, timeline, document):
     for degrees in (0.1, 5.0, 60.0, 180.0):
-        timeline.set_tau_degrees(degrees)
+        set_tau_degrees(document, degrees)
         timeline.refresh()
         low, high = timeline.panes["strength"].view.viewRange()[1]
         assert low <= timeline.tau_line.value() <= high
@@ -222,7 +224,7 @@ def test_regions_follow_undo_and_redo(qtbot, timeline, document):
         return [(j.id, j.interval.start, j.interval.stop) for j in timeline.scenery.intervals]
 
     first = shown()
-    timeline.set_tau_degrees(179.0)
+    set_tau_degrees(document, 179.0)
     assert shown() == []
     document.undo()
     assert shown() == first
@@ -235,7 +237,7 @@ def test_regions_follow_undo_and_redo(qtbot, timeline, document):
 
 def test_playhead_drags_and_clicks_move_it(qtbot, timeline, document):
     document.select_interval(None)
-    timeline.set_tau_degrees(180.0)  # no regions in the way
+    set_tau_degrees(document, 180.0)  # no regions in the way
     timeline.refresh()
     document.go_to(100)
     here, there = spot(timeline, "theta", 100), spot(timeline, "theta", 200)
@@ -264,26 +266,26 @@ def test_wheel_zooms_at_the_cursor_and_shift_pans(qtbot, timeline, document):
         )
         QApplication.sendEvent(pane.viewport(), event)
 
-    before = timeline.visible_range()
+    before = timeline.visible.ends
     wheel(80, Qt.KeyboardModifier.NoModifier)
-    first, last = timeline.visible_range()
+    first, last = timeline.visible.ends
     assert last - first < before[1] - before[0]
     at = (80 - before[0]) / (before[1] - before[0])
     assert (80 - first) / (last - first) == pytest.approx(at, abs=0.01)
     wheel(80, Qt.KeyboardModifier.ShiftModifier)
-    panned = timeline.visible_range()
+    panned = timeline.visible.ends
     assert panned[1] - panned[0] == pytest.approx(last - first)
     assert panned != (first, last)
     for pane in timeline.panes.values():
         assert tuple(pane.view.viewRange()[0]) == pytest.approx(panned)
-    timeline.show_all()
-    assert timeline.visible_range() == pytest.approx(before)
+    timeline.visible.show_all()
+    assert timeline.visible.ends == pytest.approx(before)
 
 
 def test_view_follows_the_playhead_out_of_sight(qtbot, timeline, document):
-    timeline.show_range(0, 60)
+    timeline.visible.show(0, 60)
     document.go_to(document.frames - 5)
-    first, last = timeline.visible_range()
+    first, last = timeline.visible.ends
     assert first <= document.frame <= last
 
 
@@ -298,7 +300,7 @@ def test_overview_moves_the_playhead(qtbot, timeline, document):
 
 def test_menu_never_deletes_and_judges_what_it_was_opened_on(qtbot, timeline, document):
     judged = an_interval(document)
-    menu = timeline.open_menu(
+    menu = timeline.gestures.open_menu(
         "strength",
         float(judged.interval.start),
         3.0,
@@ -313,9 +315,9 @@ def test_menu_never_deletes_and_judges_what_it_was_opened_on(qtbot, timeline, do
 
 
 def test_new_interval_is_selected_and_by_hand(qtbot, timeline, document):
-    timeline.set_tau_degrees(180.0)
+    set_tau_degrees(document, 180.0)
     count = len(document.intervals)
-    timeline.insert_interval(150)
+    insert_interval(document, 150)
     assert len(document.intervals) == count + 1
     assert document.interval.by_hand
     assert document.interval.interval.start <= 150 < document.interval.interval.stop
@@ -335,8 +337,8 @@ def test_without_a_clip_there_is_a_hint(qtbot):
     timeline.resize(900, 280)
     timeline.show()
     timeline.refresh()
-    assert "Open a clip" in timeline._hint.text()
-    assert timeline._hint.isVisible()
+    assert "Open a clip" in timeline.grid.hint.text()
+    assert timeline.grid.hint.isVisible()
 
 
 def test_every_chain_draws_in_both_themes(qtbot, timeline, document):
@@ -354,7 +356,7 @@ def test_another_clip_may_be_jumped_through_at_once(qtbot, timeline, document):
     document.show_clip(longer)
     document.go_to(document.frames - 1)
     timeline.refresh()
-    assert timeline.visible_range()[1] > longer.motion.frames - 1
+    assert timeline.visible.ends[1] > longer.motion.frames - 1
 
 
 def test_a_crowd_of_regions_is_drawn(qtbot, timeline, document):
@@ -362,7 +364,7 @@ def test_a_crowd_of_regions_is_drawn(qtbot, timeline, document):
         document.do(Insert(constant(document.chain, start, start + 1, 0.1)))
     timeline.refresh()
     assert not timeline.grab().isNull()
-    timeline.show_range(10, 40)
+    timeline.visible.show(10, 40)
     assert not timeline.grab().isNull()
 
 

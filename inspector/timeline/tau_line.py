@@ -1,0 +1,86 @@
+"""The τ line of the strength plot: dragged, it sets τ of the selected chain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QColor
+
+from inspector.session.document import Document
+from inspector.widgets.axes import from_root_scale, root_scale
+from inspector.widgets.canvas import Canvas, TauLine
+from inspector.widgets.later import Latest
+from inspector.widgets.theme import Theme, figures_font
+
+_SMALLEST, _LARGEST = 0.1, 180.0  # degrees
+
+
+class ChainTauLine(TauLine):
+    """Stands at τ of the document's selected chain on a root scale; a drag is one undo step."""
+
+    dropped = Signal()
+
+    def __init__(self, document: Document, plot: Canvas, theme: Theme) -> None:
+        super().__init__(
+            angle=0,
+            label="τ",
+            labelOpts={"position": 0.985, "movable": False, "anchors": [(1.0, 1.15), (1.0, 1.15)]},
+        )
+        self._document = document
+        self._drag = 0
+        self._latest = Latest(self)
+        self.setZValue(30)
+        self.label.setFont(figures_font(8.5))
+        self.setCursor(Qt.CursorShape.SizeVerCursor)
+        plot.addItem(self)
+        self.changed.connect(plot.touch)
+        colour_tau(self, theme)
+        self.setBounds([float(root_scale(d)) for d in (_SMALLEST, _LARGEST)])
+        self.sigDragged.connect(self._dragged)
+        self.sigPositionChangeFinished.connect(self._drop)
+
+    @property
+    def held(self) -> bool:
+        """Whether it is being dragged."""
+        return bool(self._drag)
+
+    def show_tau(self, degrees: float) -> None:
+        """Say this τ and stand at it, unless a hand holds the line."""
+        text = f"τ {degrees:.1f}°"
+        if self.label.format != text:
+            self.label.setFormat(text)
+        place = float(root_scale(degrees))
+        if not self.held and self.value() != place:
+            self.setValue(place)
+
+    def _dragged(self) -> None:
+        if not self._drag:
+            self._drag = self._document.begin_drag()
+        place = self.value()
+        self._latest.ask(lambda: set_tau_at(self._document, place, self._drag))
+
+    def _drop(self) -> None:
+        self._latest.flush()
+        self._drag = 0
+        self.dropped.emit()
+
+
+def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
+    """Set τ of the selected chain to a height on the root scale."""
+    set_tau_degrees(document, round(from_root_scale(place), 1), drag)
+
+
+def set_tau_degrees(document: Document, degrees: float, drag: int = 0) -> None:
+    """Set τ of the selected chain."""
+    degrees = min(max(degrees, _SMALLEST), _LARGEST)
+    document.set_tau(float(np.radians(degrees)), document.chain, drag)
+
+
+def colour_tau(line: pg.InfiniteLine, theme: Theme) -> None:
+    """A τ line in a theme's colour."""
+    line.setPen(pg.mkPen(theme.tau, width=1.6))
+    line.setHoverPen(pg.mkPen(theme.tau, width=3.0))
+    line.label.setColor(QColor(theme.tau))
+    line.label.fill = pg.mkBrush(theme.surface)
+    line.label.update()

@@ -1,0 +1,62 @@
+"""The range of frames that the plots show: zoomed, panned, brought to a frame or an interval."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Signal
+
+from inspector.session.document import Document
+from twistcore.detection import Interval
+from twistcore.review import Judged
+
+_SMALLEST = 8.0  # frames
+
+
+class VisibleRange(QObject):
+    """`ends`: first and last place in view, in frames, kept within the document's clip."""
+
+    changed = Signal()
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self.ends = (-0.5, 0.5)
+
+    def show(self, first: float, last: float) -> None:
+        """Show a range of frames, or the nearest that there is."""
+        low, high = -0.5, max(1, self._document.frames) - 0.5
+        margin = 0.01 * (high - low)
+        low, high = low - margin, high + margin
+        span = min(max(last - first, _SMALLEST), high - low)
+        middle = 0.5 * (first + last)
+        first = min(max(middle - 0.5 * span, low), high - span)
+        self.ends = (first, first + span)
+        self.changed.emit()
+
+    def show_all(self) -> None:
+        """The whole clip."""
+        self.show(-1e9, 1e9)
+
+    def pan(self, frames: float) -> None:
+        """Move in time."""
+        self.show(self.ends[0] + frames, self.ends[1] + frames)
+
+    def zoom_to_interval(self, judged: Judged | None = None) -> None:
+        """An interval, the selected one if none is given, with half a second to either side."""
+        judged = judged or self._document.interval
+        if judged is None or self._document.data is None:
+            return
+        pad = 0.5 * self._document.data.motion.fps
+        self.show(judged.interval.start - pad, judged.interval.stop + pad)
+
+    def reach_frame(self, frame: int) -> None:
+        """Turn the page where the frame is out of view."""
+        first, last = self.ends
+        if not first <= frame <= last:
+            span = last - first
+            self.show(frame - 0.1 * span, frame + 0.9 * span)
+
+    def reach_interval(self, interval: Interval) -> None:
+        """Bring an interval to the middle where nothing of it is in view."""
+        first, last = self.ends
+        if interval.stop < first or interval.start > last:
+            self.pan(0.5 * (interval.start + interval.stop - first - last))
