@@ -15,8 +15,8 @@ from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import MARKS, SYMBOLS, colour
 from inspector.viewport.bone_colours import mixed_hex, rgb
 from inspector.viewport.camera import OrbitCamera
+from inspector.viewport.frame_drawing import altered_pose
 from inspector.viewport.mesh_actor import Piece
-from inspector.viewport.pose import altered_pose
 from inspector.viewport.scene import Scene, background_hex
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport

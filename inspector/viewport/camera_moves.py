@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 from inspector.session.document import Document
 from inspector.viewport.bodies import place
 from inspector.viewport.camera import OrbitCamera, between, preset, roll_direction
+from inspector.viewport.frame_drawing import selected_chain
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Style
 from twistcore.chain import Chain
@@ -78,7 +79,7 @@ class Steering(QWidget):
 
         In so many milliseconds, without blocking: a later call goes on from where the camera is.
         """
-        chain = self._chain()
+        chain = selected_chain(self.document)
         if self.camera is None or chain is None or self.scene is None:
             return
         goal = self._towards(chain)
@@ -169,12 +170,6 @@ class Steering(QWidget):
         some = data.positions[frame:stop]
         level = some[:, :1] - some[:1, :1]
         return np.vstack([bodies, (some - level).reshape(-1, 3)])
-
-    def _chain(self) -> Chain | None:
-        try:
-            return self.document.find_chain(self.document.chain)
-        except KeyError:
-            return None
 
     def _limb(self, chain: Chain, positions: Array) -> Array:
         """The chain's joints, (2 or 3, 3)."""

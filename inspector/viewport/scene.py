@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
 from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Document
+from inspector.viewport import opengl as driver
 from inspector.viewport.bodies import Bone, Soup, find_bones
 from inspector.viewport.bone_colours import mix, mixed_hex
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
@@ -246,7 +248,21 @@ def set_background(plotter: QtInteractor, colour: Array) -> None:
     plotter.renderer.SetBackground(*(colour / 255.0))
 
 
-def set_lights(plotter: QtInteractor) -> None:
+def make_plotter(parent: QWidget) -> QtInteractor | None:
+    """The widget that a scene stands in, lit and empty; None without OpenGL."""
+    if not driver.renderer_name():
+        return None
+    plotter = QtInteractor(parent, auto_update=False, multi_samples=driver.multisamples())
+    plotter.setAcceptDrops(False)  # the window opens what is dropped
+    plotter.reset_key_events()
+    _set_lights(plotter)
+    # The ghost is thin and convex: plain blending does, at a tenth of the cost of VTK's
+    # order-independent pass over the whole picture.
+    plotter.renderer.SetUseOIT(False)
+    return plotter
+
+
+def _set_lights(plotter: QtInteractor) -> None:
     """A key light from above the camera's left and a faint fill: two lights are cheap."""
     plotter.remove_all_lights()
     for place_, strength in (((-0.7, 0.9, 1.0), 0.85), ((0.8, -0.2, 0.6), 0.30)):

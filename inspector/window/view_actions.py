@@ -50,7 +50,7 @@ class ViewActions(QMainWindow):
 
     def bone_names(self, on: bool) -> None:
         """Name the bone under the mouse."""
-        self.viewport.set_names(on)
+        self.viewport.pointing.names = on
 
     def focus_chain(self) -> None:
         """Turn the camera to the selected chain."""

@@ -21,10 +21,10 @@ def settle(qtbot, view):
 def picture(qtbot, view):
     """What the window shows, (height, width, 3), without the legend."""
     settle(qtbot, view)
-    shown = view.legend.isVisible()
-    view.legend.hide()
+    shown = view.overlays.legend.isVisible()
+    view.overlays.legend.hide()
     image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
-    view.legend.setVisible(shown)
+    view.overlays.legend.setVisible(shown)
     lines = np.frombuffer(image.constBits(), dtype=np.uint8)
     lines = lines.reshape(image.height(), image.bytesPerLine())[:, : 3 * image.width()]
     return lines.reshape(image.height(), image.width(), 3).astype(np.int16)

@@ -219,7 +219,7 @@ def test_the_third_figure_is_drawn_and_goes_with_before(qtbot, window, quality):
     magenta = (pixels[..., 0] > 120) & (pixels[..., 1] < 90) & (pixels[..., 2] > 80)
     assert magenta.sum() > 200
     assert changed(without, pixels).sum() >= magenta.sum() * 0.8
-    assert "tracked" in window.viewport.legend.text()
+    assert "tracked" in window.viewport.overlays.legend.text()
     window.cycle_show()
     while window.document.show != "before":
         window.cycle_show()

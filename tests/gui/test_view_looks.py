@@ -163,7 +163,7 @@ def test_the_skin_is_orange_before_blue_after_and_neutral_when_clean(
     assert shares[Show.BEFORE][0] > 1500 > 100 > shares[Show.BEFORE][1]
     assert shares[Show.AFTER][1] > 1500 > 100 > shares[Show.AFTER][0]
     assert min(shares[Show.BOTH]) > 300
-    roles = view.pose(Show.AFTER).roles
+    roles = view.drawing.pose(view.scene, Show.AFTER).roles
     # The upper arm is wrung as well.
     wrung = {view.scene.bones[k].parent for k in np.flatnonzero(roles == Role.AFTER)}
     chains = {document.find_chain(n).parent for n in ("LeftArm", "LeftForeArm")}
@@ -198,12 +198,12 @@ def test_side_by_side_shows_before_left_after_right_with_one_camera(qtbot, docum
     pixel, _ = view.camera.project(ends.mean(axis=0), 400, 400)
     for side in (0, 400):
         at = QPoint(round(pixel[0]) + side, round(pixel[1]))
-        assert view.joint_at(at) == chain.parent
-    assert "◧" in view.legend.text()
+        assert view.pointing.joint_at(at) == chain.parent
+    assert "◧" in view.overlays.legend.text()
     view.set_side_by_side(False)
     settle(qtbot, view)
     assert view.view.ren_win.GetRenderers().GetNumberOfItems() <= 2  # VTK's own and pyvista's
-    assert "◧" not in view.legend.text()
+    assert "◧" not in view.overlays.legend.text()
 
 
 # --- trails ---------------------------------------------------------------------------------------
@@ -226,7 +226,7 @@ def test_trails_tell_that_hands_and_feet_stay(qtbot, document, show_view):
     shown = picture(qtbot, view)
     assert share_of(shown, DARK.before) > share_of(without, DARK.before) + 300
     assert share_of(shown, DARK.after) > share_of(without, DARK.after) + 100
-    assert "&lt; 0.001 %" in view.legend.text()
+    assert "&lt; 0.001 %" in view.overlays.legend.text()
     view.set_trails(False)
     assert not changed(picture(qtbot, view), without).any()
 
@@ -251,23 +251,23 @@ def test_a_larger_offset_has_another_colour(qtbot, document, show_view):
     view.set_triads(False)
     view.focus_chain()
     document.set_show(Show.AFTER)
-    assert not view.scale.isVisible()
+    assert not view.overlays.scale.isVisible()
     view.set_colour_by_offset(True)
     pictures = [picture(qtbot, view)]
     for degrees in (60.0, 120.0):
         insert_twist(document, degrees=degrees)  # they add up: 60°, 180°
         pictures.append(picture(qtbot, view))
-    assert view.scale.isVisible()
+    assert view.overlays.scale.isVisible()
     number = next(
         k for k, b in enumerate(view.scene.bones)
         if b.parent == document.find_chain("LeftForeArm").parent
     )  # fmt: skip
-    assert view.pose().offsets[number] == pytest.approx(np.pi)
+    assert view.drawing.pose(view.scene).offsets[number] == pytest.approx(np.pi)
     for one, other in ((0, 1), (1, 2), (0, 2)):
         assert changed(pictures[one], pictures[other]).sum() > 500
     view.set_colour_by_offset(False)
     settle(qtbot, view)
-    assert not view.scale.isVisible()
+    assert not view.overlays.scale.isVisible()
 
 
 # --- camera, names, driver ------------------------------------------------------------------------
@@ -315,11 +315,11 @@ def test_names_appear_under_the_mouse(qtbot, document, show_view):
     middle = positions[[chain.parent, chain.child]].mean(axis=0)
     pixel, _ = view.camera.project(middle, view.width(), view.height())
     at = QPoint(round(pixel[0]), round(pixel[1]))
-    view.set_names(False)
+    view.pointing.names = False
     qtbot.mouseMove(view.view, at)
     qtbot.wait(30)
     assert not QToolTip.isVisible()
-    view.set_names(True)
+    view.pointing.names = True
     qtbot.mouseMove(view.view, at + QPoint(0, 1))
     qtbot.waitUntil(QToolTip.isVisible)
     assert QToolTip.text() == "LeftLeg"
@@ -363,8 +363,8 @@ def test_keys_and_the_next_interval_drive_the_view(qtbot, opened):
     assert view.scene.style == Style.SKIN
     assert view.scene.split
     assert view.scene.trails is not None
-    assert view.scale.isVisible()
-    assert not view._names
+    assert view.overlays.scale.isVisible()
+    assert not view.pointing.names
     for key in (Qt.Key.Key_S, Qt.Key.Key_V, Qt.Key.Key_T):
         qtbot.keyClick(window, key)
     settle(qtbot, view)
@@ -410,7 +410,7 @@ def test_a_review_without_opengl(qtbot, show_window, monkeypatch):
     monkeypatch.setattr(driver, "renderer_name", lambda: "")
     window = show_window()
     open_clip(qtbot, window, INJECTED)
-    assert window.viewport._notice.isVisible()
+    assert window.viewport.overlays.notice.isVisible()
     for name in OF_THE_FIGURE:
         assert not window.actions_by_id[name].isEnabled(), name
     window.next_interval()

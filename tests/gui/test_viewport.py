@@ -84,7 +84,7 @@ def test_before_and_after_differ_in_colour_and_form(qtbot, document, show_view):
     shapes = {}
     for show in Show:
         document.set_show(show)
-        pose = view.pose()
+        pose = view.drawing.pose(view.scene)
         assert (pose.roles[~mine] <= Role.CHOSEN).all()
         shapes[show] = pose
     assert (shapes[Show.BEFORE].roles[mine] == Role.BEFORE).all()
@@ -105,7 +105,7 @@ def test_before_and_after_differ_in_colour_and_form(qtbot, document, show_view):
 
 def test_a_clean_frame_is_neutral(document, show_view):
     view = show_view(document)
-    pose = view.pose()
+    pose = view.drawing.pose(view.scene)
     assert not pose.ghost[1].any()
     chain = document.find_chain("LeftForeArm")
     for bone, role in zip(view.scene.bones, pose.roles, strict=True):
@@ -150,11 +150,11 @@ def test_the_theme_changes_while_open(qtbot, document, show_view):
 
 def test_the_legend_tells_the_offset(qtbot, document, show_view):
     view = show_view(document)
-    assert "0.0° off" in view.legend.text()
+    assert "0.0° off" in view.overlays.legend.text()
     insert_twist(document, degrees=-87.3)
     settle(qtbot, view)
-    assert "Left ForeArm" in view.legend.text()
-    assert "−87.3° off" in view.legend.text()
+    assert "Left ForeArm" in view.overlays.legend.text()
+    assert "−87.3° off" in view.overlays.legend.text()
 
 
 # --- the window around it -------------------------------------------------------------------------
@@ -163,21 +163,21 @@ def test_the_legend_tells_the_offset(qtbot, document, show_view):
 def test_without_a_clip_it_says_what_to_do(qtbot, show_view, analysed):
     document = Document()
     view = show_view(document)
-    assert "Open a BVH" in view._notice.text()
-    assert view._notice.isVisible()
-    assert not view.legend.isVisible()
+    assert "Open a BVH" in view.overlays.notice.text()
+    assert view.overlays.notice.isVisible()
+    assert not view.overlays.legend.isVisible()
     view.set_view("front")
     view.focus_chain()
     document.show_clip(analysed)
-    assert not view._notice.isVisible()
-    assert view.legend.isVisible()
+    assert not view.overlays.notice.isVisible()
+    assert view.overlays.legend.isVisible()
 
 
 def test_without_opengl_it_says_so(qtbot, document, show_view, monkeypatch):
     monkeypatch.setattr(driver, "renderer_name", lambda: "")
     view = show_view(document)
-    assert view._notice.text() == driver.complaint()
-    assert view._notice.isVisible()
+    assert view.overlays.notice.text() == driver.complaint()
+    assert view.overlays.notice.isVisible()
     view.set_view("front")
     view.focus_chain()
     view.set_theme(LIGHT)
@@ -186,8 +186,8 @@ def test_without_opengl_it_says_so(qtbot, document, show_view, monkeypatch):
         change(True)
     view.set_style(Style.SKIN)
     view.refresh()
-    assert not view.legend.isVisible()
-    assert view.joint_at(QPoint(10, 10)) is None
+    assert not view.overlays.legend.isVisible()
+    assert view.pointing.joint_at(QPoint(10, 10)) is None
 
 
 def test_many_changes_are_one_drawing(qtbot, document, show_view, monkeypatch):
@@ -254,7 +254,7 @@ def test_a_click_on_a_bone_selects_its_chain(qtbot, document, show_view):
         _, positions = document.pose(document.frame, after=True)
         ends = positions[[chain.parent, chain.child]]
         pixel, _ = view.camera.project(ends.mean(axis=0), view.width(), view.height())
-        joint = view.joint_at(QPoint(*np.round(pixel).astype(int).tolist()))
+        joint = view.pointing.joint_at(QPoint(*np.round(pixel).astype(int).tolist()))
         assert joint == chain.parent, chain.name
         qtbot.mouseClick(
             view.view,

@@ -13,7 +13,7 @@ from pathlib import Path
 import platformdirs
 
 from twistcore.atomic import is_stream, write_atomically
-from twistcore.cli.commands import refuse_overwrite, tell_problems
+from twistcore.cli.output import refuse_overwrite, tell_problems
 from twistcore.detection import DETECTORS
 from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import TwistError

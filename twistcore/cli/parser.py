@@ -5,15 +5,24 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
-import math
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from twistcore.atomic import STANDARD_OUTPUT, is_standard_output
-from twistcore.cli import commands
+from twistcore.atomic import is_standard_output
+from twistcore.cli import correct_commands, detect_commands, study_commands, tune_command
+from twistcore.cli.argument_types import (
+    count,
+    folder,
+    not_negative,
+    number,
+    positive,
+    seed,
+    target,
+    tau,
+)
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.errors import TwistError
 from twistcore.synthesis import DESCRIPTIONS
@@ -69,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     info = subparsers.add_parser("info", help="what is in a clip")
     _clip(info)
     _json(info)
-    info.set_defaults(run=commands.info)
+    info.set_defaults(run=detect_commands.info)
 
     detect = subparsers.add_parser("detect", help="find the intervals of twist errors")
     _clip(detect)
@@ -79,13 +88,13 @@ def _parser() -> argparse.ArgumentParser:
         "--fail-over", type=int, metavar="N", help="exit 1 if more than N intervals are found"
     )
     _json(detect)
-    detect.set_defaults(run=commands.detect)
+    detect.set_defaults(run=detect_commands.detect)
 
     signals = subparsers.add_parser("signals", help="θp, θc, their increments and m(t) as CSV")
     _clip(signals)
-    signals.add_argument("--csv", type=_target, required=True, metavar="FILE")
+    signals.add_argument("--csv", type=target, required=True, metavar="FILE")
     _chains(signals)
-    signals.set_defaults(run=commands.signals)
+    signals.set_defaults(run=detect_commands.signals)
 
     refine = subparsers.add_parser("refine", help="write a corrected BVH")
     _clip(refine)
@@ -95,27 +104,27 @@ def _parser() -> argparse.ArgumentParser:
     refine.add_argument(
         "--include-open", action="store_true", help="also correct intervals without a second edge"
     )
-    refine.add_argument("--report", type=_folder, metavar="DIR", help="also write a report")
-    refine.set_defaults(run=commands.refine_clip)
+    refine.add_argument("--report", type=folder, metavar="DIR", help="also write a report")
+    refine.set_defaults(run=correct_commands.refine)
 
     apply = subparsers.add_parser("apply", help="write what a session has accepted")
     apply.add_argument("session", type=Path, metavar="SESSION")
     _clip(apply)
     _output(apply)
-    apply.set_defaults(run=commands.apply)
+    apply.set_defaults(run=correct_commands.apply)
 
     inject = subparsers.add_parser("inject", help="put known twist errors into a clip")
     _clip(inject)
     _output(inject)
-    inject.add_argument("--truth", type=_target, required=True, metavar="TRUTH.json")
-    inject.add_argument("--seed", type=_seed, required=True, metavar="N")
+    inject.add_argument("--truth", type=target, required=True, metavar="TRUTH.json")
+    inject.add_argument("--seed", type=seed, required=True, metavar="N")
     inject.add_argument(
         "--protocol",
         default="P0",
         metavar="NAME",
         help="; ".join(f"{k}: {v}" for k, v in DESCRIPTIONS.items()) + "; joined by '+'",
     )
-    inject.set_defaults(run=commands.inject_errors)
+    inject.set_defaults(run=study_commands.inject_errors)
 
     evaluate = subparsers.add_parser("evaluate", help="measure a refinement against the truth")
     for name, help_text in (
@@ -127,15 +136,15 @@ def _parser() -> argparse.ArgumentParser:
             name, type=Path, required=True, nargs="+", metavar="FILE", help=help_text
         )
     _json(evaluate)
-    evaluate.set_defaults(run=commands.evaluate)
+    evaluate.set_defaults(run=study_commands.evaluate)
 
     tune = subparsers.add_parser("tune", help="τ per joint, from noise and injected errors")
     tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
-    tune.add_argument("-o", "--output", type=_target, required=True, metavar="PROFILE.toml")
+    tune.add_argument("-o", "--output", type=target, required=True, metavar="PROFILE.toml")
     tune.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
     tune.add_argument("--seeds", type=int, default=3, metavar="N")
     tune.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N")
-    tune.set_defaults(run=commands.tune)
+    tune.set_defaults(run=tune_command.tune)
 
     benchmark = subparsers.add_parser("benchmark", help="compare methods on errors put into clips")
     benchmark.add_argument("folder", type=Path, metavar="FOLDER")
@@ -145,12 +154,12 @@ def _parser() -> argparse.ArgumentParser:
     benchmark.add_argument(
         "--methods", action="extend", nargs="+", metavar="NAME", help="default all"
     )
-    benchmark.add_argument("--seeds", type=_count, default=3, metavar="N", help="how many")
+    benchmark.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
     benchmark.add_argument("--seed", type=int, default=1, metavar="N", help="the first seed")
-    benchmark.add_argument("--workers", type=_count, metavar="N", help="default all cores")
+    benchmark.add_argument("--workers", type=count, metavar="N", help="default all cores")
     benchmark.add_argument("--resume", action="store_true", help="continue an unfinished run")
-    benchmark.add_argument("--json", type=_target, metavar="FILE")
-    benchmark.add_argument("--csv", type=_target, metavar="FILE")
+    benchmark.add_argument("--json", type=target, metavar="FILE")
+    benchmark.add_argument("--csv", type=target, metavar="FILE")
     benchmark.set_defaults(run=_benchmark)
 
     _quamo(subparsers.add_parser("quamo", help="causal tracking of jittery motion, after review"))
@@ -159,7 +168,7 @@ def _parser() -> argparse.ArgumentParser:
     diff.add_argument("a", type=Path, metavar="A")
     diff.add_argument("b", type=Path, metavar="B")
     _json(diff)
-    diff.set_defaults(run=commands.diff)
+    diff.set_defaults(run=correct_commands.diff)
     return parser
 
 
@@ -176,64 +185,90 @@ def _quamo(parser: argparse.ArgumentParser) -> None:
     )
     refine.add_argument("--root-position", action="store_true", help="also track the root's place")
     for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
-        refine.add_argument(name, type=_number, metavar="X", help=f"hand gain {what}")
-    refine.add_argument("--fps", type=_positive, default=None, help="instead of the file's rate")
-    refine.add_argument("--unit", type=_positive, metavar="METRES", help="of one unit of the clip")
+        refine.add_argument(name, type=number, metavar="X", help=f"hand gain {what}")
+    refine.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")
+    refine.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
     refine.add_argument("--template", type=Path, metavar="BVH", help="rest offsets for an .npz")
     refine.add_argument("--up", choices=("y", "z"), default="z", help="of an .npz; AMASS: z")
-    refine.set_defaults(run=_quamo_command("refine"))
+    refine.set_defaults(run=_quamo_refine)
 
     noise = subparsers.add_parser("noise", help="put synthetic noise into a clip")
     _clip(noise)
     _output(noise)
     noise.add_argument("--level", choices=("A", "B"), default="A")
     noise.add_argument("--systematic", action="store_true", help="half of the bias stands still")
-    noise.add_argument("--bursts", type=_not_negative, default=0.0, metavar="X", help="a minute")
-    noise.add_argument("--seed", type=_seed, default=0, metavar="N")
-    noise.add_argument("--unit", type=_positive, metavar="METRES", help="of one unit of the clip")
+    noise.add_argument("--bursts", type=not_negative, default=0.0, metavar="X", help="a minute")
+    noise.add_argument("--seed", type=seed, default=0, metavar="N")
+    noise.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
     _json(noise)
-    noise.set_defaults(run=_quamo_command("noise"))
+    noise.set_defaults(run=_quamo_noise)
 
-    for name, what in (
-        ("evaluate", "learned and hand gains beside baselines on held-out subjects"),
-        ("ablation", "steps of the method, representations, integration"),
-    ):
-        tables = subparsers.add_parser(name, help=what)
-        tables.add_argument("folder", type=Path, metavar="FOLDER")
-        tables.add_argument("--weights", type=Path, metavar="DIR", help="default: as shipped")
-        tables.add_argument("--seeds", type=_count, default=3, metavar="N", help="how many")
-        tables.add_argument("--seed", type=_seed, default=0, metavar="N", help="the first seed")
-        _json(tables)
-        tables.set_defaults(run=_quamo_command(name))
+    evaluate = subparsers.add_parser(
+        "evaluate", help="learned and hand gains beside baselines on held-out subjects"
+    )
+    _held_out(evaluate)
+    evaluate.set_defaults(run=_quamo_evaluate)
+
+    ablation = subparsers.add_parser(
+        "ablation", help="steps of the method, representations, integration"
+    )
+    _held_out(ablation)
+    ablation.set_defaults(run=_quamo_ablation)
 
     train = subparsers.add_parser("train", help="train the networks (PyTorch)")
     train.add_argument("folder", type=Path, metavar="FOLDER")
-    train.add_argument("-o", "--output", type=_folder, required=True, metavar="DIR")
+    train.add_argument("-o", "--output", type=folder, required=True, metavar="DIR")
     train.add_argument(
         "--hold-out", nargs="+", metavar="SUBJECT", help="one network each; 'none' for all clips"
     )
     train.add_argument("--variant", choices=("pd", "bias", "s3", "full"), default="full")
-    train.add_argument("--epochs", type=_count, metavar="N")
-    train.add_argument("--width", type=_count, metavar="N", help="units of a hidden layer")
-    train.add_argument("--seed", type=_seed, default=0, metavar="N")
+    train.add_argument("--epochs", type=count, metavar="N")
+    train.add_argument("--width", type=count, metavar="N", help="units of a hidden layer")
+    train.add_argument("--seed", type=seed, default=0, metavar="N")
     train.add_argument("--compile", action="store_true", help="fuse the step; needs a C++ compiler")
-    train.set_defaults(run=_quamo_command("train"))
+    train.set_defaults(run=_quamo_train)
 
 
-def _quamo_command(name: str) -> Callable[[argparse.Namespace], int]:
-    def run(arguments: argparse.Namespace) -> int:
-        from twistcore.cli import quamo_commands as command
-
-        chosen: Callable[[argparse.Namespace], int] = getattr(command, name)
-        return chosen(arguments)
-
-    return run
+# -- commands whose libraries load slowly: imported when they are called ---------------------------
 
 
 def _benchmark(arguments: argparse.Namespace) -> int:
-    from twistcore.cli.benchmark_command import benchmark  # scipy.signal takes a while to load
+    from twistcore.cli.benchmark_command import benchmark  # scipy.signal
 
     return benchmark(arguments)
+
+
+def _quamo_refine(arguments: argparse.Namespace) -> int:
+    from twistcore.cli.quamo_commands import refine  # scipy.ndimage
+
+    return refine(arguments)
+
+
+def _quamo_noise(arguments: argparse.Namespace) -> int:
+    from twistcore.cli.quamo_commands import noise
+
+    return noise(arguments)
+
+
+def _quamo_evaluate(arguments: argparse.Namespace) -> int:
+    from twistcore.cli.quamo_commands import evaluate
+
+    return evaluate(arguments)
+
+
+def _quamo_ablation(arguments: argparse.Namespace) -> int:
+    from twistcore.cli.quamo_commands import ablation
+
+    return ablation(arguments)
+
+
+def _quamo_train(arguments: argparse.Namespace) -> int:
+    from twistcore.cli.quamo_commands import train
+
+    return train(arguments)
+
+
+# -- words that several commands have --------------------------------------------------------------
 
 
 def _clip(parser: argparse.ArgumentParser) -> None:
@@ -242,19 +277,8 @@ def _clip(parser: argparse.ArgumentParser) -> None:
 
 def _output(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-o", "--output", type=_target, required=True, metavar="OUT", help="'-': standard output"
+        "-o", "--output", type=target, required=True, metavar="OUT", help="'-': standard output"
     )
-
-
-def _target(text: str) -> Path:
-    """A file to write, '-' for standard output; a file of that name is './-'."""
-    return STANDARD_OUTPUT if text == "-" else Path(text)
-
-
-def _folder(text: str) -> Path:
-    if text == "-":
-        raise argparse.ArgumentTypeError("expected a folder; one called '-' is './-'")
-    return Path(text)
 
 
 def _json(parser: argparse.ArgumentParser) -> None:
@@ -269,49 +293,20 @@ def _chains(parser: argparse.ArgumentParser) -> None:
 
 def _detection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
-    parser.add_argument("--tau", type=_tau, default=None, metavar="auto|DEG")
+    parser.add_argument("--tau", type=tau, default=None, metavar="auto|DEG")
     parser.add_argument(
         "--profile",
         type=Path,
         metavar="FILE",
         help="τ per joint, TOML; --tau is for joints it does not name",
     )
-    parser.add_argument("--fps", type=_positive, default=None, help="instead of the file's rate")
+    parser.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")
     _chains(parser)
 
 
-def _tau(text: str) -> float | None:
-    return None if text == "auto" else math.radians(_positive(text))
-
-
-def _seed(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0, found {text!r}")
-    return int(text)
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
-        raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
-    return value
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
-
-
-def _not_negative(text: str) -> float:
-    return 0.0 if text == "0" else _positive(text)
-
-
-def _count(text: str) -> int:
-    if not (text.isdecimal() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found {text!r}")
-    return int(text)
+def _held_out(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", type=Path, metavar="FOLDER")
+    parser.add_argument("--weights", type=Path, metavar="DIR", help="default: as shipped")
+    parser.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="the first seed")
+    _json(parser)

@@ -14,7 +14,7 @@ from typing import Any
 
 from twistcore.bvh import Clip, read_bvh, write_bvh
 from twistcore.chain import find_chains
-from twistcore.cli.commands import print_json, refuse_overwrite, tell_jumps, tell_problems
+from twistcore.cli.output import print_json, refuse_overwrite, tell_jumps, tell_problems
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, resolve_tau
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError

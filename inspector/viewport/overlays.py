@@ -1,6 +1,8 @@
-"""Text over the 3D view: the legend in its corner, and what to do when nothing can be shown."""
+"""What lies over the picture: legend, notice, scale of colours, the line between two pictures."""
 
 from __future__ import annotations
+
+from typing import TypeVar
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -11,33 +13,50 @@ from inspector.session.document import Show
 from inspector.viewport.bone_colours import scale_colour
 from inspector.widgets.theme import Theme
 
+_Shown = TypeVar("_Shown", bound=QWidget)
+_MARGIN = 10  # pixels between the legend and the corner
 EMPTY = "Open a BVH (Ctrl+O), drop one here, or try the sample"
 
 
-def make_notice(parent: QWidget) -> QLabel:
-    """A sentence in the middle of the view."""
-    label = QLabel(parent)
-    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-    label.setWordWrap(True)
-    label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-    return label
+class Overlays:
+    """The widgets over a view; the mouse goes through them."""
 
+    def __init__(self, view: QWidget) -> None:
+        self._view = view
+        self.notice = _let_through(QLabel(view))  # a sentence in the middle
+        self.notice.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.notice.setWordWrap(True)
+        self.legend = _let_through(QLabel(view))  # the small key of colours
+        self.legend.setTextFormat(Qt.TextFormat.RichText)
+        self.legend.hide()
+        self.scale = OffsetScale(view)
+        self.divider = _let_through(QWidget(view))  # between two pictures side by side
+        self.divider.hide()
 
-def make_legend(parent: QWidget) -> QLabel:
-    """The small key of colours."""
-    label = QLabel(parent)
-    label.setTextFormat(Qt.TextFormat.RichText)
-    label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-    label.hide()
-    return label
+    def set_theme(self, theme: Theme, points: float) -> None:
+        """Draw in other colours; points: of the legend's type."""
+        self.notice.setStyleSheet(f"color: {theme.soft}; background: transparent; font-size: 15px")
+        self.legend.setStyleSheet(_legend_style(theme, points))
+        self.legend.adjustSize()
+        self.divider.setStyleSheet(f"background: {theme.line}")
+        self.scale.set_theme(theme)
 
+    def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
+        """Each in its corner, and none of a figure's over a view that draws nothing."""
+        high = self._view.height()
+        self.legend.setVisible(drawing)
+        self.legend.move(_MARGIN, _MARGIN)
+        self.notice.setGeometry(self._view.rect())
+        self.scale.setVisible(drawing and by_offset)
+        self.scale.move(_MARGIN, high - self.scale.height() - _MARGIN)
+        self.divider.setVisible(drawing and split)
+        self.divider.setGeometry(self._view.width() // 2 - 1, 0, 2, high)
 
-def make_divider(parent: QWidget) -> QWidget:
-    """The line between two pictures side by side."""
-    line = QWidget(parent)
-    line.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-    line.hide()
-    return line
+    def tell(self, text: str) -> None:
+        """The legend, rich text."""
+        if text != self.legend.text():
+            self.legend.setText(text)
+            self.legend.adjustSize()
 
 
 def legend_text(theme: Theme, show: str, chain: str, degrees: float) -> str:
@@ -76,7 +95,7 @@ class OffsetScale(QWidget):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        _let_through(self)
         letters = self.fontMetrics()
         self.setFixedSize(max(200, letters.horizontalAdvance("0° 60° 120° 180°") + 90),
                           2 * letters.height() + 22)  # fmt: skip
@@ -112,7 +131,7 @@ class OffsetScale(QWidget):
             painter.drawText(QPointF(left, self.height() - 4 - self.fontMetrics().descent()), text)
 
 
-def legend_style(theme: Theme, points: float) -> str:
+def _legend_style(theme: Theme, points: float) -> str:
     """Style sheet of the legend, in type of a size."""
     return (
         f"background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line};"
@@ -122,3 +141,9 @@ def legend_style(theme: Theme, points: float) -> str:
 
 def _key(mark: str, colour: str, text: str) -> str:
     return f"<span style='color:{colour}'>{mark}</span>&nbsp;{text}"
+
+
+def _let_through(widget: _Shown) -> _Shown:
+    """The same widget, and the mouse goes past it to the view."""
+    widget.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+    return widget

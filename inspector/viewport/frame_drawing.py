@@ -1,0 +1,193 @@
+"""The document's frame in a scene: its pose, what is drawn along with it, what the legend says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inspector.session.document import Document, Show
+from inspector.viewport.bodies import Bone
+from inspector.viewport.bone_colours import Role
+from inspector.viewport.camera import OrbitCamera
+from inspector.viewport.dashed_figure import Companion
+from inspector.viewport.overlays import companion_text, legend_text, trails_text
+from inspector.viewport.scene import Scene
+from inspector.viewport.solid_and_ghost import Pose, Style
+from inspector.widgets.theme import Theme
+from twistcore.chain import Chain
+from twistcore.rotation import Array
+
+
+class Guest(Protocol):
+    """Who draws something of their own into the view, and says which pose is seen with it."""
+
+    def pose(self, scene: Scene, show: Show) -> Pose:
+        """The figure, instead of before, after or both."""
+
+    def legend(self) -> str:
+        """Rich text instead of the legend's."""
+
+    def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
+        """Draw along with every picture."""
+
+    def aim(self, scene: Scene) -> tuple[Array, Array] | None:
+        """Points (n, 3) to be framed and the unit vector (3,) to look from, for the focus."""
+
+    def leave(self) -> None:
+        """Take everything out: the scene goes, or the guest is sent away."""
+
+
+@dataclass
+class Looks:
+    """How a person wants to see the figure."""
+
+    style: Style = Style.WEDGES
+    split: bool = False  # before on the left and after on the right
+    trails: bool = False
+    by_offset: bool = False  # bones coloured by |offset|
+    triads: bool = True  # the axes of the selected chain's parent and child
+
+
+class FrameDrawing:
+    """Draws the document's frame by the looks, with a third figure or a guest where there is one.
+
+    A guest's figure stands instead of before and after, without a third figure and axes.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self.looks = Looks()
+        self.guest: Guest | None = None
+        self.companion: Companion | None = None
+        self._document = document
+        self._drawn_offsets: tuple[float, ...] = ()
+
+    def draw(self, scene: Scene, camera: OrbitCamera) -> None:
+        """Move and paint everything, as seen from the camera. The caller repaints."""
+        document, looks = self._document, self.looks
+        self._drawn_offsets = self._offsets()
+        scene.set_style(looks.style)
+        if (scene.trails is not None) != looks.trails:
+            scene.set_trails(looks.trails)
+        if scene.split:
+            pose = self.pose(scene, Show.AFTER)
+            scene.draw(self.pose(scene, Show.BEFORE), pose)
+        else:
+            pose = self.pose(scene)
+            scene.draw(pose)
+        seen = self.guest is None and (scene.split or document.show != Show.BEFORE)
+        third = self.companion.pose(document.frame) if self.companion and seen else None
+        scene.draw_companion(third, pose)
+        triads = looks.triads and self.guest is None
+        scene.draw_triads(pose, selected_chain(document) if triads else None)
+        if scene.trails is not None:
+            both = scene.split or document.show == Show.BOTH
+            scene.trails.draw(
+                document.frame,
+                camera.position,
+                before=both or document.show == Show.BEFORE,
+                after=both or document.show == Show.AFTER,
+            )
+        scene.show_from(camera)
+        if self.guest is not None:
+            self.guest.draw(scene, pose, camera)
+
+    def pose(self, scene: Scene, show: Show | None = None) -> Pose:
+        """What is to be seen of the frame; show: else the document's choice."""
+        document = self._document
+        if self.guest is not None:
+            return self.guest.pose(scene, Show.BOTH if show is None else show)
+        chosen = document.show if show is None else show
+        return _pose_of(document, scene, chosen, selected_chain(document), self.looks.by_offset)
+
+    def legend(self, scene: Scene, theme: Theme) -> str:
+        """What was drawn, as rich text."""
+        document = self._document
+        if self.guest is not None:
+            text = self.guest.legend()
+        else:
+            chain, degrees = selected_chain(document), 0.0
+            if chain is not None:
+                degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
+            name = chain.label if chain is not None else ""
+            text = legend_text(theme, "split" if scene.split else document.show, name, degrees)
+            if scene.accompanied:
+                text += companion_text(theme)
+        if scene.trails is not None:
+            text += trails_text(scene.trails.apart / scene.height)
+        return text
+
+    def is_current(self) -> bool:
+        """Whether the review takes out of the frame what it did when the frame was drawn."""
+        return self._offsets() == self._drawn_offsets
+
+    def _offsets(self) -> tuple[float, ...]:
+        """What the review takes out of every chain at the frame, radians."""
+        document = self._document
+        chains = document.data.chains if document.data else ()
+        return tuple(float(document.offset(c.name)[document.frame]) for c in chains)
+
+
+def selected_chain(document: Document) -> Chain | None:
+    """The chain that the person is at, None without a clip or chains."""
+    try:
+        return document.find_chain(document.chain)
+    except KeyError:
+        return None
+
+
+def altered_pose(
+    document: Document, scene: Scene, chain: Chain | None, altered: tuple[Array, Array] | None
+) -> Pose:
+    """The captured figure, or an altered one (global rotations, positions) with it as a ghost.
+
+    Where an alteration moves a bone, the ghost stays behind only if it keeps the bone's place.
+    """
+    assert document.data is not None
+    frame = document.frame
+    before, positions = document.pose(frame, after=False)
+    roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
+    if altered is None:
+        return Pose(before, positions, roles)
+    rotations, moved = altered
+    differs = scene.shapes.differing(before, rotations)
+    roles[differs] = Role.AFTER
+    still = np.array([np.allclose(moved[b.parent], positions[b.parent]) for b in scene.bones])
+    return Pose(rotations, moved, roles, (before, differs & still))
+
+
+def _pose_of(
+    document: Document, scene: Scene, show: Show, chain: Chain | None, by_offset: bool
+) -> Pose:
+    """The frame's figure before, after or both; colours by the selected chain, or by |offset|."""
+    assert document.data is not None
+    frame = document.frame
+    before, positions = document.pose(frame, after=False)
+    after, after_positions = document.pose(frame, after=True)
+    differs = scene.shapes.differing(before, after)
+    roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
+    roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
+    offsets = _bone_offsets(document, scene.bones) if by_offset else None
+    if show == Show.BEFORE:
+        return Pose(before, positions, roles, None, offsets)
+    ghost = (before, differs) if show == Show.BOTH else None
+    return Pose(after, after_positions, roles, ghost, offsets)
+
+
+def _chosen(bones: tuple[Bone, ...], chain: Chain | None) -> NDArray[np.bool_]:
+    """Which bones belong to the selected chain: P→C and, where there is one, C→G; (bones,)."""
+    if chain is None:
+        return np.zeros(len(bones), dtype=bool)
+    pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)}
+    return np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
+
+
+def _bone_offsets(document: Document, bones: tuple[Bone, ...]) -> Array:
+    """|offset| at the frame of the chain whose P→C a bone is, radians, (bones,)."""
+    by_pair = {
+        (c.parent, c.child): abs(float(document.offset(c.name)[document.frame]))
+        for c in (document.data.chains if document.data else ())
+    }
+    return np.array([by_pair.get((b.parent, b.child), 0.0) for b in bones])

@@ -1,0 +1,160 @@
+"""Mouse and wheel over the 3D view: camera moves, and the bone that is pointed at.
+
+VTK's own styles are kept out: they render twice a move, tip the figure over, and listen to keys
+that quit or change the scene.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
+from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import QToolTip, QWidget
+
+from inspector.viewport.bodies import Bone
+from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
+from inspector.viewport.camera_moves import Steering
+from inspector.viewport.frame_drawing import FrameDrawing
+from twistcore.rotation import Array, rotate
+
+_CLICK = 4.0  # pixels the mouse may move between press and release
+_TURN = 0.0075  # radians a pixel
+_STEP = 1.15  # zoom a wheel notch
+_REACH = 12.0  # pixels beside a body that still count
+
+
+class Navigation(QObject):
+    """Filters the events of a widget: drag, Shift+drag or middle drag, wheel, click, hover."""
+
+    orbited = Signal(float, float)  # azimuth and elevation to add, radians
+    panned = Signal(float, float)  # pixels right and up
+    zoomed = Signal(float)  # factor, above 1 comes nearer
+    clicked = Signal(QPointF)
+    hovered = Signal(QPointF)
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
+        self._from: QPointF | None = None
+        self._last = QPointF()
+        self._dragged = False
+        widget.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take what is meant for the camera; VTK sees no input at all."""
+        kind = event.type()
+        if kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
+            event.ignore()  # on to the window, which knows the keys
+            return True
+        if kind in (QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick):
+            self._press(event)
+        elif kind == QEvent.Type.MouseMove:
+            self._move(event)
+        elif kind == QEvent.Type.MouseButtonRelease:
+            self._release(event)
+        elif kind == QEvent.Type.Wheel:
+            self._wheel(event)
+        else:
+            return kind in (QEvent.Type.Enter, QEvent.Type.Leave, QEvent.Type.Gesture)
+        event.accept()
+        return True
+
+    def _press(self, event: QMouseEvent) -> None:
+        self._from = self._last = event.position()
+        self._dragged = False
+
+    def _move(self, event: QMouseEvent) -> None:
+        here = event.position()
+        if self._from is None or event.buttons() == Qt.MouseButton.NoButton:
+            self.hovered.emit(here)
+            return
+        if not self._dragged and (here - self._from).manhattanLength() < _CLICK:
+            return
+        self._dragged = True
+        step = here - self._last
+        self._last = here
+        shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        if shift or event.buttons() & Qt.MouseButton.MiddleButton:
+            self.panned.emit(step.x(), -step.y())
+        elif event.buttons() & Qt.MouseButton.RightButton:
+            self.zoomed.emit(_STEP ** (-step.y() / 20.0))
+        else:
+            self.orbited.emit(-_TURN * step.x(), _TURN * step.y())
+
+    def _release(self, event: QMouseEvent) -> None:
+        left = event.button() == Qt.MouseButton.LeftButton
+        if self._from is not None and not self._dragged and left:
+            self.clicked.emit(event.position())
+        self._from = None
+
+    def _wheel(self, event: QWheelEvent) -> None:
+        notches = event.angleDelta().y() / 120.0
+        if notches:
+            self.zoomed.emit(_STEP**notches)
+
+
+class Pointing:
+    """The bone under the mouse: a click selects its chain, hovering tells its joint."""
+
+    def __init__(self, view: Steering, drawing: FrameDrawing) -> None:
+        self.names = True  # told in hovering
+        self._view, self._drawing = view, drawing
+
+    def click(self, at: QPointF) -> None:
+        """Select the chain of the bone at a place in the view."""
+        document, joint = self._view.document, self.joint_at(at)
+        for chain in document.data.chains if document.data else ():
+            if chain.parent == joint:
+                document.select_chain(chain.name)
+
+    def hover(self, at: QPointF) -> None:
+        """Name the joint of the bone at a place, or take the last name away."""
+        data = self._view.document.data
+        if self.names and data is not None:
+            joint = self.joint_at(at)
+            name = data.motion.skeleton.names[joint] if joint is not None else ""
+            QToolTip.showText(self._view.mapToGlobal(at.toPoint()), name, self._view)
+
+    def joint_at(self, at: QPointF) -> int | None:
+        """The joint whose bone is at a place in the view, or None."""
+        scene, camera = self._view.scene, self._view.camera
+        if scene is None or camera is None:
+            return None
+        pose = self._drawing.pose(scene)
+        size = self._view.picture_size()
+        point = np.array([at.x() % max(size[0], 1), at.y()])
+        bone = _bone_at(point, scene.bones, pose.rotations, pose.positions, camera, size)
+        return None if bone is None else scene.bones[bone].parent
+
+
+def _bone_at(
+    point: Array,
+    bones: tuple[Bone, ...],
+    rotations: Array,
+    positions: Array,
+    camera: OrbitCamera,
+    size: tuple[int, int],
+) -> int | None:
+    """Number of the bone at a pixel (2,), or None; of those under it, the one in front.
+
+    rotations (joints, 4) and positions (joints, 3) of the frame; size: of the view, pixels.
+    """
+    if not bones:
+        return None
+    parents = np.array([b.parent for b in bones])
+    tips = positions[parents] + rotate(rotations[parents], np.array([b.tip for b in bones]))
+    start, near = camera.project(positions[parents], *size)
+    stop, far = camera.project(tips, *size)
+    away, where = _distance_to_segments(point, start, stop)
+    depth = near + where * (far - near)
+    pixels = size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
+    beside = np.maximum(away - pixels * np.array([b.width for b in bones]), 0.0)
+    found = int(np.lexsort((depth, np.round(beside / 3.0)))[0])
+    return found if beside[found] <= _REACH else None
+
+
+def _distance_to_segments(point: Array, start: Array, stop: Array) -> tuple[Array, Array]:
+    """Distance (n,) of a point (2,) to segments (n, 2), and where along them it is nearest, 0…1."""
+    along = stop - start
+    length = np.maximum((along**2).sum(axis=1), 1e-12)
+    where = np.clip(((point - start) * along).sum(axis=1) / length, 0.0, 1.0)
+    return np.linalg.norm(start + where[:, None] * along - point, axis=1), where

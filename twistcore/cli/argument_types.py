@@ -1,0 +1,64 @@
+"""What the command line takes where a word stands for a value: checked, refused in one line."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+from twistcore.atomic import STANDARD_OUTPUT
+
+
+def target(text: str) -> Path:
+    """A file to write, '-' for standard output; a file of that name is './-'."""
+    return STANDARD_OUTPUT if text == "-" else Path(text)
+
+
+def folder(text: str) -> Path:
+    """A folder to write into."""
+    if text == "-":
+        raise argparse.ArgumentTypeError("expected a folder; one called '-' is './-'")
+    return Path(text)
+
+
+def tau(text: str) -> float | None:
+    """'auto' as None, or degrees above 0 as radians."""
+    return None if text == "auto" else math.radians(positive(text))
+
+
+def seed(text: str) -> int:
+    """A whole number from 0."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0, found {text!r}")
+    return int(text)
+
+
+def positive(text: str) -> float:
+    """A finite number above 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0.0):
+        raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
+    return value
+
+
+def number(text: str) -> float:
+    """Any number."""
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
+
+
+def not_negative(text: str) -> float:
+    """0, or a finite number above 0."""
+    return 0.0 if text == "0" else positive(text)
+
+
+def count(text: str) -> int:
+    """A whole number above 0."""
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found {text!r}")
+    return int(text)

@@ -1,0 +1,106 @@
+"""`twistcore refine | apply | diff`: corrected clips, and how they differ from what they were."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from twistcore.bvh import Clip, read_bvh, write_bvh
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.cli.detect_commands import chosen_chains, detected
+from twistcore.cli.output import print_json, refuse_overwrite, tell_jumps, tell_no_chain
+from twistcore.detection import Interval
+from twistcore.errors import ClipMismatchError, TwistError
+from twistcore.export.compare import compare, difference_to_json
+from twistcore.export.replay import accepted_motion, check_belongs
+from twistcore.export.report import Report, check_report, write_report
+from twistcore.refinement import children_off_axis
+from twistcore.review import Decide, Decision, Review, read_session, start_review
+
+
+def refine(arguments: argparse.Namespace) -> int:
+    """Write a corrected BVH, and a report if asked."""
+    clip = read_bvh(arguments.clip, fps=arguments.fps)
+    refuse_overwrite([arguments.output], [p for p in (arguments.clip, arguments.profile) if p])
+    if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
+        raise TwistError(f"{arguments.report}: expected a folder for the report")
+    if arguments.report:
+        check_report(arguments.report, clip)
+    chains = chosen_chains(clip, arguments.chain)
+    tau, found = detected(arguments, clip, chains)
+    state = start_review(arguments.method, tau, found, [c.name for c in chains])
+    review = Review(state)
+    wanted = tuple(
+        j.id
+        for j in state.intervals
+        if (j.interval.confidence is None or j.interval.confidence >= arguments.min_confidence)
+        and (arguments.include_open or not j.interval.open)
+    )
+    review.do(Decide(wanted, Decision.ACCEPTED))
+    refined = accepted_motion(clip, chains, review.state)
+    tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
+    if arguments.report:
+        write_report(arguments.report, Report(clip, chains, review.state, refined))
+    print(f"{arguments.output}: {len(wanted)} of {len(found)} intervals corrected")
+    skipped = _tell_uncorrected(clip, chains, [review.state.find(i).interval for i in wanted])
+    return int(skipped or bool(tell_no_chain(arguments.clip, chains)))
+
+
+def apply(arguments: argparse.Namespace) -> int:
+    """Replay a session: the same bytes as the program's export."""
+    session = read_session(arguments.session)
+    clip = read_bvh(arguments.clip, fps=session.fps)
+    refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
+    chains = find_chains(clip.motion)
+    check_belongs(session, clip, chains)
+    refined = accepted_motion(clip, chains, session.state)
+    tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
+    chosen = session.state.chosen()
+    print(f"{arguments.output}: {len(chosen)} of {len(session.state.intervals)} intervals applied")
+    return int(_tell_uncorrected(clip, chains, chosen))
+
+
+def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> bool:
+    """Say what could not be corrected, or not without moving a helper joint; True if skipped."""
+    skipped = False
+    used = {interval.chain for interval in chosen}
+    for chain in chains:
+        if chain.name not in used:
+            continue
+        if joints := uncorrectable_joints(clip.motion, chain):
+            skipped = True
+            print(
+                f"{clip.path}: {chain.name} was not corrected: {', '.join(joints)} "
+                "without three rotation channels",
+                file=sys.stderr,
+            )
+        for name, distance in children_off_axis(clip.motion, chain).items():
+            share = 2.0 * distance / clip.motion.skeleton.height
+            if share > 1e-6:
+                print(
+                    f"{clip.path}: {name} lies beside the axis of {chain.name} and follows it "
+                    f"by up to {share:.1e} of the height",
+                    file=sys.stderr,
+                )
+    return skipped
+
+
+def diff(arguments: argparse.Namespace) -> int:
+    """Print what differs between two clips."""
+    a, b = read_bvh(arguments.a), read_bvh(arguments.b)
+    try:
+        difference = compare(a.motion, b.motion)
+    except ClipMismatchError as error:
+        raise ClipMismatchError(f"{arguments.a}, {arguments.b}: {error}") from None
+    if arguments.json:
+        print_json(difference_to_json(difference, str(arguments.a), str(arguments.b)))
+        return 0
+    for j in difference.joints:
+        print(f"{j.joint:<24} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
+    print(
+        f"{len({j.joint for j in difference.joints})} joints rotate otherwise, in "
+        f"{difference.frames} frames; joints move by at most "
+        f"{difference.max_position_of_height:.1e} of the height"
+    )
+    return 0

@@ -1,0 +1,195 @@
+"""`twistcore info | detect | signals`: what is in a clip and what is wrong with it."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import math
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from twistcore.atomic import write_atomically
+from twistcore.bvh import Clip, read_bvh
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.cli.output import print_json, refuse_overwrite, tell_no_chain
+from twistcore.detection import DETECTORS, Interval, resolve_tau
+from twistcore.encoding import encoded
+from twistcore.errors import TwistError
+from twistcore.refinement import children_off_axis
+from twistcore.signals import twist_signals
+from twistcore.tuning import read_profile
+
+_SIGNAL_COLUMNS = (
+    "chain",
+    "frame",
+    "theta_p_deg",
+    "theta_c_deg",
+    "dtheta_p_deg",
+    "dtheta_c_deg",
+    "m_deg",
+    "swing_reliability",
+    "azimuth_reliability",
+)
+
+
+def info(arguments: argparse.Namespace) -> int:
+    """What a clip holds."""
+    clip = read_bvh(arguments.clip)
+    motion, chains = clip.motion, find_chains(clip.motion)
+    document = {
+        "schema": "twistcore.info/1",
+        "clip": str(arguments.clip),
+        "sha256": clip.sha256,
+        "frames": motion.frames,
+        "fps": motion.fps,
+        "seconds": motion.frames * motion.frame_time,
+        "joints": list(motion.skeleton.names),
+        "channels": clip.values.shape[1],
+        "height": motion.skeleton.height,
+        "chains": [_chain_to_json(clip, chain) for chain in chains],
+        "warnings": [*map(str, clip.warnings), *(w for chain in chains for w in chain.warnings)],
+    }
+    if arguments.json:
+        print_json(document)
+        return 0
+    print(f"{arguments.clip}: {motion.frames} frames at {motion.fps:.6g} fps, ", end="")
+    print(f"{len(motion.skeleton)} joints, {clip.values.shape[1]} channels")
+    for entry in document["chains"]:
+        note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
+        print(f"  {entry['label']:<16} {entry['parent']} → {entry['child']}{note}")
+    if not chains:
+        print("  no chain of parent, child and grandchild")
+    for warning in document["warnings"]:
+        print(f"  note: {warning}")
+    return 0
+
+
+def _chain_to_json(clip: Clip, chain: Chain) -> dict[str, Any]:
+    names = clip.motion.skeleton.names
+    return {
+        "chain": chain.name,
+        "label": chain.label,
+        "parent": names[chain.parent],
+        "child": names[chain.child],
+        "grandchild": names[chain.grandchild] if chain.grandchild >= 0 else None,
+        "uncorrectable": list(uncorrectable_joints(clip.motion, chain)),
+        "off_axis": children_off_axis(clip.motion, chain),
+    }
+
+
+def detect(arguments: argparse.Namespace) -> int:
+    """Find intervals."""
+    clip = read_bvh(arguments.clip, fps=arguments.fps)
+    chains = chosen_chains(clip, arguments.chain)
+    tau, found = detected(arguments, clip, chains)
+    if arguments.json:
+        print_json(_detection_to_json(arguments, clip, tau, found))
+    else:
+        for i in found:
+            print(
+                f"{i.chain:<20} {i.start:>7} – {i.stop:<7} {math.degrees(i.delta):>+9.2f}°"
+                f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
+                f"{'  open' if i.open else ''}"
+            )
+            if arguments.explain:
+                _explain(i)
+        print(f"{len(found)} interval{'' if len(found) == 1 else 's'} in {len(chains)} chains")
+    if tell_no_chain(arguments.clip, chains):
+        return 1
+    return int(arguments.fail_over is not None and len(found) > arguments.fail_over)
+
+
+def _explain(interval: Interval) -> None:
+    for edge in (interval.evidence or {}).get("edges", ()):
+        print(
+            f"    frames {edge['start']}–{edge['stop']}: x {edge['residual_x_deg']:+.2f}° against "
+            f"y {edge['residual_y_deg']:+.2f}°, agreement {edge['agreement']:.2f}, "
+            f"jump {edge['jump_deg']:+.2f}° ± {edge['sigma_deg']:.3f}°"
+        )
+    print(f"    left over {math.degrees(interval.residual):+.3f}°")
+
+
+def _detection_to_json(
+    arguments: argparse.Namespace, clip: Clip, tau: dict[str, float], found: list[Interval]
+) -> dict[str, Any]:
+    chains = {chain.name: chain for chain in find_chains(clip.motion)}
+    names = clip.motion.skeleton.names
+    intervals = []
+    for i in found:
+        entry: dict[str, Any] = {
+            "chain": i.chain,
+            "parent": names[chains[i.chain].parent],
+            "child": names[chains[i.chain].child],
+            "start": i.start,
+            "stop": i.stop,
+            "delta_deg": math.degrees(i.delta),
+            "confidence": i.confidence,
+            "open": i.open,
+        }
+        if arguments.explain:
+            entry["residual_deg"] = math.degrees(i.residual)
+            entry["evidence"] = i.evidence
+        intervals.append(entry)
+    return {
+        "schema": "twistcore.detection/1",
+        "clip": str(arguments.clip),
+        "frames": clip.motion.frames,
+        "fps": clip.motion.fps,
+        "method": arguments.method,
+        "tau_deg": {name: math.degrees(t) for name, t in tau.items()},
+        "intervals": intervals,
+    }
+
+
+def signals(arguments: argparse.Namespace) -> int:
+    """Signals as CSV: one line a chain and frame, degrees."""
+    refuse_overwrite([arguments.csv], [arguments.clip])
+    clip = read_bvh(arguments.clip)
+    chains = chosen_chains(clip, arguments.chain)
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(_SIGNAL_COLUMNS)
+    for chain in chains:
+        s = twist_signals(clip.motion, chain)
+        angles = np.degrees([s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c, s.strength]).T
+        shares = np.stack([s.swing_reliability, s.azimuth_reliability], axis=1)
+        for frame, row in enumerate(np.hstack([angles, shares]).tolist()):
+            writer.writerow([chain.name, frame, *(f"{v:.6f}" for v in row)])
+    write_atomically(arguments.csv, encoded(out.getvalue()))
+    return tell_no_chain(arguments.clip, chains)
+
+
+def chosen_chains(clip: Clip, names: Sequence[str] | None) -> tuple[Chain, ...]:
+    """Those named, in the clip's order, or all of them; TwistError for a name it lacks."""
+    chains = find_chains(clip.motion)
+    if not names:
+        return chains
+    known = {chain.name for chain in chains}
+    for name in names:
+        if name not in known:
+            raise TwistError(
+                f"{clip.path}: no chain {name!r}; expected one of {', '.join(sorted(known)) or '–'}"
+            )
+    return tuple(chain for chain in chains if chain.name in names)
+
+
+def detected(
+    arguments: argparse.Namespace, clip: Clip, chains: Sequence[Chain]
+) -> tuple[dict[str, float], list[Interval]]:
+    """τ by chain, radians, and the intervals, by --method, --tau and --profile."""
+    analysis = DETECTORS[arguments.method].analyse(clip.motion, chains)
+    tau = resolve_tau(analysis, chains, arguments.tau)
+    if arguments.profile:
+        profile = read_profile(arguments.profile)
+        tau.update({name: t for name, t in profile.tau.items() if name in tau})
+        if profile.method not in ("", arguments.method):
+            print(
+                f"{arguments.profile}: note: tuned for detector {profile.method}, "
+                f"used with {arguments.method}",
+                file=sys.stderr,
+            )
+    return tau, [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]

@@ -1,0 +1,64 @@
+"""What commands say and where they write: JSON, problems, and outputs that replace nothing."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from twistcore.atomic import destination, is_stream
+from twistcore.bvh import EulerJump
+from twistcore.chain import Chain
+from twistcore.encoding import json_text
+from twistcore.errors import TwistError
+
+
+def print_json(document: dict[str, Any]) -> None:
+    """Write a JSON document to stdout; ValueError where a number is not finite."""
+    text = json_text(document)
+    if (sys.stdout.encoding or "utf-8").lower() != "utf-8":
+        text = json.dumps(json.loads(text), indent=1)  # what it cannot write, escaped
+    print(text)
+
+
+def tell_jumps(output: Path, jumps: Sequence[EulerJump]) -> None:
+    """Say where a channel had to turn by more than 180° in one frame."""
+    for jump in jumps[:10]:
+        print(f"{output}: note: {jump}", file=sys.stderr)
+    if len(jumps) > 10:
+        print(f"{output}: note: {len(jumps) - 10} more such jumps", file=sys.stderr)
+
+
+def tell_no_chain(clip: Path, chains: Sequence[Chain]) -> int:
+    """1, with a sentence, where there was nothing to look at; else 0."""
+    if not chains:
+        print(f"{clip}: no chain of parent, child and grandchild", file=sys.stderr)
+    return int(not chains)
+
+
+def tell_problems(problems: Sequence[str], done: int) -> int:
+    """List what could not be processed beside so many that could; the exit code."""
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    return int(bool(problems)) if done else 2
+
+
+def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
+    """Before anything is written: every output has a folder and replaces no input or output.
+
+    Links are followed. Raises TwistError, and OSError for what cannot be written at all.
+    """
+    for k, output in enumerate(outputs):
+        end = destination(output)
+        if any(_same(output, source) for source in sources):
+            raise TwistError(f"{output}: expected another file than an input of this command")
+        if any(end == destination(other) or _same(output, other) for other in outputs[:k]):
+            raise TwistError(f"{output}: expected different files for different outputs")
+        if not is_stream(output) and not end.parent.is_dir():
+            raise TwistError(f"{output}: expected an existing folder to write into")
+
+
+def _same(a: Path, b: Path) -> bool:
+    return a.exists() and b.exists() and a.samefile(b)

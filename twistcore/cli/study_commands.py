@@ -1,0 +1,109 @@
+"""`twistcore inject | evaluate`: known errors put into clips, and what a refinement left of them.
+
+`benchmark`, which does both over a folder, has benchmark_command.py: its libraries load slowly.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from twistcore.bvh import (
+    changed_rotations,
+    parse_bvh,
+    patch_rotations,
+    read_bvh,
+    thinned,
+    write_bvh,
+)
+from twistcore.chain import find_chains, uncorrectable_joints
+from twistcore.cli.output import print_json, refuse_overwrite, tell_problems
+from twistcore.errors import ClipMismatchError, TwistError
+from twistcore.study.evaluation import (
+    Sample,
+    evaluation_to_json,
+    evaluation_to_text,
+    measure,
+    summarise,
+)
+from twistcore.synthesis import (
+    Truth,
+    draw_errors,
+    draw_targets,
+    enrich,
+    generator,
+    inject,
+    parse_protocol,
+    prepare,
+    read_truth,
+    write_truth,
+)
+
+
+def inject_errors(arguments: argparse.Namespace) -> int:
+    """Put errors into a clip and write their truth."""
+    protocol = parse_protocol(arguments.protocol)
+    clip = read_bvh(arguments.clip)
+    refuse_overwrite([arguments.output, arguments.truth], [arguments.clip])
+    every = find_chains(clip.motion)
+    chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
+    if not chains:
+        raise TwistError(f"{arguments.clip}: no chain that a twist error could be put into")
+    if protocol.rich:
+        rich = enrich(clip.motion, chains)
+        clip = parse_bvh(patch_rotations(clip, rich, changed_rotations(clip, rich)), clip.path)
+    clip = thinned(clip, protocol.step)
+    motion = clip.motion
+    rng = generator(arguments.seed, arguments.clip.name)
+    targets = draw_targets(chains, rng, protocol)
+    errors = draw_errors(targets, motion.frames, rng, protocol, fps=motion.fps)
+    write_bvh(clip, inject(motion, chains, errors), arguments.output)
+    truth = Truth(
+        arguments.clip.name,
+        protocol.name,
+        arguments.seed,
+        motion.frames,
+        motion.fps,
+        errors,
+    )
+    write_truth(arguments.truth, truth)
+    names = ", ".join(sorted({e.chain for e in errors}))
+    print(f"{arguments.output}: {len(errors)} errors in {names or 'no chain'}, ", end="")
+    print(f"protocol {protocol.name}, seed {arguments.seed}")
+    if not errors and not protocol.clean:
+        print(f"{arguments.clip}: too short for an error to be put in", file=sys.stderr)
+        return 1
+    return 0
+
+
+def evaluate(arguments: argparse.Namespace) -> int:
+    """Print the table of one or more refined clips."""
+    counts = {len(arguments.truth), len(arguments.clean), len(arguments.refined)}
+    if len(counts) != 1:
+        raise TwistError("--truth, --clean and --refined: expected the same number of files")
+    samples, problems = [], []
+    for files in zip(arguments.truth, arguments.clean, arguments.refined, strict=True):
+        try:
+            samples.append(_measured(*files))
+        except TwistError as error:
+            problems.append(str(error))
+    code = tell_problems(problems, len(samples))
+    if not samples:
+        return code
+    table = summarise(samples)
+    if arguments.json:
+        print_json(evaluation_to_json(table))
+    else:
+        print(evaluation_to_text(table))
+    return code
+
+
+def _measured(truth: Path, clean: Path, refined: Path) -> Sample:
+    source, known = read_bvh(clean).motion, read_truth(truth)
+    chains = find_chains(source)
+    base = prepare(source, chains, parse_protocol(known.protocol))
+    try:
+        return measure(known, base, read_bvh(refined).motion, chains)
+    except ClipMismatchError as error:
+        raise ClipMismatchError(f"{refined}: {error}") from None
