@@ -21,7 +21,7 @@ import numpy as np
 
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain
-from twistcore.detection import counter_rotation as counter
+from twistcore.detection import counter_rotation
 from twistcore.detection.consistency import ConsistencyDetector
 from twistcore.detection.prediction import Mask
 from twistcore.detection.twist_increments import twist_increments
@@ -63,7 +63,7 @@ def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float)
 @contextmanager
 def told_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iterator[None]:
     """A first pass that takes no frame of an edge of one limb's errors for motion."""
-    usual = counter._coarsely_good
+    usual = counter_rotation._coarsely_good
     rows = {chain.name: row for row, chain in enumerate(chains)}
 
     def told(signals: Array, live: Mask, half: int) -> Mask:

@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from benchmarks._frames import Figures, run
 from inspector.session.document import Document, Show
 from inspector.session.opening import Analysed, analyse
-from inspector.viewport import opengl as driver
+from inspector.viewport import opengl
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK
@@ -56,7 +56,7 @@ class Tubes(QWidget):
                 m = (i + 1) % 12
                 faces += [4, 24 * k + i, 24 * k + m, 24 * k + 12 + m, 24 * k + 12 + i]
         self._mesh = pv.PolyData(self._points(0), faces=faces)
-        self.view = QtInteractor(self, auto_update=False, multi_samples=driver.multisamples())
+        self.view = QtInteractor(self, auto_update=False, multi_samples=opengl.multisamples())
         self.view.resize(*SIZE)
         self.view.add_mesh(self._mesh, color="#cccccc", render=False)
         self.view.reset_camera(render=False)
@@ -140,7 +140,7 @@ def measure(clip: Path, frames: int) -> Figures:
     tubes.close()
     return {
         "clip": clip.name,
-        "driver": driver.renderer_name(),
+        "driver": opengl.renderer_name(),
         "frames": len(ours),
         "view_median_ms": round(float(np.median(ours)), 2),
         "view_p95_ms": round(float(np.percentile(ours, 95)), 2),

@@ -27,7 +27,7 @@ from inspector.session.opening import analyse
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
-from inspector.viewport import opengl as driver
+from inspector.viewport import opengl
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK
 
@@ -81,7 +81,7 @@ def measure(clip: Path, frames: int) -> Figures:
     handled, whole = np.array(spent[True]).T
     return {
         "clip": clip.name,
-        "driver": driver.renderer_name(),
+        "driver": opengl.renderer_name(),
         "frames": frames,
         "handled_ms": round(float(np.median(handled)), 2),
         "open_median_ms": round(float(np.median(whole)), 2),

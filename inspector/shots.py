@@ -18,7 +18,7 @@ from PySide6.QtTest import QTest
 from inspector.app import make_application
 from inspector.bundled import SAMPLE
 from inspector.session.settings import Settings
-from inspector.viewport import opengl as driver
+from inspector.viewport import opengl
 from twistcore.decomposition import WhatIf
 
 if TYPE_CHECKING:
@@ -162,12 +162,12 @@ def main() -> int:
 @contextmanager
 def without_opengl() -> Iterator[None]:
     """What is built meanwhile finds no OpenGL."""
-    found = driver.renderer_name
-    driver.renderer_name = lambda: ""
+    found = opengl.renderer_name
+    opengl.renderer_name = lambda: ""
     try:
         yield
     finally:
-        driver.renderer_name = found
+        opengl.renderer_name = found
 
 
 def lead(window: MainWindow) -> None:

@@ -9,7 +9,7 @@ from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Document
-from inspector.viewport import opengl as driver
+from inspector.viewport import opengl
 from inspector.viewport.bodies import Bone, Soup, find_bones
 from inspector.viewport.bone_colours import mix, mixed_hex
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
@@ -250,9 +250,9 @@ def set_background(plotter: QtInteractor, colour: Array) -> None:
 
 def make_plotter(parent: QWidget) -> QtInteractor | None:
     """The widget that a scene stands in, lit and empty; None without OpenGL."""
-    if not driver.renderer_name():
+    if not opengl.renderer_name():
         return None
-    plotter = QtInteractor(parent, auto_update=False, multi_samples=driver.multisamples())
+    plotter = QtInteractor(parent, auto_update=False, multi_samples=opengl.multisamples())
     plotter.setAcceptDrops(False)  # the window opens what is dropped
     plotter.reset_key_events()
     _set_lights(plotter)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from inspector.viewport import opengl as driver
+from inspector.viewport import opengl
 from inspector.viewport.bodies import (
     JOINT,
     STRIPE,
@@ -64,7 +64,7 @@ class Shapes:
     ) -> None:
         self.style = style
         worn = chains if style == Style.SKIN else ()
-        self.skin: Skin = build_skin(bones, worn, height, fine=not driver.is_software())
+        self.skin: Skin = build_skin(bones, worn, height, fine=not opengl.is_software())
         self.bodies: Soup = build_soup(bones, without=self.skin.covered)
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from pyvistaqt import QtInteractor
 
 from inspector.session.document import Document
-from inspector.viewport import opengl as driver
+from inspector.viewport import opengl
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.dashed_figure import Companion
@@ -179,7 +179,7 @@ class Viewport(Steering):
             self._scene.remove()
             self._scene = None
         usable = self.view is not None
-        self.overlays.notice.setText(EMPTY if usable else driver.complaint())
+        self.overlays.notice.setText(EMPTY if usable else opengl.complaint())
         self.overlays.notice.setVisible(data is None or not usable)
         if data is not None and usable:
             self._builder.start()

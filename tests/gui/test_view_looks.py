@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QToolTip
 from benchmarks.many_clips import alive, is_level, look, measure
 from inspector.app import main
 from inspector.session.document import Show
-from inspector.viewport import opengl as driver
+from inspector.viewport import opengl
 from inspector.viewport.bodies import find_bones
 from inspector.viewport.bone_colours import Role, rgb
 from inspector.viewport.camera import OrbitCamera, between
@@ -331,18 +331,18 @@ def test_names_appear_under_the_mouse(qtbot, document, show_view):
     [("llvmpipe (LLVM 15)", 0), ("Mesa Intel(R) UHD", 4), ("NVIDIA GeForce RTX 4070/PCIe", 8)],
 )
 def test_samples_follow_the_driver(monkeypatch, name, samples):
-    monkeypatch.setattr(driver, "renderer_name", lambda: name)
-    assert driver.multisamples() == samples
+    monkeypatch.setattr(opengl, "renderer_name", lambda: name)
+    assert opengl.multisamples() == samples
 
 
 def test_wayland_without_x_is_explained(monkeypatch):
     monkeypatch.setattr(QGuiApplication, "platformName", staticmethod(lambda: "wayland"))
-    driver.renderer_name.cache_clear()
+    opengl.renderer_name.cache_clear()
     try:
-        assert driver.renderer_name() == ""
-        assert "Xwayland" in driver.complaint()
+        assert opengl.renderer_name() == ""
+        assert "Xwayland" in opengl.complaint()
     finally:
-        driver.renderer_name.cache_clear()
+        opengl.renderer_name.cache_clear()
 
 
 def test_keys_and_the_next_interval_drive_the_view(qtbot, opened):
@@ -407,7 +407,7 @@ def test_without_a_screen_the_program_says_so(monkeypatch, capsys):
 
 def test_a_review_without_opengl(qtbot, show_window, monkeypatch):
     """Plots, tables and verdicts work; what means the figure is greyed out, and why is told."""
-    monkeypatch.setattr(driver, "renderer_name", lambda: "")
+    monkeypatch.setattr(opengl, "renderer_name", lambda: "")
     window = show_window()
     open_clip(qtbot, window, INJECTED)
     assert window.viewport.overlays.notice.isVisible()

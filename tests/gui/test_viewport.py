@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from inspector.session.document import Document, Show
-from inspector.viewport import opengl as driver
+from inspector.viewport import opengl
 from inspector.viewport.bodies import build_soup, find_bones, place
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import VIEWS, OrbitCamera
@@ -174,9 +174,9 @@ def test_without_a_clip_it_says_what_to_do(qtbot, show_view, analysed):
 
 
 def test_without_opengl_it_says_so(qtbot, document, show_view, monkeypatch):
-    monkeypatch.setattr(driver, "renderer_name", lambda: "")
+    monkeypatch.setattr(opengl, "renderer_name", lambda: "")
     view = show_view(document)
-    assert view.overlays.notice.text() == driver.complaint()
+    assert view.overlays.notice.text() == opengl.complaint()
     assert view.overlays.notice.isVisible()
     view.set_view("front")
     view.focus_chain()

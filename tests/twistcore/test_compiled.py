@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.twistcore.test_bvh_numbers import any_plain, decimals, text_of
 from twistcore import compiled
-from twistcore.bvh import euler_branch as branch
-from twistcore.bvh import parse_bvh, patched, read_bvh
+from twistcore.bvh import euler_branch, parse_bvh, patched, read_bvh
 from twistcore.bvh.numbers import BadNumberError, read_numbers
 from twistcore.errors import BvhError
 from twistcore.motion import forward_kinematics
@@ -182,7 +181,7 @@ def test_the_path_of_euler_angles(both, n, with_before, with_after, seed):
     rng = np.random.default_rng(seed)
     solutions = rng.uniform(-4.0, 4.0, (n, 2, 3))
     edges = [rng.uniform(-4.0, 4.0, 3) if given else None for given in (with_before, with_after)]
-    assert_same(*both(lambda: [branch._cheapest_path(solutions, *edges)]))
+    assert_same(*both(lambda: [euler_branch._cheapest_path(solutions, *edges)]))
 
 
 def test_a_process_that_reads_little_never_imports_numba():

@@ -7,7 +7,7 @@ from benchmarks.live_joints import quietened, told_edges
 from tests.conftest import ASSETS
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
-from twistcore.detection import counter_rotation as counter
+from twistcore.detection import counter_rotation
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.synthesis import InjectedError
 
@@ -32,11 +32,11 @@ def test_one_signal_of_every_chain_is_scaled(joint, signal, share):
 
 
 def test_told_edges_are_no_motion_and_the_detector_is_as_before_afterwards():
-    usual = counter._coarsely_good
+    usual = counter_rotation._coarsely_good
     error = InjectedError(CHAINS[1].name, 50, 55, np.array([0.1, 0.2, 0.2, 0.2, 0.1]))
     signals, live = np.zeros((2, 2, 100)), np.ones((2, 100), dtype=bool)
     with told_edges(CHAINS[:2], [error]):
-        good = counter._coarsely_good(signals, live, 12)
+        good = counter_rotation._coarsely_good(signals, live, 12)
     assert np.flatnonzero(~good[1]).tolist() == [50, 51, 54, 55]
     assert good[0].all()
-    assert counter._coarsely_good is usual
+    assert counter_rotation._coarsely_good is usual

@@ -209,7 +209,7 @@ def _tell_progress(name: str, text: str) -> None:
 
 def train(arguments: argparse.Namespace) -> int:
     """Train one network for each held-out subject and write weights; continues what was begun."""
-    from twistcore.study.quamo import training as training
+    from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
 
     sequences, problems = read_folder(arguments.folder)
