@@ -74,7 +74,7 @@ def told_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iter
             good[rows[e.chain], at[at < good.shape[1]]] = False
         return good
 
-    with patch.object(counter, "_coarsely_good", told):
+    with patch.object(counter_rotation, "_coarsely_good", told):
         yield
 
 
