@@ -338,7 +338,7 @@ class Document(QObject):
         except (KeyError, ValueError) as error:
             self.message.emit(f"{command.text}: {error}", True)
             return False
-        self.keeper.record(command, getattr(command, "drag", 0))
+        self.keeper.journal.record(command, getattr(command, "drag", 0))
         self._review_changed()
         return True
 
@@ -357,14 +357,14 @@ class Document(QObject):
         """Take the last command back."""
         if self.data and self.review.undo_text and self._may_change():
             self.review.undo()
-            self.keeper.record_step(UNDO)
+            self.keeper.journal.record_step(UNDO)
             self._review_changed()
 
     def redo(self) -> None:
         """Do the last undone command again."""
         if self.data and self.review.redo_text and self._may_change():
             self.review.redo()
-            self.keeper.record_step(REDO)
+            self.keeper.journal.record_step(REDO)
             self._review_changed()
 
     def decide(

@@ -225,7 +225,7 @@ class FileActions(QMainWindow):
         if answer == button.Save:
             return self.save_session()
         if answer == button.Discard:
-            self.document.keeper.give_up()
+            self.document.keeper.journal.give_up()
         return answer == button.Discard
 
 
