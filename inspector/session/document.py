@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -12,14 +12,13 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from inspector.session.clip_opener import ClipOpener
 from inspector.session.corrections import Corrections
 from inspector.session.keeper import Keeper, PutAside
-from inspector.session.opening import Analysed, ClipMissingError, analyse, analyse_session
+from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
-from inspector.widgets.background import Task
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.chain import Chain
 from twistcore.detection import DETECTORS, Interval, resolve_tau
-from twistcore.progress import Tell
 from twistcore.review import (
     Command,
     Decide,
@@ -35,8 +34,6 @@ from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
 from twistcore.tuning import Profile
 
-_WONDER_S = 1.0  # seconds until a person begins to wonder how far it is
-
 
 class Show(StrEnum):
     """Which poses the 3D view shows."""
@@ -51,9 +48,6 @@ class Document(QObject):
 
     opened = Signal()  # another clip, or none: everything is new
     leaving = Signal()  # the open clip is about to be replaced: what is half typed is kept now
-    opening = Signal(str)  # a clip is being read: its name
-    opening_share = Signal(float)  # how far that is, 0…1, where a person would begin to wonder
-    opening_over = Signal()  # it is open, cannot be opened or was cancelled
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
     method_changed = Signal()  # another detector: other curves
     chain_changed = Signal()  # the selected chain
@@ -63,7 +57,6 @@ class Document(QObject):
     hidden_changed = Signal()  # which chains are shown
     numbering_changed = Signal()  # frames are counted from another number
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
-    locate = Signal(object)  # the clip of this session file is asked for
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is no longer one
 
@@ -75,6 +68,10 @@ class Document(QObject):
         self.frame = 0
         self.show = Show.BOTH
         self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
+        self.opener = ClipOpener(self)
+        self.opener.analysed.connect(self.show_clip)
+        self.opener.message.connect(self.message)
+        self.opener.question.connect(self.question)
         self.keeper = Keeper(self)
         self.keeper.told.connect(self.message)
         self.recovery = Recovery(self.keeper, lambda: self.data, self.do, self._use_review, self)
@@ -85,51 +82,13 @@ class Document(QObject):
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._corrections: Corrections | None = None
-        self._task: Task | None = None
-        self._opening_since = 0.0
         self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
 
-    # -- opening ------------------------------------------------------------------------------
-
-    def open(self, path: Path, profile: Profile | None = None) -> None:
-        """Read and analyse a clip in the background; the old one stays until the new is there.
-
-        profile: τ for a clip that has no session yet.
-        """
-        self._open(path, lambda tell: analyse(path, profile, tell))
-
-    def open_session(self, path: Path, clip: Path | None = None) -> None:
-        """Open a session and its clip, which may have moved to `clip`, in the background."""
-        self._open(path, lambda tell: analyse_session(path, clip, tell))
-
-    def _open(self, path: Path, work: Callable[[Tell], Analysed]) -> None:
-        if self._task is not None:
-            self._task.cancel()
-        self._task = task = Task(lambda: work(task.tell), self)
-        task.finished.connect(self.show_clip)
-        task.failed.connect(self._open_failed)
-        task.progress.connect(self._tell_opening)
-        self._opening_since = time.monotonic()
-        self.opening.emit(path.name)
-        task.start()
-
-    def cancel_opening(self) -> None:
-        """Give up what is being opened; what was open before stays."""
-        if self._task is not None:
-            self._task.cancel()
-            self._end_opening()
-
-    def _tell_opening(self, share: float) -> None:
-        if time.monotonic() - self._opening_since > _WONDER_S:
-            self.opening_share.emit(share)
-
-    def _end_opening(self) -> None:
-        self._task = None
-        self.opening_over.emit()
+    # -- one clip after the other ------------------------------------------------------------------
 
     def show_clip(self, data: Analysed, aside: PutAside | None = None) -> None:
         """Make an analysed clip the present one; aside: its review, if that was put aside."""
-        self.cancel_opening()
+        self.opener.cancel()
         self.leaving.emit()
         self.recovery.end()
         self.data = data
@@ -149,34 +108,9 @@ class Document(QObject):
         self._corrections.update(data.review.state)
         self.opened.emit()
         if aside is None:
-            self._tell_about(data)
+            for text, wrong in opening_notes(data, self.keeper.away, self.keeper.notes):
+                self.message.emit(text, wrong)
         self.recovery.begin(data)
-
-    def _tell_about(self, data: Analysed) -> None:
-        if data.session is not None:
-            self.message.emit(f"Going on with {data.session.name}.", False)
-        chain_notes = dict.fromkeys(w for c in data.chains for w in c.warnings)
-        told = [f"{data.clip.name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
-        if self.keeper.away is not None:
-            told.insert(
-                0,
-                f"{data.clip.name} lies in a folder that cannot be written: "
-                f"your decisions are kept in {self.keeper.away}.",
-            )
-        if not data.chains:
-            told.append(
-                f"{data.clip.name}: no chain of parent, child and grandchild; nothing to detect."
-            )
-        stuck = [c.label for c in data.chains if uncorrectable_joints(data.motion, c)]
-        if stuck:
-            told.append(
-                f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels."
-            )
-        if told:
-            more = f" (and {len(told) - 3} more: see the chains)" if len(told) > 3 else ""
-            self.message.emit(" ".join(told[:3]) + more, False)
-        if notes := [*data.notes, *self.keeper.notes]:
-            self.message.emit(" ".join(notes), True)
 
     def snapshot(self, parent: QObject | None = None) -> Document:
         """A document with the same clip, review and selection, and nothing behind it on disk."""
@@ -191,16 +125,8 @@ class Document(QObject):
 
     def close_clip(self) -> None:
         """Let the clip's journal and lock go; the program is about to end."""
-        self.cancel_opening()
+        self.opener.cancel()
         self.keeper.end()
-
-    def _open_failed(self, error: Exception) -> None:
-        self._end_opening()
-        if isinstance(error, ClipMissingError):
-            session = error.session
-            self.question.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))
-        else:
-            self.message.emit(str(error), True)
 
     # -- what views read ----------------------------------------------------------------------
 
@@ -345,7 +271,7 @@ class Document(QObject):
     def _may_change(self) -> bool:
         if self.data is None:
             return False
-        if self._task is not None:
+        if self.opener.busy:
             self.message.emit("Another clip is being opened; nothing was changed.", False)
             return False
         if self.keeper.may_change():
