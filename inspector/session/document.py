@@ -17,17 +17,10 @@ from inspector.session.corrections import Corrections
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
+from inspector.session.redetection import as_reviewed, at_tau, by_method, by_profile
 from twistcore.chain import Chain
-from twistcore.detection import DETECTORS, Interval, resolve_tau
-from twistcore.review import (
-    Command,
-    Decide,
-    Decision,
-    Edit,
-    Judged,
-    Redetect,
-    Review,
-)
+from twistcore.detection import Interval
+from twistcore.review import Command, Decide, Decision, Edit, Judged, Review
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
 from twistcore.rotation import Array
@@ -221,20 +214,12 @@ class Document(QObject):
         self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
     ) -> None:
         """Select the next (+1) or previous (−1) interval, round the end; order: see `decide`."""
-        by_id = {j.id: j for j in self.intervals}
-        ids = [
-            k
-            for k in (order or by_id)
-            if k in by_id
-            and (not undecided or by_id[k].decision == Decision.UNDECIDED or k == self.interval_id)
-        ]
-        if not ids:
+        if self.data is None:
             return
-        if self.interval_id in ids:
-            at = (ids.index(self.interval_id) + direction) % len(ids)
-        else:
-            at = 0 if direction > 0 else -1
-        self.select_interval(ids[at], jump=True)
+        state = self.review.state
+        found = state.neighbour(self.interval_id, direction, undecided=undecided, order=order)
+        if found is not None:
+            self.select_interval(found, jump=True)
 
     def set_first_frame(self, first: int) -> None:
         """Call the clip's first frame 0 or 1, as the person's other software does."""
@@ -345,42 +330,17 @@ class Document(QObject):
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
         """Set τ, radians, of several chains and detect again: one step of the history."""
         if self.data and tau:
-            analysis = self.data.analysis
-            found = tuple(i for name, t in tau.items() for i in analysis.intervals(name, t))
-            self.do(Redetect(dict(tau), found, drag=drag))
+            self.do(at_tau(self.data, tau, drag))
 
     def use_profile(self, profile: Profile) -> None:
         """Detect with a profile's τ, and with its detector if it names one: one step."""
-        if self.data is None:
-            return
-        own = {n: t for n, t in profile.tau.items() if n in self.review.state.tau}
-        if profile.method in ("", self.review.state.method):
-            self.set_taus(own)
-        else:
-            self._redetect(profile.method, own)
+        if self.data and (command := by_profile(self.data, profile)):
+            self.do(command)
 
     def use_method(self, method: str) -> None:
         """Detect with another detector, at its own τ; what a person decided stays."""
         if self.data is not None and method != self.review.state.method:
-            self._redetect(method, {})
-
-    def _redetect(self, method: str, tau: Mapping[str, float]) -> None:
-        assert self.data is not None
-        analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
-        tau = resolve_tau(analysis, self.data.chains, tau)
-        found = [i for name, t in tau.items() for i in analysis.intervals(name, t)]
-        self.do(Redetect(tau, tuple(found), method=method))
-
-    def faint(self) -> list[Interval]:
-        """What the detector finds between half of τ and τ, where the review has nothing."""
-        if self.data is None:
-            return []
-        state, out = self.review.state, []
-        for chain in self.data.chains:
-            known = [(j.interval.start, j.interval.stop) for j in state.of_chain(chain.name)]
-            candidates = self.data.analysis.intervals(chain.name, 0.5 * state.tau[chain.name])
-            out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]
-        return out
+            self.do(by_method(self.data, method, {}))
 
     def _use_review(self, review: Review) -> None:
         assert self.data is not None
@@ -388,19 +348,13 @@ class Document(QObject):
         self._review_changed()
 
     def _review_changed(self) -> None:
+        assert self.data is not None
         assert self._corrections is not None
         self._corrections.update(self.review.state)
-        self._follow_method()
+        if (followed := as_reviewed(self.data)) is not self.data:
+            self.data = followed
+            self.method_changed.emit()
         if self.interval_id is not None and self.interval is None:
             self.interval_id = None
             self.interval_changed.emit()
         self.intervals_changed.emit()
-
-    def _follow_method(self) -> None:
-        """An undo may have gone back to another detector: its curve belongs to its τ."""
-        assert self.data is not None
-        method = self.review.state.method
-        if method != self.data.method:
-            analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
-            self.data = replace(self.data, analysis=analysis, method=method)
-            self.method_changed.emit()
