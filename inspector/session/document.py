@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -12,30 +12,20 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from inspector.session.clip_opener import ClipOpener
 from inspector.session.corrections import Corrections
 from inspector.session.keeper import Keeper, PutAside
-from inspector.session.opening import Analysed, ClipMissingError, analyse, analyse_session
+from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
-from inspector.widgets.background import Task
-from twistcore.chain import Chain, uncorrectable_joints
-from twistcore.detection import DETECTORS, Interval, resolve_tau
-from twistcore.progress import Tell
-from twistcore.review import (
-    Command,
-    Decide,
-    Decision,
-    Edit,
-    Judged,
-    Redetect,
-    Review,
-)
+from inspector.session.redetection import as_reviewed, at_tau, by_method, by_profile
+from twistcore.chain import Chain
+from twistcore.detection import Interval
+from twistcore.review import Command, Decide, Decision, Edit, Judged, Review
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
 from twistcore.tuning import Profile
-
-_WONDER_S = 1.0  # seconds until a person begins to wonder how far it is
 
 
 class Show(StrEnum):
@@ -51,9 +41,6 @@ class Document(QObject):
 
     opened = Signal()  # another clip, or none: everything is new
     leaving = Signal()  # the open clip is about to be replaced: what is half typed is kept now
-    opening = Signal(str)  # a clip is being read: its name
-    opening_share = Signal(float)  # how far that is, 0…1, where a person would begin to wonder
-    opening_over = Signal()  # it is open, cannot be opened or was cancelled
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
     method_changed = Signal()  # another detector: other curves
     chain_changed = Signal()  # the selected chain
@@ -63,7 +50,6 @@ class Document(QObject):
     hidden_changed = Signal()  # which chains are shown
     numbering_changed = Signal()  # frames are counted from another number
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
-    locate = Signal(object)  # the clip of this session file is asked for
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is no longer one
 
@@ -75,6 +61,10 @@ class Document(QObject):
         self.frame = 0
         self.show = Show.BOTH
         self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
+        self.opener = ClipOpener(self)
+        self.opener.analysed.connect(self.show_clip)
+        self.opener.message.connect(self.message)
+        self.opener.question.connect(self.question)
         self.keeper = Keeper(self)
         self.keeper.told.connect(self.message)
         self.recovery = Recovery(self.keeper, lambda: self.data, self.do, self._use_review, self)
@@ -85,51 +75,13 @@ class Document(QObject):
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._corrections: Corrections | None = None
-        self._task: Task | None = None
-        self._opening_since = 0.0
         self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
 
-    # -- opening ------------------------------------------------------------------------------
-
-    def open(self, path: Path, profile: Profile | None = None) -> None:
-        """Read and analyse a clip in the background; the old one stays until the new is there.
-
-        profile: τ for a clip that has no session yet.
-        """
-        self._open(path, lambda tell: analyse(path, profile, tell))
-
-    def open_session(self, path: Path, clip: Path | None = None) -> None:
-        """Open a session and its clip, which may have moved to `clip`, in the background."""
-        self._open(path, lambda tell: analyse_session(path, clip, tell))
-
-    def _open(self, path: Path, work: Callable[[Tell], Analysed]) -> None:
-        if self._task is not None:
-            self._task.cancel()
-        self._task = task = Task(lambda: work(task.tell), self)
-        task.finished.connect(self.show_clip)
-        task.failed.connect(self._open_failed)
-        task.progress.connect(self._tell_opening)
-        self._opening_since = time.monotonic()
-        self.opening.emit(path.name)
-        task.start()
-
-    def cancel_opening(self) -> None:
-        """Give up what is being opened; what was open before stays."""
-        if self._task is not None:
-            self._task.cancel()
-            self._end_opening()
-
-    def _tell_opening(self, share: float) -> None:
-        if time.monotonic() - self._opening_since > _WONDER_S:
-            self.opening_share.emit(share)
-
-    def _end_opening(self) -> None:
-        self._task = None
-        self.opening_over.emit()
+    # -- one clip after the other ------------------------------------------------------------------
 
     def show_clip(self, data: Analysed, aside: PutAside | None = None) -> None:
         """Make an analysed clip the present one; aside: its review, if that was put aside."""
-        self.cancel_opening()
+        self.opener.cancel()
         self.leaving.emit()
         self.recovery.end()
         self.data = data
@@ -149,34 +101,9 @@ class Document(QObject):
         self._corrections.update(data.review.state)
         self.opened.emit()
         if aside is None:
-            self._tell_about(data)
+            for text, wrong in opening_notes(data, self.keeper.away, self.keeper.notes):
+                self.message.emit(text, wrong)
         self.recovery.begin(data)
-
-    def _tell_about(self, data: Analysed) -> None:
-        if data.session is not None:
-            self.message.emit(f"Going on with {data.session.name}.", False)
-        chain_notes = dict.fromkeys(w for c in data.chains for w in c.warnings)
-        told = [f"{data.clip.name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
-        if self.keeper.away is not None:
-            told.insert(
-                0,
-                f"{data.clip.name} lies in a folder that cannot be written: "
-                f"your decisions are kept in {self.keeper.away}.",
-            )
-        if not data.chains:
-            told.append(
-                f"{data.clip.name}: no chain of parent, child and grandchild; nothing to detect."
-            )
-        stuck = [c.label for c in data.chains if uncorrectable_joints(data.motion, c)]
-        if stuck:
-            told.append(
-                f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels."
-            )
-        if told:
-            more = f" (and {len(told) - 3} more: see the chains)" if len(told) > 3 else ""
-            self.message.emit(" ".join(told[:3]) + more, False)
-        if notes := [*data.notes, *self.keeper.notes]:
-            self.message.emit(" ".join(notes), True)
 
     def snapshot(self, parent: QObject | None = None) -> Document:
         """A document with the same clip, review and selection, and nothing behind it on disk."""
@@ -191,16 +118,8 @@ class Document(QObject):
 
     def close_clip(self) -> None:
         """Let the clip's journal and lock go; the program is about to end."""
-        self.cancel_opening()
+        self.opener.cancel()
         self.keeper.end()
-
-    def _open_failed(self, error: Exception) -> None:
-        self._end_opening()
-        if isinstance(error, ClipMissingError):
-            session = error.session
-            self.question.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))
-        else:
-            self.message.emit(str(error), True)
 
     # -- what views read ----------------------------------------------------------------------
 
@@ -295,20 +214,12 @@ class Document(QObject):
         self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
     ) -> None:
         """Select the next (+1) or previous (−1) interval, round the end; order: see `decide`."""
-        by_id = {j.id: j for j in self.intervals}
-        ids = [
-            k
-            for k in (order or by_id)
-            if k in by_id
-            and (not undecided or by_id[k].decision == Decision.UNDECIDED or k == self.interval_id)
-        ]
-        if not ids:
+        if self.data is None:
             return
-        if self.interval_id in ids:
-            at = (ids.index(self.interval_id) + direction) % len(ids)
-        else:
-            at = 0 if direction > 0 else -1
-        self.select_interval(ids[at], jump=True)
+        state = self.review.state
+        found = state.neighbour(self.interval_id, direction, undecided=undecided, order=order)
+        if found is not None:
+            self.select_interval(found, jump=True)
 
     def set_first_frame(self, first: int) -> None:
         """Call the clip's first frame 0 or 1, as the person's other software does."""
@@ -338,14 +249,14 @@ class Document(QObject):
         except (KeyError, ValueError) as error:
             self.message.emit(f"{command.text}: {error}", True)
             return False
-        self.keeper.record(command, getattr(command, "drag", 0))
+        self.keeper.journal.record(command, getattr(command, "drag", 0))
         self._review_changed()
         return True
 
     def _may_change(self) -> bool:
         if self.data is None:
             return False
-        if self._task is not None:
+        if self.opener.busy:
             self.message.emit("Another clip is being opened; nothing was changed.", False)
             return False
         if self.keeper.may_change():
@@ -357,14 +268,14 @@ class Document(QObject):
         """Take the last command back."""
         if self.data and self.review.undo_text and self._may_change():
             self.review.undo()
-            self.keeper.record_step(UNDO)
+            self.keeper.journal.record_step(UNDO)
             self._review_changed()
 
     def redo(self) -> None:
         """Do the last undone command again."""
         if self.data and self.review.redo_text and self._may_change():
             self.review.redo()
-            self.keeper.record_step(REDO)
+            self.keeper.journal.record_step(REDO)
             self._review_changed()
 
     def decide(
@@ -419,42 +330,17 @@ class Document(QObject):
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
         """Set τ, radians, of several chains and detect again: one step of the history."""
         if self.data and tau:
-            analysis = self.data.analysis
-            found = tuple(i for name, t in tau.items() for i in analysis.intervals(name, t))
-            self.do(Redetect(dict(tau), found, drag=drag))
+            self.do(at_tau(self.data, tau, drag))
 
     def use_profile(self, profile: Profile) -> None:
         """Detect with a profile's τ, and with its detector if it names one: one step."""
-        if self.data is None:
-            return
-        own = {n: t for n, t in profile.tau.items() if n in self.review.state.tau}
-        if profile.method in ("", self.review.state.method):
-            self.set_taus(own)
-        else:
-            self._redetect(profile.method, own)
+        if self.data and (command := by_profile(self.data, profile)):
+            self.do(command)
 
     def use_method(self, method: str) -> None:
         """Detect with another detector, at its own τ; what a person decided stays."""
         if self.data is not None and method != self.review.state.method:
-            self._redetect(method, {})
-
-    def _redetect(self, method: str, tau: Mapping[str, float]) -> None:
-        assert self.data is not None
-        analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
-        tau = resolve_tau(analysis, self.data.chains, tau)
-        found = [i for name, t in tau.items() for i in analysis.intervals(name, t)]
-        self.do(Redetect(tau, tuple(found), method=method))
-
-    def faint(self) -> list[Interval]:
-        """What the detector finds between half of τ and τ, where the review has nothing."""
-        if self.data is None:
-            return []
-        state, out = self.review.state, []
-        for chain in self.data.chains:
-            known = [(j.interval.start, j.interval.stop) for j in state.of_chain(chain.name)]
-            candidates = self.data.analysis.intervals(chain.name, 0.5 * state.tau[chain.name])
-            out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]
-        return out
+            self.do(by_method(self.data, method, {}))
 
     def _use_review(self, review: Review) -> None:
         assert self.data is not None
@@ -462,19 +348,13 @@ class Document(QObject):
         self._review_changed()
 
     def _review_changed(self) -> None:
+        assert self.data is not None
         assert self._corrections is not None
         self._corrections.update(self.review.state)
-        self._follow_method()
+        if (followed := as_reviewed(self.data)) is not self.data:
+            self.data = followed
+            self.method_changed.emit()
         if self.interval_id is not None and self.interval is None:
             self.interval_id = None
             self.interval_changed.emit()
         self.intervals_changed.emit()
-
-    def _follow_method(self) -> None:
-        """An undo may have gone back to another detector: its curve belongs to its τ."""
-        assert self.data is not None
-        method = self.review.state.method
-        if method != self.data.method:
-            analysis = DETECTORS[method].analyse(self.data.motion, self.data.chains)
-            self.data = replace(self.data, analysis=analysis, method=method)
-            self.method_changed.emit()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 from inspector.session.clip_on_disk import Stamp, stamp_of
 from inspector.session.session_files import REPLAY_SUFFIX, kept_sessions, set_aside
 from twistcore.bvh import Clip, read_bvh
-from twistcore.chain import Chain, find_chains
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, resolve_tau
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import check_belongs
@@ -150,3 +151,34 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
         review.mark_unsaved()  # in the clip's own session
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
+
+
+def opening_notes(
+    data: Analysed, away: Path | None, notes: Sequence[str]
+) -> Iterator[tuple[str, bool]]:
+    """What a person is told of a clip that has just been opened: sentences, and if one is bad.
+
+    away: where its review is kept, if not beside it; notes: on taking that up.
+    """
+    if data.session is not None:
+        yield f"Going on with {data.session.name}.", False
+    chain_notes = dict.fromkeys(w for c in data.chains for w in c.warnings)
+    told = [f"{data.clip.name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
+    if away is not None:
+        told.insert(
+            0,
+            f"{data.clip.name} lies in a folder that cannot be written: "
+            f"your decisions are kept in {away}.",
+        )
+    if not data.chains:
+        told.append(
+            f"{data.clip.name}: no chain of parent, child and grandchild; nothing to detect."
+        )
+    stuck = [c.label for c in data.chains if uncorrectable_joints(data.motion, c)]
+    if stuck:
+        told.append(f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels.")
+    if told:
+        more = f" (and {len(told) - 3} more: see the chains)" if len(told) > 3 else ""
+        yield " ".join(told[:3]) + more, False
+    if notes := [*data.notes, *notes]:
+        yield " ".join(notes), True

@@ -38,8 +38,8 @@ class Recovery(QObject):
         self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
         self._changed = ""  # what is to be said about it
         self._asks_about_disk = False
-        keeper.failing.connect(self._ask_about_disk)
-        keeper.caught_up.connect(self._disk_has_room)
+        keeper.journal.failing.connect(self._ask_about_disk)
+        keeper.journal.caught_up.connect(self._disk_has_room)
         keeper.locked.connect(self._ask_about_lock)
 
     def begin(self, data: Analysed) -> None:
@@ -140,7 +140,7 @@ class Recovery(QObject):
         """Add what it holds to the open review; True once that is on disk and it is answered."""
         earlier = leftover.recovered.review.state.intervals
         carry = CarryOver(_fitting(earlier, self._open().motion.frames), leftover.same_clip)
-        if not (self._do(carry) and self._keeper.on_disk):
+        if not (self._do(carry) and self._keeper.journal.on_disk):
             return False  # it stays until this is as safe as it is
         lost, of = missing(leftover, self._open().review.state)
         if not lost:
@@ -186,7 +186,7 @@ class Recovery(QObject):
 
     def _ask_about_disk(self, text: str) -> None:
         self._asks_about_disk = True
-        again = ("Try again", self._keeper.retry)  # which asks anew if that fails
+        again = ("Try again", self._keeper.journal.retry)  # which asks anew if that fails
         self.question.emit(text, (again, ("Save elsewhere…", self.save_elsewhere.emit)))
 
     def _disk_has_room(self) -> None:

@@ -53,9 +53,10 @@ class FileActions(QMainWindow):
         if path.is_dir():
             self.open_queue(path)
         elif is_session(path):
-            self.document.open_session(path)
+            self.document.opener.open_session(path)
         else:
-            self.document.open(path, self.queue.profile if path in self.queue.clips else None)
+            profile = self.queue.profile if path in self.queue.clips else None
+            self.document.opener.open(path, profile)
 
     def open_dialog(self) -> None:
         """Ask for a file and open it."""
@@ -100,7 +101,7 @@ class FileActions(QMainWindow):
 
     def cancel_opening(self) -> None:
         """Give up what is being opened."""
-        self.document.cancel_opening()
+        self.document.opener.cancel()
 
     def _opening(self, name: str) -> None:
         self.bar.clear()
@@ -193,7 +194,7 @@ class FileActions(QMainWindow):
         """Ask where the clip of a session went, and open both."""
         name, _ = QFileDialog.getOpenFileName(self, "Locate the clip", str(session.parent), "*.bvh")
         if name:
-            self.document.open_session(session, Path(name))
+            self.document.opener.open_session(session, Path(name))
 
     def export_dialog(self) -> None:
         """Ask where to and export."""
@@ -226,7 +227,7 @@ class FileActions(QMainWindow):
         if answer == button.Save:
             return self.save_session()
         if answer == button.Discard:
-            self.document.keeper.give_up()
+            self.document.keeper.journal.give_up()
         return answer == button.Discard
 
 

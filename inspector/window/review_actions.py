@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QInputDialog, QMainWindow
 
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.document import Document
+from inspector.session.redetection import faint_intervals
 from inspector.timeline.timeline import Timeline
 from inspector.widgets.message_bar import MessageBar
 from twistcore.detection import Interval
@@ -124,11 +125,12 @@ class ReviewActions(QMainWindow):
 
     def next_faint(self) -> None:
         """Go to the next candidate between half of τ and τ: what was missed is invisible."""
-        found = self.document.faint()
-        if not found:
+        data = self.document.data
+        found = faint_intervals(data) if data else []
+        if data is None or not found:
             self.bar.show_message("Nothing suspicious down to half of τ.", False)
             return
-        order = [c.name for c in self.document.data.chains] if self.document.data else []
+        order = [c.name for c in data.chains]
         found = sorted(found, key=lambda i: (i.start, order.index(i.chain)))
         self._faint = next((i for i in found if i.start > self.document.frame), found[0])
         faint = self._faint

@@ -51,7 +51,7 @@ def main() -> None:
             button.click()
 
     def tell() -> None:
-        document.keeper.flush()
+        document.keeper.journal.flush()
         state = session_bytes(document.data.clip, document.review.state)
         print(hashlib.sha256(state).hexdigest(), flush=True)
 

@@ -13,7 +13,7 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication
 
-from inspector.session import document as documents
+from inspector.session import clip_opener
 from inspector.session.export_files import ExportChoice
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
@@ -80,8 +80,8 @@ def endless(monkeypatch):
         finally:
             ended.append(path.name)
 
-    monkeypatch.setattr(documents, "analyse", analyse)
-    monkeypatch.setattr(documents, "_WONDER_S", 0.05)
+    monkeypatch.setattr(clip_opener, "analyse", analyse)
+    monkeypatch.setattr(clip_opener, "_WONDER_S", 0.05)
     return ended
 
 

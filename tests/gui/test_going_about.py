@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from inspector.session.player import Player
+from inspector.session.redetection import faint_intervals
 from tests.gui.pictures import INJECTED
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
@@ -47,9 +48,9 @@ def test_suspicious_moments_lie_between_half_of_tau_and_tau(faint_walk):
     document = faint_walk
     (known,) = document.review.state.intervals
     assert (known.interval.start, known.interval.stop) == (200, 230)
-    (faint,) = document.faint()
+    (faint,) = faint_intervals(document.data)
     assert (faint.chain, faint.start, faint.stop) == ("LeftForeArm", 100, 130)
     document.set_tau(np.radians(6.5), "LeftForeArm")
-    assert document.faint() == []  # 3° is less than half of it
+    assert faint_intervals(document.data) == []  # 3° is less than half of it
     document.set_tau(np.radians(2.0), "LeftForeArm")
-    assert document.faint() == []  # and found where τ is below it
+    assert faint_intervals(document.data) == []  # and found where τ is below it

@@ -100,6 +100,32 @@ class ReviewState:
         wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
         return tuple(j.interval for j in self.intervals if j.decision in wanted)
 
+    def neighbour(
+        self,
+        interval_id: int | None,
+        direction: int,
+        *,
+        undecided: bool = False,
+        order: Sequence[int] = (),
+    ) -> int | None:
+        """The id of the next (+1) or previous (−1) interval, round the end; None without any.
+
+        undecided: others are passed over; order: ids as they are listed, by chain and start if
+        none are given.
+        """
+        by_id = {j.id: j for j in self.intervals}
+        ids = [
+            k
+            for k in (order or by_id)
+            if k in by_id
+            and (not undecided or by_id[k].decision == Decision.UNDECIDED or k == interval_id)
+        ]
+        if not ids:
+            return None
+        if interval_id in ids:
+            return ids[(ids.index(interval_id) + direction) % len(ids)]
+        return ids[0 if direction > 0 else -1]
+
     def with_intervals(
         self, intervals: Iterable[Judged], next_id: int | None = None
     ) -> ReviewState:

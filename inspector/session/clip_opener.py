@@ -1,0 +1,79 @@
+"""Opening a clip or a session in the background; what was open stays until the new one is there."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from inspector.session.opening import Analysed, ClipMissingError, analyse, analyse_session
+from inspector.widgets.background import Task
+from twistcore.progress import Tell
+from twistcore.tuning import Profile
+
+_WONDER_S = 1.0  # seconds until a person begins to wonder how far it is
+
+
+class ClipOpener(QObject):
+    """Reads and analyses one clip at a time: whatever is opened next takes its place."""
+
+    began = Signal(str)  # a clip is being read: its name
+    share = Signal(float)  # how far that is, 0…1, where a person would begin to wonder
+    over = Signal()  # it is open, cannot be opened or was cancelled
+    analysed = Signal(object)  # the clip, as Analysed
+    message = Signal(str, bool)
+    question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    locate = Signal(object)  # the clip of this session file is asked for
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._task: Task | None = None
+        self._since = 0.0
+
+    @property
+    def busy(self) -> bool:
+        """Whether a clip is being read."""
+        return self._task is not None
+
+    def open(self, path: Path, profile: Profile | None = None) -> None:
+        """Open a clip; profile: τ for one that has no session yet."""
+        self._start(path, lambda tell: analyse(path, profile, tell))
+
+    def open_session(self, path: Path, clip: Path | None = None) -> None:
+        """Open a session and its clip, which may have moved to `clip`."""
+        self._start(path, lambda tell: analyse_session(path, clip, tell))
+
+    def cancel(self) -> None:
+        """Give up what is being opened."""
+        if self._task is not None:
+            self._task.cancel()
+            self._end()
+
+    def _start(self, path: Path, work: Callable[[Tell], Analysed]) -> None:
+        if self._task is not None:
+            self._task.cancel()
+        self._task = task = Task(lambda: work(task.tell), self)
+        task.finished.connect(self.analysed)
+        task.failed.connect(self._fail)
+        task.progress.connect(self._tell_share)
+        self._since = time.monotonic()
+        self.began.emit(path.name)
+        task.start()
+
+    def _tell_share(self, share: float) -> None:
+        if time.monotonic() - self._since > _WONDER_S:
+            self.share.emit(share)
+
+    def _fail(self, error: Exception) -> None:
+        self._end()
+        if isinstance(error, ClipMissingError):
+            session = error.session
+            self.question.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))
+        else:
+            self.message.emit(str(error), True)
+
+    def _end(self) -> None:
+        self._task = None
+        self.over.emit()

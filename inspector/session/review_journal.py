@@ -1,0 +1,258 @@
+"""Every step of the open review in its journal on disk, or tried again until it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from inspector.session.leftovers import same_review
+from inspector.session.session_files import JOURNAL_SUFFIX
+from twistcore.atomic import free_name
+from twistcore.bvh import Clip
+from twistcore.errors import TwistError
+from twistcore.review import Command, Journal, Recovered, Review, ReviewState, recover
+from twistcore.review.journal import command_to_json, state_entry
+
+_IDLE_MS = 300  # a drag that pauses this long is put on disk
+_RETRY_MS = 5000  # what the disk did not take is tried again
+
+
+class ReviewJournal(QObject):
+    """The journal of the open review.
+
+    It is begun with the first command, so that a clip that is only looked at leaves nothing
+    behind. A drag is one entry: where it ended.
+    """
+
+    told = Signal(str, bool)  # a sentence for the person; True if something went wrong
+    failing = Signal(str)  # steps are not on disk, said again with every one
+    caught_up = Signal()  # what was said to be in the window only is on disk, or given up
+
+    def __init__(
+        self,
+        places: Callable[[], tuple[Path, ...]],
+        may_write: Callable[[], bool],
+        parent: QObject | None = None,
+    ) -> None:
+        """`places`: the sessions beside which it may lie, the refuge's last."""
+        super().__init__(parent)
+        self.steps = 0  # of the review, not in a session file
+        self._places, self._may_write = places, may_write
+        self._clip: Clip | None = None
+        self._review: Review | None = None
+        self._journal: Journal | None = None
+        self._pending: Command | None = None
+        self._first = 0  # position of the review's history at which the journal begins
+        self._detached = False  # the journal no longer knows the review's history
+        self._behind = False  # the disk has not taken everything
+        self._idle = QTimer(self)
+        self._idle.setSingleShot(True)
+        self._idle.setInterval(_IDLE_MS)
+        self._idle.timeout.connect(self.flush)
+        self._again = QTimer(self)
+        self._again.setInterval(_RETRY_MS)
+        self._again.timeout.connect(self.retry)
+
+    @property
+    def path(self) -> Path | None:
+        """Where it is, once it is begun."""
+        return self._journal.path if self._journal is not None else None
+
+    @property
+    def on_disk(self) -> bool:
+        """Whether every step of the review is in it."""
+        return self._pending is None and not self._behind
+
+    # -- one review after the other -----------------------------------------------------------
+
+    def watch(self, clip: Clip, review: Review) -> None:
+        """Take up another review; the last one has come to its `end`."""
+        self._clip, self._review = clip, review
+
+    def go_on(self, path: Path | None, steps: int) -> None:
+        """Go on with the review, which was put aside: in the journal it had if all of it is there.
+
+        steps: as they were then.
+        """
+        assert self._clip is not None
+        assert self._review is not None
+        self._detached = True
+        if path is not None:
+            with suppress(TwistError):
+                recovered = recover(path, self._clip)
+                if same_review(self._clip, recovered.review.state, self._review.state):
+                    self._resume(recovered)
+                    return
+        self.steps = steps
+        self._begin(self._review.state, steps)
+
+    def continue_with(self, recovered: Recovered) -> None:
+        """Go on with a recovered review, in its own journal."""
+        self.give_up()  # nothing was done in the review that was open
+        self._review = recovered.review
+        self._resume(recovered)
+        self._first, self._detached = 0, False
+
+    def close(self) -> None:
+        """Let the file go: it is offered to whoever has the review now."""
+        if self._journal is not None:
+            self._journal.close()
+            self._journal = None
+
+    def give_up(self) -> None:
+        """The steps are saved, or the person gives them up: the file goes."""
+        self._pending = None
+        self.steps = 0
+        self._detached = False
+        self._caught_up()
+        if self._journal is not None:
+            self._journal.discard()
+            self._journal = None
+
+    def end(self) -> None:
+        """Let the review go; the file stays unless everything in it is saved."""
+        self.flush()
+        if self._journal is not None:
+            self.retry()
+        if self._journal is not None:
+            if self._review is not None and self._review.saved:
+                self._journal.discard()
+            else:
+                self._journal.close()
+        self._journal = None
+        self.steps = 0
+        self._detached = False
+        self._caught_up()
+        self._clip = self._review = None
+
+    # -- recording ----------------------------------------------------------------------------
+
+    def record(self, command: Command, drag: int = 0) -> None:
+        """Put a command on disk; a step of a drag waits for the drag's end."""
+        if self._pending is not None and not command.continues(self._pending):
+            self.flush()
+        if drag:
+            self._pending = command
+            self._idle.start()
+            if self._journal is None and self._may_write():
+                self._begin_before_last()
+        else:
+            self._append(command_to_json(command))
+
+    def record_step(self, entry: Mapping[str, Any]) -> None:
+        """Put an undo or redo on disk; what is older than the journal, as the whole state."""
+        self.flush()
+        if self._clip is None or self._review is None:
+            return
+        if self._journal is None or self._review.position < self._first:
+            self._detached = True
+        state = state_entry(self._clip, self._review.state)
+        self._append(state if self._detached else entry)
+
+    def flush(self) -> None:
+        """Put a waiting drag on disk."""
+        self._idle.stop()
+        if self._pending is not None:
+            pending, self._pending = self._pending, None
+            self._append(command_to_json(pending))
+
+    def retry(self) -> bool:
+        """Try again to put on disk what it did not take; True if all is there."""
+        if self._behind and self._clip is not None and self._review is not None:
+            journal = self._journal
+            if journal is not None and journal.is_there():
+                self._write(journal.write_waiting)
+            else:
+                self.close()
+                self._begin(self._review.state, self.steps)
+        return not self._behind
+
+    def where(self) -> str:
+        """Where the steps are that no session has, as the end of a sentence."""
+        journal = self._journal
+        if journal is not None and journal.is_there() and self.retry():
+            return f"in the journal {journal.path.name}"
+        return "in this window only"
+
+    # -- the file -----------------------------------------------------------------------------
+
+    def _resume(self, recovered: Recovered) -> None:
+        self.steps = recovered.steps
+        try:
+            self._journal = Journal.resume(recovered)
+        except OSError:
+            self._journal = None
+            self._begin(recovered.review.state, recovered.steps)
+
+    def _append(self, entry: Mapping[str, Any]) -> None:
+        if not self._may_write() or self._clip is None or self._review is None:
+            return
+        self.steps += 1
+        journal = self._journal
+        if journal is not None and journal.is_there():
+            self._write(lambda: journal.append(entry))
+            return
+        if journal is not None:  # deleted, or its folder was
+            self.close()
+            if self._begin(self._review.state, self.steps):
+                told = f"{journal.path.name} was deleted while it was open; it is now "
+                self.told.emit(f"{told}{self.path}.", True)
+        elif self._detached:  # an undo of what was saved
+            self._begin(self._review.state, self.steps)
+        elif (begun := self._begin_before_last()) is not None:
+            self._write(lambda: begun.append(entry))
+
+    def _begin_before_last(self) -> Journal | None:
+        """Begin a journal with the review as it was before its last command, None if it cannot."""
+        assert self._review is not None
+        before = max(0, self.steps - 1)
+        if self._begin(self._review.state_before_last, before):
+            self._first, self._detached = self._review.position - 1, False
+        return self._journal
+
+    def _begin(self, state: ReviewState, steps: int) -> bool:
+        """Begin a journal with a state that unsaved steps led to; False if no disk takes it."""
+        assert self._clip is not None
+        places = self._places()
+        for place in places:
+            path = free_name(place, JOURNAL_SUFFIX)
+            try:
+                if place == places[-1]:
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                self._journal = Journal(path, self._clip, state, steps)
+            except OSError as error:
+                last = error
+                continue
+            self._detached = True
+            self._caught_up()
+            return True
+        self._complain(last)
+        return False
+
+    def _write(self, work: Callable[[], None]) -> None:
+        try:
+            work()
+        except OSError as error:
+            self._complain(error)
+        else:
+            self._caught_up()
+
+    def _complain(self, error: OSError) -> None:
+        self._behind = True
+        self._again.start()
+        waiting = self._journal.waiting if self._journal is not None else self.steps
+        steps = "step is" if waiting == 1 else f"{waiting} steps are"
+        self.failing.emit(
+            f"The journal cannot be written ({error.strerror}): the last {steps} in this window "
+            "only."
+        )
+
+    def _caught_up(self) -> None:
+        if self._behind:
+            self._behind = False
+            self._again.stop()
+            self.caught_up.emit()
