@@ -92,12 +92,20 @@ class Navigation(QObject):
             self.zoomed.emit(_STEP**notches)
 
 
-class Pointing:
+class Pointing(QObject):
     """The bone under the mouse: a click selects its chain, hovering tells its joint."""
 
     def __init__(self, view: Steering, drawing: FrameDrawing) -> None:
+        super().__init__(view)
         self.names = True  # told in hovering
-        self._view, self._drawing = view, drawing
+        self._drawing = drawing
+
+    @property
+    def _view(self) -> Steering:
+        """Asked of Qt: a reference would keep the view, and OpenGL with it, behind its end."""
+        view = self.parent()
+        assert isinstance(view, Steering)
+        return view
 
     def click(self, at: QPointF) -> None:
         """Select the chain of the bone at a place in the view."""

@@ -22,7 +22,6 @@ class Overlays:
     """The widgets over a view; the mouse goes through them."""
 
     def __init__(self, view: QWidget) -> None:
-        self._view = view
         self.notice = _let_through(QLabel(view))  # a sentence in the middle
         self.notice.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.notice.setWordWrap(True)
@@ -43,14 +42,15 @@ class Overlays:
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
         """Each in its corner, and none of a figure's over a view that draws nothing."""
-        high = self._view.height()
+        view = self.notice.parentWidget()  # kept, it would outlive its end, and OpenGL with it
+        high = view.height()
         self.legend.setVisible(drawing)
         self.legend.move(_MARGIN, _MARGIN)
-        self.notice.setGeometry(self._view.rect())
+        self.notice.setGeometry(view.rect())
         self.scale.setVisible(drawing and by_offset)
         self.scale.move(_MARGIN, high - self.scale.height() - _MARGIN)
         self.divider.setVisible(drawing and split)
-        self.divider.setGeometry(self._view.width() // 2 - 1, 0, 2, high)
+        self.divider.setGeometry(view.width() // 2 - 1, 0, 2, high)
 
     def tell(self, text: str) -> None:
         """The legend, rich text."""

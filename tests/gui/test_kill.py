@@ -56,9 +56,11 @@ def killed_run(clip, seed, folder, moment):
 def state_on_disk(clip):
     """The review as a restart would find it: the journal, else the session, else untouched."""
     session = session_path(clip.path)
-    if left := journals(session):
-        (journal,) = left  # the second run went on in the first one's
-        state = recover(journal).review.state
+    left = journals(session)
+    assert len(left) <= 1  # the second run went on in the first one's
+    # One that died before its first line was whole holds nothing: a restart takes it away.
+    if left and b"\n" in left[0].read_bytes():
+        state = recover(left[0]).review.state
     elif session.exists():
         state = read_session(session).state
     else:

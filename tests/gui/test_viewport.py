@@ -319,6 +319,28 @@ def test_nothing_is_left_after_closing(qtbot, analysed):
     assert counts == [start] * 10
 
 
+def test_a_closed_view_does_not_wait_for_the_collector(qtbot, analysed):
+    """It would come while another view is drawing, and let OpenGL's memory go in its place."""
+    document = Document()
+    view = Viewport(document, DARK)
+    view.show()
+    assert QTest.qWaitForWindowExposed(view, 10_000)
+    document.show_clip(analysed)
+    settle(qtbot, view)
+    gc.collect()
+    left = weakref.ref(view), weakref.ref(view.scene)
+    gc.disable()
+    try:
+        view.close()
+        view.deleteLater()
+        del view
+        qtbot.wait(10)
+        assert [ref() for ref in left] == [None, None]
+    finally:
+        gc.enable()
+        document.deleteLater()
+
+
 def test_another_clip_takes_the_place_of_the_first(qtbot, document, show_view, analysed):
     view = show_view(document)
     for _ in range(5):
