@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.strategies import orders, quaternions
@@ -34,14 +34,29 @@ def shortest(solutions, before, after):
     return best
 
 
+edges = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
+SQUARES = [[0.0, 0.0, 1.0, 1.0], [0.5, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.75, 0.0, -1.0]]
+
+
 @settings(max_examples=120, deadline=None)
-@given(orders, st.lists(quaternions, min_size=1, max_size=4), st.data())
-def test_no_way_between_the_fixed_edges_is_shorter(order, run, data):
+@given(
+    orders,
+    st.lists(quaternions, min_size=1, max_size=4),
+    edges,
+    edges,
+    st.tuples(*[st.integers(-1, 1)] * 3),
+)
+# Steps of just half a turn: either way is the shortest.
+@example(
+    "ZYX",
+    [np.array(q) / np.linalg.norm(q) for q in SQUARES],
+    (2.0, -1.5702653289460513, 0.0),
+    (-2, -1, 0),
+    (0, 0, 0),
+)
+def test_no_way_between_the_fixed_edges_is_shorter(order, run, before, after, turns):
     q = np.array(run)
-    angle = st.floats(-3.0, 3.0)
-    before = np.array([data.draw(angle) for _ in range(3)])
-    turns = np.array([data.draw(st.integers(-1, 1)) for _ in range(3)])
-    after = np.array([data.draw(angle) for _ in range(3)]) + 2 * np.pi * turns
+    before, after = np.array(before, float), np.array(after) + 2 * np.pi * np.array(turns)
     first = euler_from_quaternion(order, q)
     if np.abs(np.cos(first[:, 1])).min() < 1e-3:
         return

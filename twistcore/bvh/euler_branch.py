@@ -106,10 +106,11 @@ def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array
     solutions from `before` on without any step beyond half a turn, (n, 3). Exact by dynamic
     programming over (solution, full turns of each channel beside `near`), up to 2 turns.
     """
-    # Each solution by full turns as near to the path as can be: turn 0.
+    # Each solution by full turns as near to the path as can be: turn 0. One half a turn away is as
+    # near on either side, so that two turns more may be one turn: hence the second to either side.
     base = solutions + _TURN * np.round((near[:, None] - solutions) / _TURN)
     left = np.clip(np.round((after - near[-1]) / _TURN), -_MOST_TURNS, _MOST_TURNS)
-    turns = [np.arange(min(t, 0) - 1, max(t, 0) + 2) * _TURN for t in left]
+    turns = [np.arange(min(t, 0) - 2, max(t, 0) + 3) * _TURN for t in left]
     grids = [base[:, :, c, None] + turns[c] for c in range(3)]  # (n, 2, turns of the channel)
     cost = sum(
         np.expand_dims(np.abs(grid[0] - before[c]), _others(c)) for c, grid in enumerate(grids)
