@@ -18,7 +18,7 @@ import numpy as np
 from PySide6.QtCore import QEventLoop, QTimer
 from scipy.stats import spearmanr
 
-from inspector.app import make_application
+from inspector.app import keep_for_good, make_application
 from inspector.session.settings import Settings
 from twistcore.batch import severity
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
@@ -60,6 +60,7 @@ def main() -> None:
         window = MainWindow(Settings(), None)
         window.resize(1440, 900)
         window.show()
+        keep_for_good()  # as the program does
         loop = QEventLoop()
         QTimer.singleShot(500, loop.quit)
         loop.exec()
