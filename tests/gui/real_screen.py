@@ -106,6 +106,7 @@ def program(env, folder, *words):
     own = {
         **env,
         "PYTHONPATH": str(ROOT),
+        "PYTHONFAULTHANDLER": "1",  # a crash, or SIGABRT, says where every thread stands
         "TWIST_INSPECTOR_SETTINGS": str(folder / "settings.json"),
         "XDG_STATE_HOME": str(folder / "state"),
     }

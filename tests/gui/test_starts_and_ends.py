@@ -1,9 +1,11 @@
 """The program in a process of its own: however it is started, it ends, and soon."""
 
+import contextlib
 import os
 import re
 import shutil
 import signal
+import subprocess
 import time
 
 import pytest
@@ -99,6 +101,21 @@ def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, caps
     assert "nobody to answer" in capsys.readouterr().out
 
 
+def close_by_key(screen, process):
+    """Seconds from Alt+F4 to the end. A key that got lost on its way is pressed once more.
+
+    A program that does not end says where each of its threads stands.
+    """
+    for _ in range(2):
+        screen.use("key", "alt+F4")
+        begun = time.monotonic()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.communicate(timeout=15)
+            return time.monotonic() - begun
+    process.send_signal(signal.SIGABRT)
+    pytest.fail("it does not end:\n" + process.communicate()[0])
+
+
 @needs_real_screen
 @pytest.mark.parametrize("share_seen", [False, True], ids=["reading", "analysing"])
 def test_closing_the_window_ends_what_is_being_opened(tmp_path, share_seen):
@@ -110,10 +127,7 @@ def test_closing_the_window_ends_what_is_being_opened(tmp_path, share_seen):
             told = screen.status_bar()
             wait_until(lambda: (screen.status_bar() != told).any())
         assert not screen.windows("^long.bvh"), "it is open already"
-        screen.use("key", "alt+F4")
-        begun = time.monotonic()
-        process.communicate(timeout=30)
-        assert time.monotonic() - begun < SOON
+        assert close_by_key(screen, process) < SOON
         assert process.returncode == 0
 
 
