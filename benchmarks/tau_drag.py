@@ -100,7 +100,7 @@ def measure(
     window.show()
     keep_for_good()
     clip = tiled(read_bvh(SAMPLE), frames, folder)
-    untouched = analysed(clip).analysis
+    untouched = analysed(clip).analysis.by()
     document, timeline = window.document, window.timeline
     document.show_clip(analysed(clip))
     document.select_chain(CHAIN)

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, resolve_tau
+from twistcore.detection import DEFAULT_METHOD, Interval
+from twistcore.refinement import applied_unasked
 from twistcore.tuning import Profile
 
 
@@ -27,13 +28,10 @@ class ClipSurvey:
 
 def survey(path: Path, profile: Profile | None = None) -> ClipSurvey:
     """Read and analyse a clip, at a profile's τ where there is one; raises TwistError."""
-    motion = read_bvh(path).motion
-    chains = find_chains(motion)
-    method = (profile.method if profile else "") or DEFAULT_METHOD
-    analysis = DETECTORS[method].analyse(motion, chains)
-    tau = resolve_tau(analysis, chains, profile.tau if profile else None)
-    found = [i for name, t in tau.items() for i in analysis.intervals(name, t)]
-    return ClipSurvey(path, motion.frames, motion.fps, len(found), severity(found, motion.frames))
+    clip, profile = read_bvh(path), profile or Profile({})
+    found = detect(clip, method=profile.method or DEFAULT_METHOD, tau_radians=profile.tau)
+    frames, fps = clip.motion.frames, clip.motion.fps
+    return ClipSurvey(path, frames, fps, len(found), severity(found, frames))
 
 
 def severity(intervals: Iterable[Interval], frames: int) -> float:
@@ -43,7 +41,6 @@ def severity(intervals: Iterable[Interval], frames: int) -> float:
     """
     total = sum(
         float(np.degrees(np.abs(i.offset)).sum()) * (1.0 if i.confidence is None else i.confidence)
-        for i in intervals
-        if not i.open
+        for i in applied_unasked(intervals)
     )
     return total / max(frames, 1)

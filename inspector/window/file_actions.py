@@ -36,7 +36,7 @@ class FileActions(QMainWindow):
     clips_dock: QDockWidget
     recent_menu: QMenu
     actions_by_id: Mapping[str, QAction]
-    _being_opened = ""
+    _under_way = ""
     _unasked = False  # closing: what is not saved stays in the journal
     _wait_for_first = False  # the folder's first clip that is ready opens by itself
     # The window and its other actions have these:
@@ -103,17 +103,17 @@ class FileActions(QMainWindow):
         """Give up what is being opened."""
         self.document.opener.cancel()
 
-    def _opening(self, name: str) -> None:
+    def _opening(self, what: str) -> None:
         self.bar.clear()
-        self._being_opened = name
-        self.statusBar().showMessage(f"Opening {name} …")
+        self._under_way = what
+        self.statusBar().showMessage(f"{what} …")
         self.actions_by_id["cancel_opening"].setEnabled(True)
 
     def _opening_share(self, share: float) -> None:
         action = self.actions_by_id["cancel_opening"]
         key = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
         how = f"   {key} cancels." if key else ""
-        self.statusBar().showMessage(f"Opening {self._being_opened} … {100.0 * share:.0f} %{how}")
+        self.statusBar().showMessage(f"{self._under_way} … {100.0 * share:.0f} %{how}")
 
     def _opening_over(self) -> None:
         self.statusBar().clearMessage()

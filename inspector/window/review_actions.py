@@ -52,13 +52,7 @@ class ReviewActions(QMainWindow):
 
     def accept_at_least(self, confidence: float) -> None:
         """Accept all undecided intervals with at least this confidence, in one step."""
-        ids = tuple(
-            j.id
-            for j in self.document.intervals
-            if j.decision == Decision.UNDECIDED
-            and not j.interval.open
-            and (j.interval.confidence or 0.0) >= confidence
-        )
+        ids = self.document.review.state.unasked(confidence) if self.document.data else ()
         if not ids:
             self.bar.show_message(
                 f"No undecided interval has a confidence of {confidence:.2f} or more.", False
@@ -126,7 +120,7 @@ class ReviewActions(QMainWindow):
     def next_faint(self) -> None:
         """Go to the next candidate between half of τ and τ: what was missed is invisible."""
         data = self.document.data
-        found = faint_intervals(data) if data else []
+        found = faint_intervals(data.analysis, self.document.review.state) if data else []
         if data is None or not found:
             self.bar.show_message("Nothing suspicious down to half of τ.", False)
             return

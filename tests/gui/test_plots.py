@@ -109,10 +109,10 @@ def test_dragging_the_line_changes_tau_and_intervals_in_one_undo_step(qtbot, tim
         spot(timeline, "strength", frame, 0.03),
     )
     tau = np.degrees(document.review.state.tau[document.chain])
-    peak = np.degrees(document.data.analysis.strength(document.chain).max())
+    peak = np.degrees(document.detector.strength(document.chain).max())
     assert tau > 20.0
     assert timeline.tau_line.value() == pytest.approx(float(root_scale(tau)), abs=0.05)
-    expected = document.data.analysis.intervals(document.chain, np.radians(tau))
+    expected = document.detector.intervals(document.chain, np.radians(tau))
     assert len(document.review.state.of_chain(document.chain)) == len(expected)
     if tau > peak:
         assert not expected

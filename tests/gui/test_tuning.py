@@ -86,7 +86,7 @@ def test_the_curves_are_those_of_the_core(window, tuning):
     np.testing.assert_allclose(10**x, np.degrees(core.tau))
     np.testing.assert_allclose(y, 100.0 * core.fsr)
     assert f"suggested {np.degrees(core.suggested()):.2f}°" in tuning.cost_words.text()
-    strength = np.degrees(window.document.data.analysis.strength("LeftForeArm"))
+    strength = np.degrees(window.document.detector.strength("LeftForeArm"))
     drawn = np.expm1(tuning.histogram.below.getData()[1] + tuning.histogram.above.getData()[1])
     assert round(drawn.sum()) == (strength >= 0.5).sum()
     assert f"{(strength >= np.radians(1.5)).sum()} of 344 reach τ" in tuning.strength_words.text()
@@ -299,10 +299,10 @@ def test_a_profile_of_other_joints_changes_nothing(window, tmp_path):
     assert "names no chain" in window.bar.label.text()
 
 
-def test_a_profile_of_the_other_detector_brings_it_along(window, tmp_path):
+def test_a_profile_of_the_other_detector_brings_it_along(qtbot, window, tmp_path):
     write_profile(tmp_path / "p.toml", {"LeftArm": Tuned(6, 1, 99, 0)}, "x", "paper")
     window.load_profile_from(tmp_path / "p.toml")
-    assert window.document.review.state.method == "paper"
+    qtbot.waitUntil(lambda: window.document.review.state.method == "paper")
     assert taus(window)["LeftArm"] == 6.0
     assert taus(window)["RightArm"] == 5.0
     window.undo()

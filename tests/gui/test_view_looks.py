@@ -18,7 +18,7 @@ from inspector.viewport.bone_colours import Role, rgb
 from inspector.viewport.camera import OrbitCamera, between
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.striped_skin import build_skin, drape, roll
-from inspector.viewport.trails import end_effectors, ways
+from inspector.viewport.trails import end_effectors
 from inspector.widgets.theme import DARK, LIGHT
 from inspector.window.view_actions import OF_THE_FIGURE
 from tests.gui.pictures import (
@@ -214,7 +214,8 @@ def test_trails_tell_that_hands_and_feet_stay(qtbot, document, show_view):
     names = {document.data.motion.skeleton.names[j] for j in joints}
     assert names == {"LeftHand", "RightHand", "LeftFoot", "RightFoot"}
     insert_twist(document, degrees=120.0)
-    before, after = ways(document, joints, FRAME - 20, FRAME + 20)
+    before = document.data.positions[FRAME - 20 : FRAME + 20, joints]
+    after = document.corrected.ways(joints, FRAME - 20, FRAME + 20)
     height = document.data.motion.skeleton.height
     np.testing.assert_allclose(after, before, atol=1e-9 * height)
     rotations = document.pose(FRAME, after=True)[0]
