@@ -97,10 +97,9 @@ class ClipAnalysis:
             if radians is not None:
                 raise TwistError("expected τ in degrees or in radians, found both")
             return {name: math.radians(t) for name, t in self._given(degrees, None).items()}
-        names = [c.name for c in self.chains]
         if isinstance(radians, Mapping):
-            return {name: float(radians[name]) for name in names if name in radians}
-        return {} if radians is None else dict.fromkeys(names, float(radians))
+            return {self.chain(name).name: float(t) for name, t in radians.items()}
+        return {} if radians is None else {c.name: float(radians) for c in self.chains}
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,6 +43,10 @@ class Chain:
     segment: str = ""
     warnings: tuple[str, ...] = field(default=())
 
+    def __repr__(self) -> str:
+        joints = (j for j in (self.parent, self.child, self.grandchild) if j >= 0)
+        return f"<Chain {self.name}: joints {' → '.join(map(str, joints))}>"
+
     @property
     def label(self) -> str:
         """What a table shows: 'Left ForeArm', or the joint's name where the limb is unknown."""

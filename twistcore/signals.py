@@ -31,6 +31,10 @@ class TwistSignals:
     swing_reliability: Array
     azimuth_reliability: Array
 
+    def __repr__(self) -> str:
+        peak = float(np.degrees(self.strength.max(initial=0.0)))
+        return f"<TwistSignals: {len(self.strength)} frames, m up to {peak:.1f}°>"
+
 
 def twist_signals(motion: Motion, chain: Chain) -> TwistSignals:
     """Signals of a chain over the whole clip [Choi26 Eq. 8-13]."""

@@ -346,7 +346,7 @@ class Document(QObject):
         if self.data is None or not self._may_change():
             return
         clip, state = self.data.analysis, self.review.state
-        own = {name: t for name, t in profile.tau.items() if name in state.tau}
+        own = profile.of(clip.chains)
         if profile.method in ("", state.method):
             self.set_taus(own)
         else:

@@ -118,7 +118,7 @@ def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) ->
     analysis = core.analyse(clip)
     analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
-    found = analysis.detect(method, tau_radians=profile.tau)
+    found = analysis.detect(method, tau_radians=profile.of(analysis.chains))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
     ready: list[object] = [clip.sha256, analysis.poses]
     tell(_MOVED)

@@ -173,4 +173,4 @@ def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
             file=sys.stderr,
         )
     given = {} if arguments.tau is None else {c.name: arguments.tau for c in analysis.chains}
-    return analysis.detect(method, tau_radians={**given, **profile.tau})
+    return analysis.detect(method, tau_radians=given | profile.of(analysis.chains))

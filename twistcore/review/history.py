@@ -26,6 +26,9 @@ class Review:
         self._undone: list[_Step] = []
         self._saved: ReviewState | None = state
 
+    def __repr__(self) -> str:
+        return f"<Review, {self.position} steps: {self.state!r}>"
+
     @classmethod
     def of(cls, found: Detection) -> Review:
         """A review of what was detected, in which nothing is decided yet."""

@@ -85,6 +85,10 @@ class ReviewState:
     chain_order: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     tracking: Tracking | None = None
 
+    def __repr__(self) -> str:
+        decided = sum(j.decision != Decision.UNDECIDED for j in self.intervals)
+        return f"<ReviewState by {self.method}: {decided} of {len(self.intervals)} decided>"
+
     def find(self, interval_id: int) -> Judged:
         """The interval of an id; KeyError where there is none."""
         for judged in self.intervals:
