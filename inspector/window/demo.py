@@ -54,6 +54,14 @@ class Script(QObject):
         if not self.window.grab().save(str(path)):
             self.fail(f"{path}: the picture could not be written.")
 
+    def to_next(self) -> None:
+        """Go to the next interval."""
+        self.window.review_actions.step_interval(+1)
+
+    def focus(self) -> None:
+        """Turn the camera to the limb."""
+        self.window.viewport.focus_chain(self.window.settings.turn_ms)
+
     def fail(self, text: str) -> None:
         """Say what went wrong and end."""
         if not self._over:
@@ -134,8 +142,7 @@ class Screenshot(Script):
 
     def steps(self) -> list[Callable[[], None]]:
         """See the class."""
-        window = self.window
-        to_interval = [window.next_interval, window.focus_chain] if window.document.data else []
+        to_interval = [self.to_next, self.focus] if self.window.document.data else []
         return [*to_interval, lambda: self.shoot(self._picture)]
 
 
@@ -148,13 +155,13 @@ class Demo(Script):
 
     def steps(self) -> list[Callable[[], None]]:
         """See the class."""
-        window = self.window
+        accept = self.window.review_actions.accept
         return [
-            window.next_interval,
-            window.accept,
-            window.accept,
+            self.to_next,
+            accept,
+            accept,
             self._to_middle,
-            window.focus_chain,
+            self.focus,
             lambda: self.shoot(self._folder / "inspector.png"),
             self._accept_rest,
             self._export,
@@ -166,14 +173,14 @@ class Demo(Script):
 
     def _accept_rest(self) -> None:
         for _ in self.window.document.intervals:
-            self.window.accept()
+            self.window.review_actions.accept()
 
     def _export(self) -> None:
         data = self.window.document.data
         assert data is not None
         self._folder.mkdir(parents=True, exist_ok=True)
         path = self._folder / f"{data.clip.path.stem}_refined.bvh"
-        self.window.export(ExportChoice(path, replace=True))  # of an earlier run
+        self.window.files.export(ExportChoice(path, replace=True))  # of an earlier run
         self.window.exporter.finish()
         if not self.code:
             print(self.window.bar.label.text())

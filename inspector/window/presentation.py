@@ -75,6 +75,11 @@ class Presentation:
             window.setWindowState(window.windowState() & ~Qt.WindowState.WindowFullScreen)
         window.restoreState(layout)
 
+    def set_full_screen(self, on: bool) -> None:
+        """The whole screen or not; a window that was maximised before is so afterwards."""
+        full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
+        self._window.setWindowState(now | full if on else now & ~full)
+
     def _scale(self, scale: float) -> None:
         self._timeline.set_scale(scale)
         self._viewport.set_scale(scale)

@@ -23,6 +23,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK, LIGHT
 from tests.conftest import ASSETS
+from tests.gui.windows import act
 from twistcore.decomposition import WhatIf, decompose
 from twistcore.rotation import multiply, rotate, swing_twist
 from twistcore.signals import twist_signals
@@ -42,7 +43,7 @@ def clips(folder_for_copy):
 
 @pytest.fixture
 def taught(qtbot, at_forearm):
-    at_forearm.show_teaching()
+    act(at_forearm, "show_teaching")
     qtbot.waitUntil(lambda: at_forearm.teaching.typesetter.done, timeout=30_000)
     qtbot.wait(100)
     return at_forearm
