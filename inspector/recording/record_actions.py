@@ -55,14 +55,8 @@ class RecordActions:
         if self.viewport.view is None:
             self.bar.show_message("Without the 3D view there is nothing to record.", True)
             return
-        stage = Stage(
-            self.lesson,
-            self.viewport,
-            self.typesetter,
-            self.viewport.theme,
-            QSize(*choice.size),
-            curves=choice.curves,
-        )
+        size, curves = QSize(*choice.size), choice.curves
+        stage = Stage(self.lesson, self.viewport, self.typesetter, size, curves=curves)
         if choice.film:
             self.recorder.start(stage, choice)
             return

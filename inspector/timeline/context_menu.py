@@ -36,11 +36,7 @@ def context_menu(
         return action
 
     there = judged or document.interval
-    add(
-        "Zoom to interval",
-        lambda: visible.zoom_to_interval(there),
-        enabled=there is not None,
-    )
+    add("Zoom to interval", lambda: visible.zoom_to_interval(there), enabled=there is not None)
     add("Show all", visible.show_all)
     menu.addSeparator()
     add(f"New interval at frame {at}", lambda: document.insert_interval(at))

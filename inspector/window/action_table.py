@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from inspector.bundled import SAMPLE
-from inspector.session.document import Document, Show
+from inspector.session.document import Show
 from inspector.tuning.tuning_panel import Scope
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.fronts import bring_to_front
 from inspector.window.actions import shortcuts_markdown
-from inspector.window.parts import ActionSpec, Choice, Switch
+from inspector.window.parts import ActionSpec, Switch
 from twistcore.review import Decision
 
 # Actions that mean nothing where there is no OpenGL and the plots stand alone.
@@ -20,11 +20,7 @@ OF_THE_FIGURE = (
     "colour_by_offset", "bone_names", "view_iso", "view_front", "view_side", "view_back",
     "view_top",
 )  # fmt: skip
-
-
-def _cycle_show(document: Document) -> None:
-    every = list(Show)
-    document.set_show(every[(every.index(document.show) + 1) % len(every)])
+_NEXT = {Show.BEFORE: Show.AFTER, Show.AFTER: Show.BOTH, Show.BOTH: Show.BEFORE}
 
 
 def _name_bones(viewport: Viewport, on: bool) -> None:
@@ -66,17 +62,19 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
         ActionSpec("redo", "Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), do=lambda p: p.document.redo()),
         None,
         ActionSpec("accept", "Accept", ("A",), "Accept and go to the next undecided",
-                   do=lambda p: p.review.accept()),
+                   do=lambda p: p.review.decide(Decision.ACCEPTED)),
         ActionSpec("reject", "Reject", ("R",), "Reject and go to the next undecided",
-                   do=lambda p: p.review.reject()),
+                   do=lambda p: p.review.decide(Decision.REJECTED)),
         ActionSpec("reset", "Reset to undecided", ("Backspace",),
                    do=lambda p: p.review.judge(Decision.UNDECIDED)),
         ActionSpec("accept_confident", "Accept the sure ones…", ("Ctrl+Shift+A",),
                    "Accept all undecided with a confidence of at least …",
                    do=lambda p: p.review.accept_confident()),
         None,
-        ActionSpec("start_here", "Start at playhead", ("[",), do=lambda p: p.review.start_here()),
-        ActionSpec("stop_here", "Stop at playhead", ("]",), do=lambda p: p.review.stop_here()),
+        ActionSpec("start_here", "Start at playhead", ("[",),
+                   do=lambda p: p.review.move_edge(start=True)),
+        ActionSpec("stop_here", "Stop at playhead", ("]",),
+                   do=lambda p: p.review.move_edge(start=False)),
         ActionSpec("insert_interval", "New interval at playhead", ("Ins",),
                    do=lambda p: p.review.insert_interval()),
         ActionSpec("remove_interval", "Remove hand-made interval", ("Del",),
@@ -87,10 +85,10 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
                    "The twist runs straight through the interval",
                    do=lambda p: p.review.make_following()),
         None,
-        Choice("use_consistency", "Detect with our detector", group="method", checked=True,
-               do=lambda p: p.document.use_method("consistency")),
-        Choice("use_paper", "Detect with the paper's detector", group="method",
-               do=lambda p: p.document.use_method("paper")),
+        ActionSpec("use_consistency", "Detect with our detector", group="method", checked=True,
+                   do=lambda p: p.document.use_method("consistency")),
+        ActionSpec("use_paper", "Detect with the paper's detector", group="method",
+                   do=lambda p: p.document.use_method("paper")),
         None,
         ActionSpec("preferences", "Preferences…", ("Ctrl+,",), "Reviewer, frames, keys",
                    do=lambda p: p.program.preferences()),
@@ -130,7 +128,7 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
     ),
     "View": (
         ActionSpec("cycle_show", "Before / after / both", ("B",), "Cycle what the 3D shows",
-                   do=lambda p: _cycle_show(p.document)),
+                   do=lambda p: p.document.set_show(_NEXT[p.document.show])),
         ActionSpec("focus_chain", "Focus the chain", ("F",), "Turn the camera to the limb",
                    do=lambda p: p.viewport.focus_chain(p.settings.turn_ms)),
         Switch("follow_root", "Follow the root", ("G",), checked=True,
@@ -162,10 +160,12 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
                "The other detector's strength, τ and intervals below this one's",
                turn=lambda p, on: p.timeline.toggles["other"].setChecked(on)),
         None,
-        Choice("theme_system", "Colours as the system", group="theme", checked=True,
-               do=lambda p: p.program.choose_theme("system")),
-        Choice("theme_light", "Light", group="theme", do=lambda p: p.program.choose_theme("light")),
-        Choice("theme_dark", "Dark", group="theme", do=lambda p: p.program.choose_theme("dark")),
+        ActionSpec("theme_system", "Colours as the system", group="theme", checked=True,
+                   do=lambda p: p.program.choose_theme("system")),
+        ActionSpec("theme_light", "Light", group="theme",
+                   do=lambda p: p.program.choose_theme("light")),
+        ActionSpec("theme_dark", "Dark", group="theme",
+                   do=lambda p: p.program.choose_theme("dark")),
         None,
         Switch("presentation", "Presentation", ("F5",),
                "Large type, figure and curves only; Esc ends it",
@@ -177,14 +177,14 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
         ActionSpec("show_tuning", "Tuning tab", ("Ctrl+T",), "What every τ costs this clip",
                    do=lambda p: bring_to_front(p.docks["tuning"])),
         None,
-        Choice("tau_for_chain", "Chain", (),
-               "τ is set for the selected chain", group="scope", checked=True,
-               do=lambda p: p.tuning.set_scope(Scope.CHAIN)),
-        Choice("tau_for_segment", "τ for both sides", (),
-               "τ is set for the chain's segment, left and right", group="scope",
-               do=lambda p: p.tuning.set_scope(Scope.SEGMENT)),
-        Choice("tau_for_all", "τ for all chains", (), "τ is set for all chains", group="scope",
-               do=lambda p: p.tuning.set_scope(Scope.ALL)),
+        ActionSpec("tau_for_chain", "Chain", (),
+                   "τ is set for the selected chain", group="scope", checked=True,
+                   do=lambda p: p.tuning.set_scope(Scope.CHAIN)),
+        ActionSpec("tau_for_segment", "τ for both sides", (),
+                   "τ is set for the chain's segment, left and right", group="scope",
+                   do=lambda p: p.tuning.set_scope(Scope.SEGMENT)),
+        ActionSpec("tau_for_all", "τ for all chains", (), "τ is set for all chains", group="scope",
+                   do=lambda p: p.tuning.set_scope(Scope.ALL)),
         ActionSpec("suggest_tau", "Suggest τ", ("Ctrl+U",),
                    "The τ that errors put into this clip speak for",
                    do=lambda p: p.tuning.suggest()),

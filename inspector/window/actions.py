@@ -52,7 +52,7 @@ def build_actions(
             shown[name].addAction(action)
             action.setObjectName(row.id)
             action.setStatusTip(row.tip)
-            action.setCheckable(row.checkable)
+            action.setCheckable(row.checkable or bool(row.group))
             action.setChecked(row.checked)
             if row.group:
                 groups.setdefault(row.group, QActionGroup(window)).addAction(action)

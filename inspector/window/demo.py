@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 from inspector.session.export_files import ExportChoice
 from inspector.session.queue import ClipState
 from inspector.window.main_window import MainWindow
+from twistcore.review import Decision
 
 _SETTLE_MS = 350  # the views redraw once an event-loop turn; give them a few
 _LOOK_MS = 200  # between two looks for a dialog that nobody will answer
@@ -53,14 +55,6 @@ class Script(QObject):
         path.parent.mkdir(parents=True, exist_ok=True)
         if not self.window.grab().save(str(path)):
             self.fail(f"{path}: the picture could not be written.")
-
-    def to_next(self) -> None:
-        """Go to the next interval."""
-        self.window.review_actions.step_interval(+1)
-
-    def focus(self) -> None:
-        """Turn the camera to the limb."""
-        self.window.viewport.focus_chain(self.window.settings.turn_ms)
 
     def fail(self, text: str) -> None:
         """Say what went wrong and end."""
@@ -142,8 +136,10 @@ class Screenshot(Script):
 
     def steps(self) -> list[Callable[[], None]]:
         """See the class."""
-        to_interval = [self.to_next, self.focus] if self.window.document.data else []
-        return [*to_interval, lambda: self.shoot(self._picture)]
+        review, shoot = self.window.review_actions, partial(self.shoot, self._picture)
+        if self.window.document.data is None:
+            return [shoot]
+        return [partial(review.step_interval, +1), review.look, shoot]
 
 
 class Demo(Script):
@@ -155,17 +151,20 @@ class Demo(Script):
 
     def steps(self) -> list[Callable[[], None]]:
         """See the class."""
-        accept = self.window.review_actions.accept
+        review = self.window.review_actions
         return [
-            self.to_next,
-            accept,
-            accept,
+            partial(review.step_interval, +1),
+            self._accept,
+            self._accept,
             self._to_middle,
-            self.focus,
+            review.look,
             lambda: self.shoot(self._folder / "inspector.png"),
             self._accept_rest,
             self._export,
         ]
+
+    def _accept(self) -> None:
+        self.window.review_actions.decide(Decision.ACCEPTED)
 
     def _to_middle(self) -> None:
         if judged := self.window.document.interval:
@@ -173,7 +172,7 @@ class Demo(Script):
 
     def _accept_rest(self) -> None:
         for _ in self.window.document.intervals:
-            self.window.review_actions.accept()
+            self._accept()
 
     def _export(self) -> None:
         data = self.window.document.data

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtGui import QAction, QKeySequence
@@ -180,10 +181,8 @@ class FileActions:
 
     def locate_clip(self, session: Path) -> None:
         """Ask where the clip of a session went, and open both."""
-        title, folder = "Locate the clip", str(session.parent)
-        name, _ = QFileDialog.getOpenFileName(self.window, title, folder, "*.bvh")
-        if name:
-            self.document.opener.open_session(session, Path(name))
+        title, reopen = "Locate the clip", partial(self.document.opener.open_session, session)
+        ask_files(self.window, title, "*.bvh", lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self) -> None:
         """Ask where to and export."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -63,12 +64,7 @@ from twistcore.review import Decision
 
 _STATE_VERSION = 2
 _LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
-_PRESENTED = ("curves", "teaching")  # docks that stay in a presentation
-_LEFT, _RIGHT, _BOTTOM = (
-    Qt.DockWidgetArea.LeftDockWidgetArea,
-    Qt.DockWidgetArea.RightDockWidgetArea,
-    Qt.DockWidgetArea.BottomDockWidgetArea,
-)
+_Area = Qt.DockWidgetArea
 
 
 class MainWindow(QMainWindow):
@@ -108,14 +104,7 @@ class MainWindow(QMainWindow):
         self.bar = MessageBar()
         self.viewport = Viewport(document, theme)
         self.transport = Transport(document, self.player, actions)
-        centre = QWidget()
-        layout = QVBoxLayout(centre)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self.bar)
-        layout.addWidget(self.viewport, 1)
-        layout.addWidget(self.transport)
-        self.setCentralWidget(centre)
+        self.setCentralWidget(_column({self.bar: 0, self.viewport: 1, self.transport: 0}))
         own_surface(self.viewport)
         self.chains = ChainsPanel(document, theme)
         self.intervals = IntervalsPanel(document, theme)
@@ -132,25 +121,20 @@ class MainWindow(QMainWindow):
         self.viewport.accompany(self.quality.tracked)
 
     def _build_docks(self) -> None:
-        right = QWidget()
-        column = QVBoxLayout(right)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.intervals, 1)
-        column.addWidget(self.detail)
-        self._dock("Curves", self.timeline, _BOTTOM)
-        self._dock("Video", self.video, _BOTTOM).hide()
-        self._dock("Clips", self.clips, _LEFT).hide()
-        chains = self._dock("Chains", self.chains, _LEFT)
-        intervals = self._dock("Intervals", right, _RIGHT)
-        history = self._dock("History", HistoryPanel(self.document), _RIGHT)
-        tuning = self._dock("Tuning", self.tuning, _RIGHT)
+        right = _column({self.intervals: 1, self.detail: 0})
+        self._dock("Curves", self.timeline, _Area.BottomDockWidgetArea)
+        self._dock("Video", self.video, _Area.BottomDockWidgetArea).hide()
+        self._dock("Clips", self.clips, _Area.LeftDockWidgetArea).hide()
+        chains = self._dock("Chains", self.chains, _Area.LeftDockWidgetArea)
+        intervals = self._dock("Intervals", right, _Area.RightDockWidgetArea)
+        history = self._dock("History", HistoryPanel(self.document), _Area.RightDockWidgetArea)
+        tuning = self._dock("Tuning", self.tuning, _Area.RightDockWidgetArea)
         self.tabifyDockWidget(intervals, history)
         self.tabifyDockWidget(intervals, tuning)
-        teaching = self._dock("Teaching", self.teaching, _RIGHT)
+        teaching = self._dock("Teaching", self.teaching, _Area.RightDockWidgetArea)
         self.tabifyDockWidget(tuning, teaching)
-        self._dock("Guide", self.guide, _LEFT).hide()
-        quality = self._dock("Quality", self.quality, _RIGHT)
+        self._dock("Guide", self.guide, _Area.LeftDockWidgetArea).hide()
+        quality = self._dock("Quality", self.quality, _Area.RightDockWidgetArea)
         self.tabifyDockWidget(teaching, quality)
         tuning.visibilityChanged.connect(self.tuning.set_seen)
         teaching.visibilityChanged.connect(self.teaching.set_shown)
@@ -159,7 +143,7 @@ class MainWindow(QMainWindow):
         widths = [_LEFT_WIDTH, _RIGHT_WIDTH]
         self.resizeDocks([chains, intervals], widths, Qt.Orientation.Horizontal)
 
-    def _dock(self, title: str, content: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
+    def _dock(self, title: str, content: QWidget, area: _Area) -> QDockWidget:
         dock = self.docks[title.lower()] = QDockWidget(title, self)
         dock.setObjectName(title.lower())
         dock.setWidget(content)
@@ -175,10 +159,7 @@ class MainWindow(QMainWindow):
             "open_dialog", "export_dialog", "", "undo", "redo", "", "previous_interval",
             "next_interval", "accept", "reject", "reset", "", "cycle_show", "focus_chain",
         ):  # fmt: skip
-            if name:
-                tools.addAction(self.actions_by_id[name])
-            else:
-                tools.addSeparator()
+            tools.addAction(self.actions_by_id[name]) if name else tools.addSeparator()
         self.addToolBar(tools)
         view = self._menus["View"]
         view.addSeparator()
@@ -194,7 +175,7 @@ class MainWindow(QMainWindow):
     def _build_features(self) -> None:
         """What actions do, and the actions' way to it."""
         document, actions, docks, bar = self.document, self.actions_by_id, self.docks, self.bar
-        self.presentation = Presentation(self, self.viewport, self.timeline, _PRESENTED)
+        self.presentation = Presentation(self, docks, self.viewport, self.timeline)
         program = GuidedProgram(
             document=document,
             lesson=self.lesson,
@@ -239,7 +220,7 @@ class MainWindow(QMainWindow):
         self.exporter.message.connect(self.bar.show_message)
         document.question.connect(self.bar.ask)
         document.withdrawn.connect(self.bar.clear)
-        document.message.connect(lambda *_: self.statusBar().clearMessage())
+        document.message.connect(self.statusBar().clearMessage)
         document.opened.connect(self._review_changed)
         document.intervals_changed.connect(self._review_changed)
         document.frame_changed.connect(self._show_position)
@@ -251,7 +232,7 @@ class MainWindow(QMainWindow):
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
         self.presentation.escaped.connect(lambda: actions["presentation"].setChecked(False))
         self.timeline.toggles["other"].toggled.connect(actions["both_detectors"].setChecked)
-        QApplication.styleHints().colorSchemeChanged.connect(self.program.colour)
+        QApplication.styleHints().colorSchemeChanged.connect(self._scheme_changed)
         self._review_changed()
 
     def _restore(self) -> None:
@@ -281,6 +262,9 @@ class MainWindow(QMainWindow):
         if (trackers := self.teaching_actions.five_trackers) is not None:
             trackers.set_theme(theme)
 
+    def _scheme_changed(self) -> None:  # of the window: Qt disconnects it when it goes
+        self.program.colour()
+
     def close_unasked(self) -> None:
         """Close without a question: decisions that are not saved wait in the journal."""
         self._unasked = True
@@ -291,25 +275,18 @@ class MainWindow(QMainWindow):
     def _review_changed(self) -> None:
         data = self.document.data
         review = self.document.review if data else None
-        for name, text in (
-            ("undo", review.undo_text if review else ""),
-            ("redo", review.redo_text if review else ""),
-        ):
+        texts = (review.undo_text, review.redo_text) if review else ("", "")
+        for name, text in zip(("undo", "redo"), texts, strict=True):
             action = self.actions_by_id[name]
             title = name.capitalize()
             wanted = f"{title} {text[0].lower()}{text[1:]}" if text else title
-            if (wanted, bool(text)) != (
-                action.text(),
-                action.isEnabled(),
-            ):  # a changed action lays its tool bar out anew
+            # A changed action lays its tool bar out anew.
+            if (wanted, bool(text)) != (action.text(), action.isEnabled()):
                 action.setEnabled(bool(text))
                 action.setText(wanted)
                 action.setIconText(title)
         if review is not None:
-            method = self.actions_by_id[f"use_{review.state.method}"]
-            method.blockSignals(True)
-            method.setChecked(True)
-            method.blockSignals(False)
+            self.actions_by_id[f"use_{review.state.method}"].setChecked(True)
         title = "Twist Inspector"
         look = " (look only)" if self.document.keeper.read_only else ""
         self.setWindowTitle(f"{data.clip.name}[*]{look} – {title}" if data else title)
@@ -380,3 +357,14 @@ class MainWindow(QMainWindow):
                 print(trouble, file=sys.stderr)
         self.viewport.close()
         super().closeEvent(event)
+
+
+def _column(content: Mapping[QWidget, int]) -> QWidget:
+    """Widgets under one another without gaps, and which of them takes what is left."""
+    column = QWidget()
+    layout = QVBoxLayout(column)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(0)
+    for widget, stretch in content.items():
+        layout.addWidget(widget, stretch)
+    return column

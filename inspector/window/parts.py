@@ -54,24 +54,16 @@ class Parts:
 
 @dataclass(frozen=True)
 class ActionSpec(Row):
-    """A row that does one thing."""
+    """A row that does one thing; one of a group does it when it becomes the checked one."""
 
     do: Callable[[Parts], object] = field(kw_only=True)
 
     def connect(self, action: QAction, parts: Parts) -> None:
         """Let the action do it from now on."""
-        action.triggered.connect(lambda *_: self.do(parts))
-
-
-@dataclass(frozen=True)
-class Choice(ActionSpec):
-    """One of a group; what it does is done when it becomes the checked one."""
-
-    checkable: ClassVar[bool] = True
-
-    def connect(self, action: QAction, parts: Parts) -> None:
-        """See `ActionSpec`."""
-        action.toggled.connect(lambda on: self.do(parts) if on else None)
+        if self.group:
+            action.toggled.connect(lambda on: self.do(parts) if on else None)
+        else:
+            action.triggered.connect(lambda *_: self.do(parts))
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class Preferences(QDialog):
         header = self.keys.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         header.resizeSection(1, 190)
-        self._edits: dict[str, QKeySequenceEdit] = {}
+        self.edits: dict[str, QKeySequenceEdit] = {}
         for row in self._rows:
             place = self.keys.rowCount()
             self.keys.insertRow(place)
@@ -61,7 +61,7 @@ class Preferences(QDialog):
             edit.setClearButtonEnabled(True)
             edit.setMaximumSequenceLength(1)
             edit.keySequenceChanged.connect(self._check)
-            self._edits[row.id] = edit
+            self.edits[row.id] = edit
             self.keys.setCellWidget(place, 1, edit)
         self.conflict = QLabel()
         self.conflict.setWordWrap(True)
@@ -85,20 +85,16 @@ class Preferences(QDialog):
         settings.step = self.step.value()
         changed = {}
         for row in self._rows:
-            key = self._edits[row.id].keySequence().toString()
+            key = self.edits[row.id].keySequence().toString()
             first = QKeySequence(row.keys[0]).toString() if row.keys else ""
             if key != first:
                 changed[row.id] = [key] if key else []
         settings.keys = changed
 
-    def set_key(self, action: str, key: str) -> None:
-        """Type a key for an action."""
-        self._edits[action].setKeySequence(QKeySequence(key))
-
     def _check(self) -> None:
         used: dict[str, list[str]] = {}
         for row in self._rows:
-            key = self._edits[row.id].keySequence().toString()
+            key = self.edits[row.id].keySequence().toString()
             if key:
                 used.setdefault(key, []).append(row.text)
         twice = [f"{key}: {', '.join(names)}" for key, names in used.items() if len(names) > 1]

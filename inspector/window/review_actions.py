@@ -13,7 +13,7 @@ from inspector.session.document import Document
 from inspector.session.redetection import faint_intervals
 from inspector.widgets.message_bar import MessageBar
 from twistcore.detection import Interval
-from twistcore.review import Decide, Decision, Judged, Remove
+from twistcore.review import Decide, Decision, Remove
 from twistcore.review.model import flattened, following, resized
 
 
@@ -37,14 +37,9 @@ class ReviewActions:
             order = self.intervals.shown_ids()
             self.document.decide(decision, self.intervals.selected_ids(), order)
 
-    def accept(self) -> None:
-        """Accept the selected intervals, and go to the next undecided."""
-        self.judge(Decision.ACCEPTED)
-        self._look()
-
-    def reject(self) -> None:
-        """Reject the selected intervals, and go to the next undecided."""
-        self.judge(Decision.REJECTED)
+    def decide(self, decision: Decision) -> None:
+        """Judge the selected intervals, and look at the next undecided."""
+        self.judge(decision)
         self._look()
 
     def step_interval(self, direction: int) -> None:
@@ -66,37 +61,30 @@ class ReviewActions:
 
     def accept_at_least(self, confidence: float) -> None:
         """Accept all undecided intervals with at least this confidence, in one step."""
+        document = self.document
         ids = tuple(
             j.id
-            for j in self.document.intervals
+            for j in document.intervals
             if j.decision == Decision.UNDECIDED
             and not j.interval.open
             and (j.interval.confidence or 0.0) >= confidence
         )
-        if not ids:
-            self.bar.show_message(
-                f"No undecided interval has a confidence of {confidence:.2f} or more.", False
-            )
+        if ids:
+            document.do(Decide(ids, Decision.ACCEPTED, document.reviewer, document.now()))
+        else:
+            text = f"No undecided interval has a confidence of {confidence:.2f} or more."
+            self.bar.show_message(text, False)
+
+    def move_edge(self, *, start: bool) -> None:
+        """The selected interval starts at the playhead, or ends with its frame."""
+        if (judged := self.document.interval) is None:
             return
-        self.document.do(
-            Decide(ids, Decision.ACCEPTED, self.document.reviewer, self.document.now())
-        )
-
-    def start_here(self) -> None:
-        """The selected interval starts at the playhead."""
-        if judged := self.document.interval:
-            self._resize(judged, self.document.frame, judged.interval.stop)
-
-    def stop_here(self) -> None:
-        """The selected interval ends with the playhead's frame."""
-        if judged := self.document.interval:
-            self._resize(judged, judged.interval.start, self.document.frame + 1)
-
-    def _resize(self, judged: Judged, start: int, stop: int) -> None:
-        if stop <= start:
+        frame, interval = self.document.frame, judged.interval
+        first, stop = (frame, interval.stop) if start else (interval.start, frame + 1)
+        if stop <= first:
             self.bar.show_message("The playhead is on the wrong side of the interval.", False)
         else:
-            self.document.edit(judged.id, resized(judged.interval, start, stop))
+            self.document.edit(judged.id, resized(interval, first, stop))
 
     def make_level(self) -> None:
         """The selected interval gets one offset in all its frames."""
@@ -148,14 +136,8 @@ class ReviewActions:
         if not self.document.frames:
             return
         first = self.document.first_frame
-        last = self.document.frames - 1 + first
-        frame, chosen = QInputDialog.getInt(
-            self.window,
-            "Go to frame",
-            f"Frame ({first} – {last})",
-            self.document.frame + first,
-            first,
-            last,
-        )
+        now, last = self.document.frame + first, self.document.frames - 1 + first
+        title, text = "Go to frame", f"Frame ({first} – {last})"
+        frame, chosen = QInputDialog.getInt(self.window, title, text, now, first, last)
         if chosen:
             self.document.go_to(frame - first)

@@ -165,6 +165,7 @@ def test_cancelled_it_changes_nothing(qtbot, window, quality):
     quality.choose("LeftForeArm")
     quality.track()
     assert quality.tracked.running
+    quality.refresh()  # now the action may be done
     act(window, "cancel_tracking")
     qtbot.wait(400)
     assert window.document.review.state.tracking is None

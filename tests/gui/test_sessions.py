@@ -66,10 +66,10 @@ def test_a_note_still_being_typed_is_saved(qtbot, window, path, tmp_path):
 def test_a_crash_is_offered_to_be_restored(qtbot, show_window, path, tmp_path):
     first = show_window()
     open_clip(qtbot, first, path)
-    first.next_interval()
-    first.accept()
-    first.accept()
-    first.undo()
+    act(first, "next_interval")
+    act(first, "accept")
+    act(first, "accept")
+    act(first, "undo")
     journal = tmp_path / "walk.twist.json.journal"
     kept = journal.read_bytes()
     expected = decisions(first)
@@ -130,11 +130,11 @@ def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     other = show_window()
     open_clip(qtbot, other, INJECTED)
     assert "another window" in other.bar.label.text()
-    other.next_interval()
-    other.accept()
+    act(other, "next_interval")
+    act(other, "accept")
     assert Decision.ACCEPTED not in decisions(other)
     assert [b.text() for b in other.bar.buttons()] == ["Take over", "Look only"]
-    assert not other.save_session()
+    assert not other.files.save_session()
     assert "cannot save" in other.bar.label.text()
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QDockWidget
 
 from inspector.panels.history_panel import HistoryPanel
@@ -214,9 +215,9 @@ def test_edges_at_the_playhead_never_turn_an_interval_over(opened):
 def test_keys_can_be_changed_and_conflicts_are_told(qtbot, opened):
     act(opened, "preferences")
     dialog = opened.findChild(Preferences)
-    dialog.set_key("accept", "R")
+    dialog.edits["accept"].setKeySequence(QKeySequence("R"))
     assert "Used twice" in dialog.conflict.text()
-    dialog.set_key("accept", "X")
+    dialog.edits["accept"].setKeySequence(QKeySequence("X"))
     dialog.first.setCurrentIndex(1)
     dialog.reviewer.setText("Ada")
     dialog.accept()
