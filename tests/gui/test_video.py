@@ -191,10 +191,10 @@ def test_video_and_offset_come_back_with_their_clip(qtbot, show_clip, clip, movi
     assert complaint == ""
     again = show_clip(settings, tmp_path / "walk.bvh")
     settle(qtbot, again)
-    assert again.video_dock.isVisible()
+    assert again.docks["video"].isVisible()
     assert again.video.offset.value() == pytest.approx(0.32)
     assert shown(qtbot, again) == 8
-    again.close_video()
+    act(again, "close_video")
     open_clip(qtbot, again, tmp_path / "walk.bvh")
     assert again.video.reader is None
     assert again.settings.videos == {}
