@@ -19,9 +19,10 @@ from inspector.session.redetection import at_tau, by_method
 from twistcore.chain import Chain
 from twistcore.detection import Analysis, Interval
 from twistcore.refinement import Corrected
-from twistcore.review import Command, Decide, Decision, Edit, Judged, Review
+from twistcore.review import Command, Decide, Decision, Edit, Insert, Judged, Review
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
+from twistcore.review.proposal import proposed_interval
 from twistcore.rotation import Array
 from twistcore.tuning import Profile
 
@@ -330,6 +331,17 @@ class Document(QObject):
         )
         if start < stop and (drag or not same):
             self.do(Edit(interval_id, resized(interval, start, stop), drag))
+
+    def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
+        """Add a hand-made interval and select it: the one given, or one proposed around a frame."""
+        if self.data is None or not self.chain:
+            return
+        if interval is None:
+            signals, fps = self.data.signals[self.chain], self.data.motion.fps
+            interval = proposed_interval(self.chain, signals, frame, fps)
+        number = self.review.state.next_id
+        if self.do(Insert(interval)):
+            self.select_interval(number)
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
         """Set τ, radians, of a chain (the selected one if none is named) and detect again."""

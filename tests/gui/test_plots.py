@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QApplication
 
 from inspector.session.document import Document
 from inspector.session.opening import analyse
-from inspector.timeline.context_menu import insert_interval
 from inspector.timeline.tau_line import set_tau_degrees
 from inspector.timeline.timeline import Timeline
 from inspector.widgets.axes import root_scale
@@ -317,7 +316,7 @@ def test_menu_never_deletes_and_judges_what_it_was_opened_on(qtbot, timeline, do
 def test_new_interval_is_selected_and_by_hand(qtbot, timeline, document):
     set_tau_degrees(document, 180.0)
     count = len(document.intervals)
-    insert_interval(document, 150)
+    document.insert_interval(150)
     assert len(document.intervals) == count + 1
     assert document.interval.by_hand
     assert document.interval.interval.start <= 150 < document.interval.interval.stop
