@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.compiled import loops
 from twistcore.rotation import Array
 
 _ELEMENTS = 1 << 16  # numbers of one kind in a block
@@ -121,13 +120,6 @@ def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
     """Global rotations (frames, joints, 4) and positions (frames, joints, 3) of every joint."""
     joints = len(motion.skeleton)
     positions = np.empty((motion.frames, joints, 3))
-    if compiled := loops():
-        rotations = motion.rotations.copy()
-        positions[:] = motion.skeleton.offsets
-        if motion.positioned:
-            positions[:, list(motion.positioned)] = motion.positions
-        compiled.descend(rotations, positions, motion.skeleton.parents)
-        return rotations, positions
     rotations = np.empty((motion.frames, joints, 4))
     offsets = np.ascontiguousarray(motion.skeleton.offsets.T)[..., None]
     # Blocks of frames, components and joints in front: all passes run along contiguous frames

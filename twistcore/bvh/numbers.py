@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.bvh.uniform_numbers import UniformReader
-from twistcore.compiled import Loops, loops_for
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 
@@ -26,7 +25,6 @@ _POWERS = 10.0 ** np.arange(23)
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _TOKEN = re.compile(rb"[^ \t\n\v\f\r]+")
 _Bytes = NDArray[np.uint8]
-_Reader = Callable[[_Bytes, Array], "Numbers | None"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,23 +48,16 @@ def read_numbers(data: bytes, start: int, tell: Tell = nobody) -> Numbers:
 
     Read in blocks, so that little memory is needed beside the values; tell: after each.
     """
-    compiled = loops_for(len(data) - start)
-    reader = _Scanner(compiled) if compiled else _numpy_reader(data, start)
-    return _read_blocks(data, start, reader, tell)
-
-
-def _read_blocks(data: bytes, start: int, reader: _Reader, tell: Tell) -> Numbers:
-    """One block after the other, the values in room that is guessed from the first."""
+    read = _block_reader(data, start)
     buffer = np.frombuffer(data, dtype=np.uint8)
     spans = list(_spans(data, start, len(data)))
     values, lines, filled = np.empty(_guess(data, spans)), [], 0
     for a, b in spans:
-        found = reader(buffer[a:b], values[filled:]) or _exact(data, a, b)
+        found = read(buffer[a:b]) or _exact(data, a, b)
         stop = filled + len(found.values)
         if stop > len(values):
             values = np.concatenate([values[:filled], np.empty(stop + stop // 8 - filled)])
-        if not np.may_share_memory(values, found.values):
-            values[filled:stop] = found.values
+        values[filled:stop] = found.values
         lines.append(found.lines + filled)
         filled = stop
         tell((b - start) / (len(data) - start))
@@ -74,13 +65,12 @@ def _read_blocks(data: bytes, start: int, reader: _Reader, tell: Tell) -> Number
     return Numbers(values[:filled], np.concatenate(lines) if lines else np.zeros(0, np.int64))
 
 
-def _numpy_reader(data: bytes, start: int) -> _Reader:
-    """For texts that are read before the compiled loops pay, or without them."""
+def _block_reader(data: bytes, start: int) -> Callable[[_Bytes], Numbers | None]:
+    """Reads a block of data[start:]; None where something in it is no number."""
     decimals = _usual_decimals(data, start)
     uniform = UniformReader(decimals, _BLOCK + 64) if decimals else None
 
-    def read(block: _Bytes, room: Array) -> Numbers | None:
-        del room
+    def read(block: _Bytes) -> Numbers | None:
         if uniform is not None and (found := uniform(block)) is not None:
             return Numbers(found[0], _line_counts(block, found[1]))
         return _mixed(block)
@@ -94,33 +84,6 @@ def _usual_decimals(data: bytes, start: int) -> int:
     decimals = {len(token) - 1 - token.rfind(b".") for token in tokens if b"." in token}
     one = decimals.pop() if len(decimals) == 1 else 0
     return one if 3 <= one <= 10 and all(b"." in token for token in tokens) else 0
-
-
-class _Scanner:
-    """Reads blocks by compiled code, in memory of its own: fresh pages would cost the most."""
-
-    def __init__(self, compiled: Loops) -> None:
-        self._scan = compiled.scan
-        self._size = size = _BLOCK + 1024
-        self._values = np.empty(size // 2 + 1)
-        self._lines = np.empty(size, dtype=np.int64)
-        self._odd = np.empty((size // 2 + 1, 3), dtype=np.int64)
-
-    def __call__(self, block: _Bytes, room: Array) -> Numbers | None:
-        """The numbers of a block, valid until the next; None where something is no number.
-
-        They are put into `room` where it is enough for as many as there might be.
-        """
-        if len(block) > self._size:
-            return None
-        values = room if len(room) >= len(self._values) else self._values
-        count, breaks, others = self._scan(block, _POWERS, values, self._lines, self._odd)
-        for k, start, end in self._odd[:others].tolist():
-            token = block[start:end].tobytes()
-            if not _NUMBER.fullmatch(token) or not abs(value := float(token)) < LARGEST:
-                return None
-            values[k] = value
-        return Numbers(values[:count], self._lines[:breaks])
 
 
 def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:

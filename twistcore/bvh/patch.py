@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from twistcore.atomic import write_atomically
 from twistcore.bvh.clip import Clip
 from twistcore.bvh.euler_branch import angle_jumps, continuous_angles
-from twistcore.compiled import loops
 from twistcore.motion import Motion
 from twistcore.rotation import Array
 
@@ -113,7 +112,8 @@ def _replaced(clip: Clip, tokens: NDArray[np.int64], numbers: Array) -> bytes:
     """The clip's bytes with the tokens of these numbers (from 0, in reading order) written anew."""
     order = np.argsort(tokens, kind="stable")
     tokens, numbers = tokens[order], numbers[order]
-    starts, ends, decimals = _places(clip, tokens)
+    starts, ends = (span[tokens] for span in clip.token_spans)
+    decimals = _decimals(clip.data, starts, ends)
     # Neighbours with one space between are written together: far fewer pieces to join.
     together = np.zeros(len(tokens), dtype=np.bool_)
     buffer = np.frombuffer(clip.data, dtype=np.uint8)
@@ -129,17 +129,6 @@ def _replaced(clip: Clip, tokens: NDArray[np.int64], numbers: Array) -> bytes:
     pieces[0::2] = [clip.data[a:b] for a, b in zip(stops, nexts, strict=True)]
     pieces[1::2] = text.encode().split(b"\n")[:-1]
     return b"".join(pieces)
-
-
-def _places(clip: Clip, tokens: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
-    """Start, end and decimals of these tokens, ascending."""
-    if compiled := loops():
-        found = np.empty((len(tokens), 3), dtype=np.int64)
-        text = np.frombuffer(clip.data, dtype=np.uint8)[clip.data_start :]
-        compiled.find_tokens(text, tokens, found)
-        return found[:, 0] + clip.data_start, found[:, 1] + clip.data_start, found[:, 2]
-    starts, ends = (span[tokens] for span in clip.token_spans)
-    return starts, ends, _decimals(clip.data, starts, ends)
 
 
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
