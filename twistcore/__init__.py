@@ -4,7 +4,7 @@ The order of the data:
 read_bvh → find_chains → twist_signals → detect → Review → refine → write_bvh.
 """
 
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh, write_bvh, write_motion
 from twistcore.chain import find_chains
 from twistcore.detection import detect
 from twistcore.refinement import refine
@@ -21,4 +21,5 @@ __all__ = [
     "refine",
     "twist_signals",
     "write_bvh",
+    "write_motion",
 ]

@@ -28,6 +28,10 @@ class Skeleton:
     ends: tuple[tuple[int, tuple[float, float, float]], ...] = ()
     rotatable: NDArray[np.bool_] | None = None
 
+    def __repr__(self) -> str:
+        roots = (name for name, parent in zip(self.names, self.parents, strict=True) if parent < 0)
+        return f"<Skeleton: {len(self)} joints from {', '.join(roots)}>"
+
     def __len__(self) -> int:
         return len(self.names)
 
@@ -87,6 +91,9 @@ class Motion:
     positioned: tuple[int, ...]
     positions: Array
     frame_time: float
+
+    def __repr__(self) -> str:
+        return f"<Motion: {self.frames} frames at {self.fps:g} fps, {len(self.skeleton)} joints>"
 
     @property
     def frames(self) -> int:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array
 
+SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
 _BLOCK = 1 << 18  # bytes
 _ELEMENTS = 1 << 14  # numbers of one kind in a block
 
@@ -64,6 +65,10 @@ class Clip:
     values: Array
     frame_time: float
     warnings: tuple[BvhWarning, ...] = ()
+
+    def __repr__(self) -> str:
+        size = f"{len(self.values)} frames at {1.0 / self.frame_time:g} fps"
+        return f"<Clip {self.name}: {size}, {len(self.skeleton)} joints>"
 
     @property
     def name(self) -> str:

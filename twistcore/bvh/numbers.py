@@ -42,6 +42,11 @@ class BadNumberError(ValueError):
         self.offset, self.token = offset, token
 
 
+def number(token: bytes) -> float:
+    """A decimal number's value; NaN for what float() would also take: 1_000, inf, other digits."""
+    return float(token) if _NUMBER.fullmatch(token) else np.nan
+
+
 def read_numbers(data: bytes, start: int, tell: Tell = nobody) -> Numbers:
     """The numbers of data[start:] between white space; raises BadNumberError for the first other.
 
@@ -120,7 +125,7 @@ def _exact(data: bytes, start: int, stop: int) -> Numbers:
     values, marks = [], []
     for found in _TOKEN.finditer(data, start, stop):
         token = found.group()
-        value = float(token) if _NUMBER.fullmatch(token) else np.inf
+        value = number(token)
         if not abs(value) < LARGEST:
             raise BadNumberError(found.start(), token)
         values.append(value)

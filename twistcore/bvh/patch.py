@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.atomic import write_atomically
+from twistcore.atomic import is_stream, same_file, write_atomically
 from twistcore.bvh.clip import Clip
 from twistcore.bvh.euler_branch import angle_jumps, continuous_angles
+from twistcore.errors import TwistError
 from twistcore.motion import Motion
 from twistcore.rotation import Array
 
@@ -38,7 +39,7 @@ class EulerJump:
 class Patch:
     """The bytes to write and the jumps that stayed in them."""
 
-    data: bytes
+    data: bytes = field(repr=False)
     jumps: tuple[EulerJump, ...]
 
 
@@ -52,14 +53,23 @@ def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
     return changed
 
 
-def write_bvh(clip: Clip, motion: Motion, path: str | Path) -> tuple[EulerJump, ...]:
+def write_bvh(
+    clip: Clip, motion: Motion, path: str | Path, *, replace_source: bool = False
+) -> tuple[EulerJump, ...]:
     """Write `clip` with the rotations and positions of `motion`; only what differs is rewritten.
 
-    Atomically. Returns the jumps of Euler angles that could not be avoided.
+    Atomically. Returns the jumps of Euler angles that could not be avoided. Raises TwistError where
+    the file that the clip was read from would be replaced, unless `replace_source`; OSError.
     """
+    path = Path(path)
+    if not replace_source and not is_stream(path) and same_file(path, clip.path):
+        raise TwistError(
+            f"{path}: expected another file than the clip's own source "
+            "(replace_source=True replaces it)"
+        )
     moved = motion.positions is not clip.motion.positions
     patch = patched(clip, motion, changed_rotations(clip, motion), positions=moved)
-    write_atomically(Path(path), patch.data)
+    write_atomically(path, patch.data)
     return patch.jumps
 
 
