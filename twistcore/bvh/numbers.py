@@ -54,7 +54,7 @@ def read_numbers(data: bytes, start: int, tell: Tell = nobody) -> Numbers:
     """
     buffer = np.frombuffer(data, dtype=np.uint8)
     # Memory of up to this size is kept by glibc once that much was freed: else every block would
-    # need fresh pages, which cost a quarter of the time.
+    # need fresh pages, which cost a fifth of the time.
     np.empty(16 * _BLOCK, dtype=np.uint8)
     spans = list(_spans(data, start, len(data)))
     values, lines, filled = np.empty(_guess(data, spans)), [], 0
