@@ -6,7 +6,7 @@ read_bvh → find_chains → analyse, detect → Review → refine → write_bvh
 
 from twistcore.analysis import ClipAnalysis, Detection, analyse, detect
 from twistcore.batch import ClipSurvey, survey_folder
-from twistcore.bvh import Clip, read_bvh, write_bvh
+from twistcore.bvh import Clip, read_bvh, write_bvh, write_motion
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
@@ -39,5 +39,6 @@ __all__ = [
     "survey_folder",
     "twist_signals",
     "write_bvh",
+    "write_motion",
     "write_session",
 ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from twistcore.joint_names import FEET, HANDS, TOES, JointName, is_helper, understood
-from twistcore.motion import Motion, Skeleton
+from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array, normalise
 
 SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
@@ -58,6 +58,7 @@ def find_chains(motion: Motion) -> tuple[Chain, ...]:
 
     Empty where no joint has a child and a grandchild at a distance.
     """
+    check_motion(motion)
     skeleton = motion.skeleton
     named = _limb_joints(skeleton)
     found: list[Chain] = []

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.interval import Interval
-from twistcore.motion import Motion
+from twistcore.motion import Motion, check_motion
 from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle, wrap
 
 _ON_AXIS = np.sin(np.radians(0.5))
@@ -43,6 +43,7 @@ def refine(motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval
 
     Intervals of chains that cannot be corrected (see chain.uncorrectable_joints) are left out.
     """
+    check_motion(motion)
     return remove_twist(motion, chains, offsets_by_chain(intervals, motion.frames))
 
 
