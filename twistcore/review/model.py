@@ -152,11 +152,11 @@ def start_review(
 
 @lru_cache(maxsize=16_384)  # while τ is dragged most intervals come again, the same objects
 def as_written(interval: Interval) -> Interval:
-    """The interval with its offset as a session file holds it: degrees with nine decimals.
+    """The interval with its offset as a session file holds it: degrees with nine decimals, no −0.0.
 
     So the program and `twistcore apply` correct by the very same numbers.
     """
-    degrees = np.round(np.degrees(wrap(interval.offset)), 9)
+    degrees = np.round(np.degrees(wrap(interval.offset)), 9) + 0.0
     return replace(interval, offset=np.radians(degrees))
 
 
