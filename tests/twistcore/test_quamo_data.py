@@ -136,12 +136,8 @@ def test_the_systematic_part_stands_still_and_is_redrawn(dance):
     assert abs(np.corrcoef(means[0].ravel(), means[1].ravel())[0, 1]) < 0.5
 
 
-def test_bursts_freeze_a_limb_and_flips_change_no_rotation(dance):
-    quiet = Noise(LEVELS["B"])
-    q, _ = noisy(dance.q, dance.r, quiet, np.random.default_rng(3))
-    flipped, _ = noisy(dance.q, dance.r, Noise(LEVELS["B"], flips=0.3), np.random.default_rng(3))
-    assert (flipped != q).any()
-    assert geodesic_angle(flipped, q).max() < 1e-7
+def test_bursts_freeze_a_limb(dance):
+    q, _ = noisy(dance.q, dance.r, Noise(LEVELS["B"]), np.random.default_rng(3))
     frozen, _ = noisy(dance.q, dance.r, Noise(LEVELS["B"], bursts=60.0), np.random.default_rng(3))
     assert ((np.diff(frozen, axis=0) == 0.0).all(axis=2)).sum() > 5
     assert not (np.diff(q, axis=0) == 0.0).all(axis=2).any()

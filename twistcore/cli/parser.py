@@ -25,7 +25,7 @@ from twistcore.cli.argument_types import (
 )
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.errors import TwistError
-from twistcore.synthesis import DESCRIPTIONS
+from twistcore.synthesis import PROTOCOLS
 from twistcore.version import __version__
 
 
@@ -122,7 +122,7 @@ def _parser() -> argparse.ArgumentParser:
         "--protocol",
         default="P0",
         metavar="NAME",
-        help="; ".join(f"{k}: {v}" for k, v in DESCRIPTIONS.items()) + "; joined by '+'",
+        help="; ".join(f"{k}: {p.text}" for k, p in PROTOCOLS.items()) + "; joined by '+'",
     )
     inject.set_defaults(run=study_commands.inject_errors)
 

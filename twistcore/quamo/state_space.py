@@ -124,20 +124,8 @@ def next_quaternion(q: Array, omega: Array, dt: float, integration: str = EXACT)
 
 
 def next_translation(
-    r: Array, v: Array, r_hat: Array, gains: Gains, dt: float, substeps: int = 1
+    r: Array, v: Array, r_hat: Array, gains: Gains, dt: float
 ) -> tuple[Array, Array]:
-    """Root place and velocity after a step, each (…, 3) [Le26 §3.3].
-
-    substeps = 6 is the scheme that supplement F compares with: six smaller Euler steps, the place
-    moved by the velocity before it changes.
-    """
-    if substeps == 1:
-        v = v + dt * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias)
-        return r + dt * v, v
-    h = dt / substeps
-    for _ in range(substeps):
-        r, v = (
-            r + h * v,
-            v + h * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias),
-        )
-    return r, v
+    """Root place and velocity after a step, each (…, 3) [Le26 §3.3]."""
+    v = v + dt * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias)
+    return r + dt * v, v

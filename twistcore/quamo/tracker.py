@@ -94,13 +94,11 @@ class Step:
 class Tracker:
     """Online tracking: one call a frame, all joints at once.
 
-    integration: 'exact' or 'first-order'; substeps: of the translation, 1 or 6.
+    integration: 'exact' or 'first-order'.
     """
 
-    def __init__(
-        self, controller: Controller, *, integration: str = EXACT, substeps: int = 1
-    ) -> None:
-        self._controller, self._integration, self._substeps = controller, integration, substeps
+    def __init__(self, controller: Controller, *, integration: str = EXACT) -> None:
+        self._controller, self._integration = controller, integration
         self._state: State | None = None
         self._before: Array | None = None
         self._delta: Array | None = None
@@ -130,7 +128,7 @@ class Tracker:
         parts = angular_acceleration(state.q, state.omega, q_hat, curvature, gains, dt)
         omega = next_velocity(state.omega, parts, dt, gains.clip)
         q = next_quaternion(state.q, omega, dt, self._integration)
-        r, v = next_translation(state.r, state.v, r_hat, gains, dt, self._substeps)
+        r, v = next_translation(state.r, state.v, r_hat, gains, dt)
         away = np.abs(np.einsum("...i,...i->...", q_hat, q)) < _LOST_COSINE
         self._lost = np.where(away, self._lost + 1, 0)
         snapped = self._lost >= LOST_AFTER
@@ -162,7 +160,6 @@ def track(
     controller: Controller,
     *,
     integration: str = EXACT,
-    substeps: int = 1,
     keep_steps: bool = False,
     tell: Tell = nobody,
 ) -> Track:
@@ -170,7 +167,7 @@ def track(
 
     tell: called with the share that is done, now and then; what it raises ends the tracking.
     """
-    tracker = Tracker(controller, integration=integration, substeps=substeps)
+    tracker = Tracker(controller, integration=integration)
     q, r = np.empty(q_hat.shape), np.empty(r_hat.shape)
     snapped = np.zeros(q_hat.shape[:-1], dtype=np.bool_)
     steps: list[Step] = []

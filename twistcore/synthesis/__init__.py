@@ -8,7 +8,6 @@ from twistcore.synthesis.injection import (
     inject,
 )
 from twistcore.synthesis.protocol import (
-    DESCRIPTIONS,
     PROTOCOLS,
     Protocol,
     enrich,
@@ -18,7 +17,6 @@ from twistcore.synthesis.protocol import (
 from twistcore.synthesis.truth import SUCCESS, Truth, read_truth, truth_to_json, write_truth
 
 __all__ = [
-    "DESCRIPTIONS",
     "PROTOCOLS",
     "SUCCESS",
     "InjectedError",

@@ -16,7 +16,7 @@ from twistcore.study.benchmark.clip_run import Settings
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.runner import Summary
 from twistcore.study.benchmark.tally import MICRO, Key, Tally, total_of
-from twistcore.synthesis import DESCRIPTIONS
+from twistcore.synthesis import parse_protocol
 from twistcore.version import __version__
 
 SCHEMA = "twistcore.benchmark/1"
@@ -175,13 +175,12 @@ def why_of(method: str) -> str:
 
 def protocol_text(name: str) -> str:
     """One line on a protocol; P0 is P0-all here."""
-    parts = ["H12" if p == "rich" else p for p in name.split("+")]
-    said = " + ".join(DESCRIPTIONS[p] for p in parts)
-    if "H10" in parts:
-        return said
-    if "H8" in parts:
-        return f"{said}; a pass is a chain and the one below it"
-    return f"{said}; each chain in turn, one a pass"
+    protocol = parse_protocol(name)
+    if protocol.clean:
+        return protocol.text
+    if protocol.both:
+        return f"{protocol.text}; a pass is a chain and the one below it"
+    return f"{protocol.text}; each chain in turn, one a pass"
 
 
 def benchmark_to_json(summary: Summary, settings: Settings, source: str) -> dict[str, Any]:
