@@ -22,7 +22,7 @@ from twistcore.study.benchmark.clip_run import result_from_json
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.filtering_cost import fidelity
 from twistcore.study.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
-from twistcore.study.benchmark.tally import MICRO, total_of
+from twistcore.study.benchmark.tally import MICRO, Tally
 from twistcore.study.evaluation import match_intervals, measure, summarise
 from twistcore.synthesis import Truth, inject, parse_protocol
 
@@ -60,7 +60,7 @@ def test_a_pass_counts_what_evaluation_measures(scene, method):
             measure(truth, motion, motion.with_rotations(refined.rotations), scene.chains)
         )
     known = summarise(samples)
-    ours = total_of(run_item(scene, method, 7).values())
+    ours = sum(run_item(scene, method, 7).values(), Tally())
     assert ours.frames == known.overall.frames
     assert 100.0 * ours.repaired / ours.frames == pytest.approx(known.overall.fsr)
     assert ours.after / ours.frames / MICRO == pytest.approx(known.overall.mae_after, abs=1e-6)

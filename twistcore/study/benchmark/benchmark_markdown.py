@@ -34,6 +34,13 @@ _COLUMNS = (
     ("recall %", "recall_percent", 2),
     ("alarms/min", "false_alarms_per_minute", 2),
 )
+_COSTS = (
+    ("lag frames", "lag_frames", 2),
+    ("lag ms", "lag_ms", 1),
+    ("peak loss %", "peak_loss_percent", 2),
+    ("fast: lag ms", "fast_lag_ms", 1),
+    ("fast: peak loss %", "fast_peak_loss_percent", 2),
+)
 _LEGEND = """\
 FSR: error frames with at least 80 % of the error taken out. Damage: clean (joint, frame) pairs of
 all chains that a method changed by more than 1° and not so in the clean clip, and the mean change
@@ -131,13 +138,10 @@ def _paper_layout(method: str, rows: Sequence[Row]) -> list[str]:
         ["Side", "Segment", "MAE After (°)", "RER (%)", "FSR (%)"],
         [
             [
-                side,
-                segment,
-                _number(v["mae_after_deg"], 2),
-                _number(v["rer_percent"], 2),
-                _number(v["fsr_percent"], 2),
+                *place,
+                *(_number(v[k], 2) for k in ("mae_after_deg", "rer_percent", "fsr_percent")),
             ]
-            for (side, segment), v in segments.items()
+            for place, v in segments.items()
         ],
     )
     return [
@@ -177,23 +181,14 @@ def _fidelity_parts(summary: Summary, settings: Settings) -> list[str]:
         return []
     fast = rows[0]["fast_clips"]
     lines = [
-        [
-            label_of(r["method"]),
-            _number(r["lag_frames"], 2),
-            _number(r["lag_ms"], 1),
-            _number(r["peak_loss_percent"], 2),
-            _number(r["fast_lag_ms"], 1),
-            _number(r["fast_peak_loss_percent"], 2),
-        ]
-        for r in rows
+        [label_of(r["method"]), *(_number(r[k], digits) for _, k, digits in _COSTS)] for r in rows
     ]
-    titles = ["method", "lag frames", "lag ms", "peak loss %"]
     return [
         "## What a method costs a clean clip",
         f"Medians over clips. Lag: best cross-correlation of angular speeds. Peak loss: of the "
         f"fastest joint's highest mean speed over 50 ms. Fast: the {fast} fastest of "
         f"{rows[0]['clips']} clips, {rows[0]['fast_peak_deg_per_s']:.0f}°/s.",
-        table([*titles, "fast: lag ms", "fast: peak loss %"], lines),
+        table(["method", *(title for title, _, _ in _COSTS)], lines),
     ]
 
 

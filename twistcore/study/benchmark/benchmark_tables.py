@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from statistics import median
 from typing import Any
 
 from twistcore.chain import SEGMENTS
 from twistcore.detection import DETECTORS
+from twistcore.encoding import csv_text
 from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.clip_run import Settings
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.runner import Summary
-from twistcore.study.benchmark.tally import MICRO, Key, Tally, total_of
+from twistcore.study.benchmark.tally import MICRO, Key, Tally
 from twistcore.synthesis import parse_protocol
 from twistcore.version import __version__
 
@@ -90,11 +90,12 @@ def make_rows(summary: Summary, settings: Settings) -> list[Row]:
                     if (k.protocol, k.method) == (protocol, method) and (k.audited or not audited)
                 }
                 for side, segment in _places(chosen):
-                    tally = total_of(
+                    own = [
                         t
                         for k, t in chosen.items()
                         if side in ("", k.side) and segment in (OVERALL, k.segment)
-                    )
+                    ]
+                    tally = sum(own, Tally())
                     rows.append(Row(protocol, method, audited, side, segment, tally, minutes))
     return rows
 
@@ -139,26 +140,21 @@ def fidelity_rows(summary: Summary, settings: Settings) -> list[dict[str, Any]]:
             {
                 "method": method,
                 "clips": len(measured),
-                "lag_frames": _median([f.lag_frames for f in measured]) / 1e6,
-                "lag_ms": _median([f.lag for f in measured]) / 1e3,
+                "lag_frames": median([f.lag_frames for f in measured]) / 1e6,
+                "lag_ms": median([f.lag for f in measured]) / 1e3,
                 "peak_loss_percent": _loss(measured),
                 "fast_clips": len(fast),
-                "fast_peak_deg_per_s": _median([f.peak for f in fast]) / 1e3,
-                "fast_lag_ms": _median([f.lag for f in fast]) / 1e3,
+                "fast_peak_deg_per_s": median([f.peak for f in fast]) / 1e3,
+                "fast_lag_ms": median([f.lag for f in fast]) / 1e3,
                 "fast_peak_loss_percent": _loss(fast),
             }
         )
     return out
 
 
-def _median(values: Sequence[int]) -> float:
-    ordered = sorted(values)
-    return (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2.0
-
-
 def _loss(measured: Sequence[Fidelity]) -> float:
     """Median share of the peak that is lost, per cent."""
-    return round(100.0 - _median([f.kept for f in measured]) / 1e4, 4)
+    return round(100.0 - median([f.kept for f in measured]) / 1e4, 4)
 
 
 def label_of(method: str) -> str:
@@ -215,10 +211,5 @@ def benchmark_to_json(summary: Summary, settings: Settings, source: str) -> dict
 
 def rows_to_csv(rows: Iterable[Row]) -> str:
     """Every row, one line each; empty where nothing counts."""
-    out = io.StringIO()
     documents = [row.to_json() for row in rows]
-    if documents:
-        writer = csv.DictWriter(out, documents[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(documents)
-    return out.getvalue()
+    return csv_text(documents[0], documents) if documents else ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -27,10 +26,6 @@ class Fidelity:
     kept: int
     lag: int
     lag_frames: int
-
-    def to_json(self) -> dict[str, Any]:
-        """The numbers by name."""
-        return {**vars(self)}
 
 
 def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
