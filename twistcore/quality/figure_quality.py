@@ -82,8 +82,7 @@ def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
 
 def root_aligned(places: Array) -> Array:
     """Places with the root in the origin."""
-    aligned: Array = places - places[:, :1]
-    return aligned
+    return places - places[:, :1]
 
 
 def mean_distance(a: Array, b: Array) -> float:
@@ -96,5 +95,4 @@ def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: f
     low = np.floor(times).astype(np.intp)
     high = np.minimum(low + 1, motion.frames - 1)
     share = (times - low)[:, None, None]
-    at_25: Array = 1000.0 * scale * (places[low] + share * (places[high] - places[low]))
-    return at_25
+    return 1000.0 * scale * (places[low] + share * (places[high] - places[low]))

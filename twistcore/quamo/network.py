@@ -185,8 +185,7 @@ def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
 
     A degree counts for much in a joint that hardly turns, and for little in one that turns far.
     """
-    scaled: Array = (pose - w["pose.mean"]) / w["pose.scale"]
-    return scaled
+    return (pose - w["pose.mean"]) / w["pose.scale"]
 
 
 def heading(root: Array) -> tuple[Array, Array]:
@@ -221,8 +220,7 @@ def _flat(v: Array) -> Array:
 
 
 def _sigmoid(x: Array) -> Array:
-    value: Array = 0.5 * (1.0 + np.tanh(0.5 * x))
-    return value
+    return 0.5 * (1.0 + np.tanh(0.5 * x))
 
 
 def _perceptron(w: Mapping[str, Float32], name: str, inputs: Array) -> Array:
@@ -233,8 +231,7 @@ def _perceptron(w: Mapping[str, Float32], name: str, inputs: Array) -> Array:
         h = h / np.sqrt((h * h).mean(axis=-1, keepdims=True) + np.float32(EPSILON))
         h = h * w[f"{name}.g{k}"] + w[f"{name}.c{k}"]
         h = np.maximum(h, np.float32(SLOPE) * h)
-    out: Array = (h @ w[f"{name}.w3"] + w[f"{name}.b3"]).astype(np.float64)
-    return out
+    return (h @ w[f"{name}.w3"] + w[f"{name}.b3"]).astype(np.float64)
 
 
 def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:

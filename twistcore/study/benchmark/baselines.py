@@ -58,8 +58,7 @@ def _butterworth_causal(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
 
 def _butterworth_zero_phase(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
     sections = signal.butter(2, _cutoff(fps), fs=fps, output="sos")
-    smooth: Array = signal.sosfiltfilt(sections, q, axis=0, padlen=min(9, len(q) - 1))
-    return smooth
+    return signal.sosfiltfilt(sections, q, axis=0, padlen=min(9, len(q) - 1))
 
 
 def _cutoff(fps: float) -> float:
@@ -70,8 +69,7 @@ def _savgol(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
     window = max(2 * round(SAVGOL_SECONDS * fps / 2.0) + 1, SAVGOL_DEGREE + 2)
     if window > len(q):
         return q
-    smooth: Array = signal.savgol_filter(q, window, SAVGOL_DEGREE, axis=0)
-    return smooth
+    return signal.savgol_filter(q, window, SAVGOL_DEGREE, axis=0)
 
 
 def _kalman(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:

@@ -96,8 +96,7 @@ def wandering(frames: int, shape: tuple[int, ...], rng: np.random.Generator, dt:
     kernel[margin] = 1.0
     kernel = gaussian_filter1d(kernel, sigma)
     smooth = gaussian_filter1d(raw, sigma, axis=0)[margin : margin + frames]
-    unit: Array = smooth / math.sqrt(float((kernel**2).sum()))
-    return unit
+    return smooth / math.sqrt(float((kernel**2).sum()))
 
 
 def _with_bursts(q_hat: Array, expected: float, rng: np.random.Generator, dt: float) -> Array:

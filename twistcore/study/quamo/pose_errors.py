@@ -48,8 +48,7 @@ def errors(found: Array, truth: Array) -> Errors:
 
 def second_difference(places: Array) -> Array:
     """x(t−1) − 2x(t) + x(t+1), (frames − 2, …)."""
-    difference: Array = places[:-2] - 2.0 * places[1:-1] + places[2:]
-    return difference
+    return places[:-2] - 2.0 * places[1:-1] + places[2:]
 
 
 def procrustes(found: Array, truth: Array) -> Array:

@@ -74,8 +74,7 @@ class Scores:
 
 
 def _ratio(over: Array, under: Array) -> Array:
-    ratio: Array = np.divide(over, under, out=np.ones_like(over), where=under > 0.0)
-    return ratio
+    return np.divide(over, under, out=np.ones_like(over), where=under > 0.0)
 
 
 def score(

@@ -70,5 +70,4 @@ def constant_offset(q_hat: Array, offset: Array) -> Array:
 
 def _share(cutoff: Array | float, dt: float) -> Array:
     tau = 2.0 * np.pi * np.asarray(cutoff) * dt
-    share: Array = tau / (1.0 + tau)
-    return share
+    return tau / (1.0 + tau)
