@@ -14,14 +14,15 @@ from twistcore.detection import DETECTORS
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import FormatError
 from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
-from twistcore.study.benchmark import Settings, run_benchmark, run_clip, runner
+from twistcore.study.benchmark import runner
 from twistcore.study.benchmark.baselines import BASELINES, continuous, slerp
 from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown, table
 from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows
-from twistcore.study.benchmark.clip_run import result_from_json
+from twistcore.study.benchmark.clip_run import Settings, result_from_json, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.filtering_cost import fidelity
 from twistcore.study.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
+from twistcore.study.benchmark.runner import run_benchmark
 from twistcore.study.benchmark.tally import MICRO, Tally
 from twistcore.study.evaluation import match_intervals, measure, summarise
 from twistcore.synthesis import Truth, inject, parse_protocol

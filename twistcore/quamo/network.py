@@ -281,12 +281,12 @@ def untrained(width: int, init_width: int, rng: np.random.Generator, variant: st
 
 
 def write_network(network: Network, path: Path) -> None:
-    """Write weights as float16, deflated, atomically; the same network gives the same bytes."""
+    """Write weights as float16, atomically; the same network gives the same bytes."""
     buffer = io.BytesIO()
     arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}
     arrays["variant"] = np.array(network.variant)
     arrays["note"] = np.array(network.note)
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(buffer, "w") as archive:
         for name, values in arrays.items():
             member = io.BytesIO()
             np.save(member, values)

@@ -79,8 +79,7 @@ def find_topology(skeleton: Skeleton) -> Topology:
     TwistError where one is missing, or where the joints hang together otherwise.
     """
     for names in (CMU_NAMES, SMPL_NAMES):
-        missing = [name for name in names if name not in skeleton.names]
-        if not missing:
+        if set(names) <= set(skeleton.names):
             return _topology(skeleton, names)
     missing = [name for name in CMU_NAMES if name not in skeleton.names]
     raise TwistError(

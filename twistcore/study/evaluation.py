@@ -112,7 +112,7 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
     keys = list(dict.fromkeys((e.side, e.segment) for e in every))
     rows = tuple(
         _row(side, segment, [e for e in every if (e.side, e.segment) == (side, segment)])
-        for side, segment in sorted(keys, key=_table_order)
+        for side, segment in sorted(keys, key=lambda key: (key[0], segment_order(key[1])))
     )
     change = np.concatenate([s.clean_change for s in samples]) if samples else np.zeros(0)
     return Evaluation(
@@ -123,9 +123,9 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
     )
 
 
-def _table_order(key: tuple[str, str]) -> tuple[str, int, str]:
-    side, segment = key
-    return side, SEGMENTS.index(segment) if segment in SEGMENTS else len(SEGMENTS), segment
+def segment_order(segment: str) -> tuple[int, str]:
+    """To sort by: segments in the order of SEGMENTS, then others by name."""
+    return SEGMENTS.index(segment) if segment in SEGMENTS else len(SEGMENTS), segment
 
 
 def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> Row:

@@ -34,15 +34,7 @@ class Truth:
 
 def truth_to_json(truth: Truth) -> dict[str, Any]:
     """The truth as a JSON document; angles in degrees."""
-    return {
-        "schema": SCHEMA,
-        "clip": truth.clip,
-        "protocol": truth.protocol,
-        "seed": truth.seed,
-        "frames": truth.frames,
-        "fps": truth.fps,
-        "errors": [_error_to_json(e) for e in truth.errors],
-    }
+    return {"schema": SCHEMA, **vars(truth), "errors": [_error_to_json(e) for e in truth.errors]}
 
 
 def _error_to_json(error: InjectedError) -> dict[str, Any]:

@@ -78,14 +78,14 @@ def benchmark_to_markdown(summary: Summary, settings: Settings, source: str) -> 
 def _protocol_parts(protocol: str, rows: Sequence[Row], settings: Settings) -> list[str]:
     title = "P0 (P0-all)" if protocol == "P0" else protocol
     parts = [f"## {title}: {protocol_text(protocol)}"]
-    parts.append(_overall(rows, settings, audited=False))
+    parts.append(_overall(rows, audited=False))
     if not any(row.tally.frames for row in rows):
         return parts
     parts.append(
         f"Audited: only passes whose target chains have no natural event "
         f"(what `{settings.auditor}` finds in the clean clip, and flips of one joint alone)."
     )
-    parts.append(_overall(rows, settings, audited=True))
+    parts.append(_overall(rows, audited=True))
     parts.append("FSR % by segment")
     parts.append(_by_segment(rows, settings))
     for method in settings.methods:
@@ -95,13 +95,13 @@ def _protocol_parts(protocol: str, rows: Sequence[Row], settings: Settings) -> l
     return parts
 
 
-def _overall(rows: Sequence[Row], settings: Settings, *, audited: bool) -> str:
-    lines = []
-    for method in settings.methods:
-        for row in rows:
-            if (row.method, row.audited, row.side, row.segment) == (method, audited, "", OVERALL):
-                values = row.to_json()
-                lines.append([label_of(method), *(_number(values[k], n) for _, k, n in _COLUMNS)])
+def _overall(rows: Sequence[Row], *, audited: bool) -> str:
+    place = (audited, "", OVERALL)
+    chosen = {r.method: r.to_json() for r in rows if (r.audited, r.side, r.segment) == place}
+    lines = [
+        [label_of(method), *(_number(values[k], digits) for _, k, digits in _COLUMNS)]
+        for method, values in chosen.items()
+    ]
     return table(["method", *(title for title, _, _ in _COLUMNS)], lines)
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
-from twistcore.chain import SEGMENTS
 from twistcore.detection import DETECTORS
 from twistcore.encoding import csv_text
 from twistcore.study.benchmark.baselines import BASELINES
@@ -16,6 +15,7 @@ from twistcore.study.benchmark.clip_run import Settings
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.runner import Summary
 from twistcore.study.benchmark.tally import MICRO, Key, Tally
+from twistcore.study.evaluation import segment_order
 from twistcore.synthesis import parse_protocol
 from twistcore.version import __version__
 
@@ -104,15 +104,11 @@ def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
     """(side, segment) of every line: each side's segments, sides, segments, everything."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
-    segments = sorted({segment for _, segment in both}, key=_segment_order)
+    segments = sorted({segment for _, segment in both}, key=segment_order)
     lines = [(side, s) for side in sides for s in segments if (side, s) in both]
     lines += [(side, OVERALL) for side in sides]
     lines += [("", s) for s in segments]
     return [*lines, ("", OVERALL)]
-
-
-def _segment_order(segment: str) -> tuple[int, str]:
-    return SEGMENTS.index(segment) if segment in SEGMENTS else len(SEGMENTS), segment
 
 
 def _mean(total: int, count: int) -> float | None:

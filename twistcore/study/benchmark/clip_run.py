@@ -98,8 +98,6 @@ def run_clip(path: Path, name: str, settings: Settings) -> ClipResult:
         base = make_scene(name, motion, parse_protocol("P0"), settings.auditor)
     except TwistError as error:
         return ClipResult(name, problems=(_without_folder(error, path, name),))
-    except OSError as error:
-        return ClipResult(name, problems=(f"{name}: cannot be read ({error.strerror})",))
     prepared: dict[tuple[bool, int], Scene] = {(False, 1): base}
     scenes: list[Scene] = []
     for text in settings.protocols:
