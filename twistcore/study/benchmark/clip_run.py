@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,12 +34,7 @@ class Settings:
 
     def to_json(self) -> dict[str, Any]:
         """The settings by name."""
-        return {
-            "protocols": list(self.protocols),
-            "methods": list(self.methods),
-            "seeds": list(self.seeds),
-            "auditor": self.auditor,
-        }
+        return {**{k: list(v) for k, v in vars(self).items()}, "auditor": self.auditor}
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +48,8 @@ class ClipResult:
     clip: str
     micros: int = 0
     dropped: int = 0
-    tallies: Tallies | None = None
-    fidelity: Mapping[str, Fidelity] | None = None
+    tallies: Tallies = field(default_factory=dict)
+    fidelity: Mapping[str, Fidelity] = field(default_factory=dict)
     events: tuple[NaturalEvent, ...] = ()
     problems: tuple[str, ...] = ()
 
@@ -64,8 +59,8 @@ class ClipResult:
             "clip": self.clip,
             "micros": self.micros,
             "dropped": self.dropped,
-            "tallies": [[*vars(k).values(), t.values()] for k, t in (self.tallies or {}).items()],
-            "fidelity": {m: list(vars(f).values()) for m, f in (self.fidelity or {}).items()},
+            "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
+            "fidelity": {m: list(vars(f).values()) for m, f in self.fidelity.items()},
             "events": [list(vars(e).values()) for e in self.events],
             "problems": list(self.problems),
         }
