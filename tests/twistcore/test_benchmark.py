@@ -63,10 +63,10 @@ def test_a_pass_counts_what_evaluation_measures(scene, method):
     known = summarise(samples)
     ours = sum(run_item(scene, method, 7).values(), Tally())
     assert ours.frames == known.overall.frames
-    assert 100.0 * ours.repaired / ours.frames == pytest.approx(known.overall.fsr)
-    assert ours.after / ours.frames / MICRO == pytest.approx(known.overall.mae_after, abs=1e-6)
+    assert 100.0 * ours.repaired / ours.frames == pytest.approx(known.overall.fsr_percent)
+    assert ours.after / ours.frames / MICRO == pytest.approx(known.overall.mae_after_deg, abs=1e-6)
     assert np.sqrt(ours.after_squared / ours.frames / MICRO) == pytest.approx(
-        known.overall.rmse_after, abs=1e-4
+        known.overall.rmse_after_deg, abs=1e-4
     )
     altered = 100.0 * (ours.damaged + ours.natural) / ours.pairs
     assert altered == pytest.approx(known.damage_share)

@@ -29,7 +29,7 @@ from twistcore.quamo.state_space import (
     short_vector,
 )
 from twistcore.quamo.topology import JOINTS
-from twistcore.quamo.tracker import State
+from twistcore.quamo.tracker import Controller, State
 from twistcore.rotation import Array, conjugate, exponential, multiply
 
 Float32 = NDArray[np.float32]
@@ -84,7 +84,7 @@ class Network:
         return NetworkController(self, q_hat[:2], r_hat[:2])
 
 
-class NetworkController:
+class NetworkController(Controller):
     """Gains from ControlNet in every frame; the start from InitNet and the first two references.
 
     The second reference is needed for the first pose: this path lags one sample of 25 Hz.
@@ -95,9 +95,8 @@ class NetworkController:
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
         """q0 = Exp(φ) ⊗ q̂0, r0, ω0, v0."""
-        rest = State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
         if len(self._q) < 2:
-            return rest
+            return super().start(q_hat, r_hat)
         w = self.network.weights
         cos, sin = heading(q_hat[..., 0, :])
         rate = 2.0 * increment(self._q[1], self._q[0]) / NETWORK_DT

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,19 +40,19 @@ class State:
     v: Array
 
 
-class Controller(Protocol):
+class Controller(ABC):
     """Where gains come from, one set a step: hands or a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """The state at the first reference."""
-        ...
+        """The state at the first reference: at rest on it, as a rule."""
+        return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
+    @abstractmethod
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
         """Gains for the step towards this reference, already in the state's hemisphere."""
-        ...
 
 
-class HandGains:
+class HandGains(Controller):
     """The same gains in every frame; refuses what would diverge at the clip's frame time.
 
     gains: None for those of :meth:`Gains.by_hand` at the clip's frame time.
@@ -62,10 +62,6 @@ class HandGains:
         self._given = gains
         self._used = gains or Gains()
         self._checked = 0.0
-
-    def start(self, q_hat: Array, r_hat: Array) -> State:
-        """At rest on the first reference."""
-        return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
         """The constant gains, whatever is seen; UnstableGainsError if they diverge at dt."""

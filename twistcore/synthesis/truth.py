@@ -82,13 +82,7 @@ def read_truth(path: Path) -> Truth:
                 raise ValueError(f"the error in frames {e.start}-{e.stop}")
             if not np.isfinite(e.offset).all():
                 raise ValueError("an offset that is not finite")
-        return Truth(
-            document["clip"],
-            document["protocol"],
-            document["seed"],
-            frames,
-            document["fps"],
-            errors,
-        )
+        named = {key: document[key] for key in ("clip", "protocol", "seed", "fps")}
+        return Truth(**named, frames=frames, errors=errors)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.rotation import Array, geodesic_angle
-from twistcore.study.benchmark.clip_scene import Scene
+from twistcore.study.benchmark.clip_scene import Scene, joints_of
 
 LONGEST_LAG = 0.25  # seconds
 LASTING = 0.05  # seconds: a peak is a mean over them, or noise of one frame would be the fastest
@@ -36,13 +36,10 @@ def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
     and what is left of that joint's own. Lag: of the highest cross-correlation of the speeds less
     their means, summed over the joints, refined to a fraction of a frame by a parabola.
     """
-    joints = [
-        j
-        for j in scene.joints
-        if not any(j in (c.parent, c.child) for c in scene.chains if c.name in scene.eventful)
-    ]
+    eventful = joints_of([c for c in scene.chains if c.name in scene.eventful])
+    joints = np.setdiff1d(scene.joints, eventful)
     motion = scene.motion
-    if not joints or motion.frames < 8:
+    if not joints.size or motion.frames < 8:
         return None
     before = _speed(motion.rotations[:, joints])
     after = _speed(refined[:, joints])
