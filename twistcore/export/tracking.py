@@ -134,8 +134,6 @@ def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array]
         for column, gain in enumerate((step.gains.kp, step.gains.kd, step.gains.ka)):
             every = np.broadcast_to(gain, step.state.omega.shape)
             gains[row, :, column] = every[shown].mean(axis=-1)
-        made = step.parts
-        kinds = (made.proportional, made.damping, made.bias, made.acceleration)
-        for column, vector in enumerate(kinds):
+        for column, vector in enumerate(vars(step.parts).values()):
             parts[row, :, column] = np.linalg.norm(vector[shown], axis=-1)
     return gains, parts

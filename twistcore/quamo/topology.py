@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, Skeleton
+from twistcore.motion import Skeleton
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
 CMU_UNIT = 0.056444  # metres: lengths of CMU's skeletons are inches divided by 0.45
@@ -123,11 +123,6 @@ def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
 def skeleton_24(offsets: Array) -> Skeleton:
     """A skeleton of the 24 joints with these rest offsets, (24, 3)."""
     return Skeleton(SMPL_NAMES, np.array(PARENTS), np.asarray(offsets, dtype=np.float64))
-
-
-def motion_24(offsets: Array, q: Array, r: Array, frame_time: float) -> Motion:
-    """Poses (frames, 24, 4) and root places (frames, 3) as a motion."""
-    return Motion(skeleton_24(offsets), q, (0,), r[:, None], frame_time)
 
 
 def places_24(offsets: Array, q: Array, r: Array) -> Array:

@@ -50,11 +50,7 @@ class Decide(Command):
     @property
     def text(self) -> str:
         """What the undo menu says."""
-        verb = {
-            Decision.ACCEPTED: "Accept",
-            Decision.REJECTED: "Reject",
-            Decision.UNDECIDED: "Reset",
-        }[self.decision]
+        verb = {"accepted": "Accept", "rejected": "Reject", "undecided": "Reset"}[self.decision]
         return f"{verb} {_count(len(self.ids))}"
 
     def apply(self, state: ReviewState) -> ReviewState:
