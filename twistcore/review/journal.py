@@ -69,7 +69,7 @@ class Journal:
         nothing of it is left.
         """
         self.path = path
-        self._file: BinaryIO | None = path.open("xb", buffering=0)
+        self._file: BinaryIO = path.open("xb", buffering=0)
         lock(self._file.fileno())  # by which others see that it is no leftover
         self._good = 0  # bytes that are whole lines on disk
         self._waiting: list[bytes] = []
@@ -121,7 +121,7 @@ class Journal:
 
     def write_waiting(self) -> None:
         """Put what waits on disk; raises OSError if that fails again."""
-        if self._file is None:
+        if self._file.closed:
             raise OSError("the journal is closed")
         if not self._waiting:
             return
@@ -141,19 +141,15 @@ class Journal:
 
     def is_there(self) -> bool:
         """Whether the file is still where it was begun: nobody has deleted or replaced it."""
-        if self._file is None:
-            return False
         try:
             return os.path.samestat(self.path.stat(), os.fstat(self._file.fileno()))
-        except OSError:
+        except (OSError, ValueError):  # a ValueError where it is closed
             return False
 
     def close(self) -> None:
         """Close the file and keep it."""
-        if self._file is not None:
-            file, self._file = self._file, None
-            with suppress(OSError):  # a full disk: what could be written is there
-                file.close()
+        with suppress(OSError):  # a full disk: what could be written is there
+            self._file.close()
 
     def discard(self) -> None:
         """Close and delete: everything in it is in a session file, or given up knowingly.

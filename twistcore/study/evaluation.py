@@ -105,10 +105,9 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
     """The table over any number of clips, every error frame counting once."""
     samples = tuple(samples)
     every = [e for sample in samples for e in sample.errors]
-    keys = list(dict.fromkeys((e.side, e.segment) for e in every))
+    places = sorted({(e.side, e.segment) for e in every}, key=lambda p: (p[0], segment_order(p[1])))
     rows = tuple(
-        _row(side, segment, [e for e in every if (e.side, e.segment) == (side, segment)])
-        for side, segment in sorted(keys, key=lambda key: (key[0], segment_order(key[1])))
+        _row(*place, [e for e in every if (e.side, e.segment) == place]) for place in places
     )
     change = np.concatenate([s.clean_change for s in samples]) if samples else np.zeros(0)
     return Evaluation(

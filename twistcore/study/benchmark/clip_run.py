@@ -92,7 +92,8 @@ def run_clip(path: Path, name: str, settings: Settings) -> ClipResult:
         motion = read_bvh(path).motion
         base = make_scene(name, motion, parse_protocol("P0"), settings.auditor)
     except TwistError as error:
-        return ClipResult(name, problems=(_without_folder(error, path, name),))
+        # The sentence has the clip's name in place of this machine's path to it.
+        return ClipResult(name, problems=(str(error).replace(str(path), name),))
     prepared: dict[tuple[bool, int], Scene] = {(False, 1): base}
     scenes: list[Scene] = []
     for text in settings.protocols:
@@ -119,8 +120,3 @@ def run_clip(path: Path, name: str, settings: Settings) -> ClipResult:
                 add_tallies(tallies, run_item(scene, method, seed, runs[how]))
     micros = round(base.motion.frames * base.motion.frame_time * MICRO)
     return ClipResult(name, micros, base.dropped, tallies, kept, base.events, tuple(problems))
-
-
-def _without_folder(error: TwistError, path: Path, name: str) -> str:
-    """The sentence with the clip's name in place of this machine's path to it."""
-    return str(error).replace(str(path), name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -116,19 +117,15 @@ def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Ar
 
 def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
     """Constant offset (fitted on the other subjects), One-Euro, Butterworth."""
-    offsets: dict[str, Array] = {}
 
-    def constant(sequence: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-        if sequence.subject not in offsets:
-            others = [s for s in sequences if s.subject != sequence.subject] or list(sequences)
-            noise = CONDITIONS[-1].noise
-            offsets[sequence.subject] = mean_offset(
-                (noisy_clip(s, noise, _TRAIN_SEED)[0], s.q) for s in others
-            )
-        return constant_offset(q_hat, offsets[sequence.subject]), r_hat
+    @cache
+    def offset(subject: str) -> Array:
+        others = [s for s in sequences if s.subject != subject] or sequences
+        noise = CONDITIONS[-1].noise
+        return mean_offset((noisy_clip(s, noise, _TRAIN_SEED)[0], s.q) for s in others)
 
     return {
-        "constant offset": constant,
+        "constant offset": lambda s, q, r: (constant_offset(q, offset(s.subject)), r),
         "One-Euro": lambda _, q, r: one_euro(q, r, NETWORK_DT),
         "Butterworth": lambda _, q, r: butterworth(q, r, NETWORK_DT),
     }
