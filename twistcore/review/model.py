@@ -247,18 +247,16 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 def overlapping(intervals: Sequence[Judged]) -> frozenset[int]:
     """Ids of the intervals not rejected that share frames with another of their chain: they add."""
     out: set[int] = set()
-    by_chain: dict[str, list[Judged]] = {}
-    for judged in intervals:
-        if judged.decision != Decision.REJECTED:
-            by_chain.setdefault(judged.interval.chain, []).append(judged)
-    for found in by_chain.values():
-        found.sort(key=lambda j: j.interval.start)
-        reach: Judged | None = None
-        for judged in found:
-            if reach is not None and judged.interval.start < reach.interval.stop:
-                out.update((judged.id, reach.id))
-            if reach is None or judged.interval.stop > reach.interval.stop:
-                reach = judged
+    reach: Judged | None = None  # of those before, the one that reaches furthest
+    wanted = (j for j in intervals if j.decision != Decision.REJECTED)
+    for judged in sorted(wanted, key=_frames):
+        if reach is None or reach.interval.chain != judged.interval.chain:
+            reach = judged
+            continue
+        if judged.interval.start < reach.interval.stop:
+            out.update((judged.id, reach.id))
+        if judged.interval.stop > reach.interval.stop:
+            reach = judged
     return frozenset(out)
 
 

@@ -14,7 +14,7 @@ from twistcore.synthesis.protocol import (
     parse_protocol,
     prepare,
 )
-from twistcore.synthesis.truth import SUCCESS, Truth, read_truth, truth_to_json, write_truth
+from twistcore.synthesis.truth import SUCCESS, Truth, read_truth, write_truth
 
 __all__ = [
     "PROTOCOLS",
@@ -30,6 +30,5 @@ __all__ = [
     "parse_protocol",
     "prepare",
     "read_truth",
-    "truth_to_json",
     "write_truth",
 ]

@@ -32,11 +32,6 @@ class Truth:
     errors: tuple[InjectedError, ...]
 
 
-def truth_to_json(truth: Truth) -> dict[str, Any]:
-    """The truth as a JSON document; angles in degrees."""
-    return {"schema": SCHEMA, **vars(truth), "errors": [_error_to_json(e) for e in truth.errors]}
-
-
 def _error_to_json(error: InjectedError) -> dict[str, Any]:
     entry: dict[str, Any] = {
         "chain": error.chain,
@@ -50,8 +45,9 @@ def _error_to_json(error: InjectedError) -> dict[str, Any]:
 
 
 def write_truth(path: Path, truth: Truth) -> None:
-    """Write a truth file, atomically."""
-    write_atomically(path, json_bytes(truth_to_json(truth)))
+    """Write a truth file, atomically; angles in degrees."""
+    errors = [_error_to_json(e) for e in truth.errors]
+    write_atomically(path, json_bytes({"schema": SCHEMA, **vars(truth), "errors": errors}))
 
 
 def read_truth(path: Path) -> Truth:

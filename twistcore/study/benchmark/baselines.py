@@ -138,10 +138,6 @@ def slerp(p: Array, q: Array, share: Array) -> Array:
     return normalise(multiply(p, quaternion_from_axis_angle(axis, angle)))
 
 
-def _unroll(q: Array, _fps: float, _gaps: Sequence[Gap]) -> Array:
-    return q
-
-
 BASELINES: Mapping[str, Baseline] = {
     b.name: b
     for b in (
@@ -194,7 +190,7 @@ BASELINES: Mapping[str, Baseline] = {
             "unroll",
             "Unroll / Euler filter",
             "writes the same orientation in other angles, so a twist error stays what it is",
-            _unroll,
+            lambda q, *_: q,
         ),
     )
 }

@@ -68,12 +68,11 @@ class ClipResult:
 
 def result_from_json(document: Mapping[str, Any]) -> ClipResult:
     """The inverse of ClipResult.to_json; KeyError, TypeError or ValueError where it is damaged."""
-    width = len(fields(Tally))
-    tallies: Tallies = {}
-    for *key, values in document["tallies"]:
-        if len(values) != width:
-            raise ValueError("a tally of another length")
-        tallies[Key(*key)] = Tally(*values)
+    counts = [field.name for field in fields(Tally)]
+    tallies = {
+        Key(*key): Tally(**dict(zip(counts, values, strict=True)))
+        for *key, values in document["tallies"]
+    }
     return ClipResult(
         document["clip"],
         document["micros"],

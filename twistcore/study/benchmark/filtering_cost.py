@@ -41,8 +41,10 @@ def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
     motion = scene.motion
     if not joints.size or motion.frames < 8:
         return None
-    before = _speed(motion.rotations[:, joints])
-    after = _speed(refined[:, joints])
+    # Radians a frame, (frames − 1, joints).
+    before, after = (
+        geodesic_angle(q[:-1, joints], q[1:, joints]) for q in (motion.rotations, refined)
+    )
     window = max(1, min(round(LASTING * motion.fps), len(before)))
     peaks = _lasting(before, window).max(axis=0)
     joint = int(peaks.argmax())
@@ -56,11 +58,6 @@ def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
         lag=round(lag * motion.frame_time / _MICRO),
         lag_frames=round(lag / _MICRO),
     )
-
-
-def _speed(q: Array) -> Array:
-    """Radians a frame, (frames − 1, joints)."""
-    return geodesic_angle(q[:-1], q[1:])
 
 
 def _lasting(speed: Array, window: int) -> Array:

@@ -183,11 +183,13 @@ def ablation_report(
     if turned:
         parts.append(f"Clips with full turns: {', '.join(turned.clips)}\n")
         parts += [scores_to_markdown(turned, ["input", *shown], c) for c in CONDITIONS]
-    parts.append(_drift_table())
+    drift = _drift()
+    rows = [(f"{n} rad/s", f"{e:.1e}°", f"{f:.2f}°") for n, _, e, f in drift]
+    parts.append(markdown_table(("open loop, 100 steps of 0.04 s", "exact", "first-order"), rows))
     document = _document("ablation", scores, bars, seeds)
     if turned:
         document["turning"] = scores_to_json(turned)
-    document["drift_deg"] = [{"rad_s": s, "exact": e, "first_order": f} for _, s, e, f in _drift()]
+    document["drift_deg"] = [{"rad_s": s, "exact": e, "first_order": f} for _, s, e, f in drift]
     return Report("\n".join(parts), document)
 
 
@@ -238,11 +240,6 @@ def _drift() -> list[tuple[str, float, float, float]]:
         exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()
         found.append((name, speed, exact, first_order))
     return found
-
-
-def _drift_table() -> str:
-    rows = [(f"{n} rad/s", f"{e:.1e}°", f"{f:.2f}°") for n, _, e, f in _drift()]
-    return markdown_table(("open loop, 100 steps of 0.04 s", "exact", "first-order"), rows)
 
 
 def _document(
