@@ -56,13 +56,10 @@ class ClipResult:
     def to_json(self) -> dict[str, Any]:
         """The result as one line of the file that --resume reads."""
         return {
-            "clip": self.clip,
-            "micros": self.micros,
-            "dropped": self.dropped,
+            **vars(self),
             "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
             "fidelity": {m: list(vars(f).values()) for m, f in self.fidelity.items()},
             "events": [list(vars(e).values()) for e in self.events],
-            "problems": list(self.problems),
         }
 
 
