@@ -6,7 +6,7 @@ side at all, and none of them reproduces the paper's.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -144,7 +144,7 @@ def evaluation_report(
     if networks.get("full"):
         methods[FULL] = learned_method(networks["full"])
     scores = score(sequences, methods, seeds, tell=tell)
-    bars = _bars(scores, CONDITIONS, MAIN)
+    bars = [bar for c in CONDITIONS for bar in _bars(scores, c, MAIN)]
     parts = [
         _heading(sequences, seeds),
         _bar_table(bars),
@@ -174,9 +174,9 @@ def ablation_report(
     turned = score(turns, shown, seeds, tell=tell) if turns else None
     bars: list[Bar] = []
     for condition in CONDITIONS:
-        bars += _bars(scores, [condition], STEPS)
+        bars += _bars(scores, condition, STEPS)
         if turned:
-            bars += _bars(turned, [condition], TURNS)
+            bars += _bars(turned, condition, TURNS)
     parts = [_heading(sequences, seeds), _bar_table(bars)]
     parts.append(_paper_steps())
     parts += [scores_to_markdown(scores, ["input", *steps], c) for c in CONDITIONS]
@@ -199,18 +199,15 @@ def _known(sequences: Sequence[Sequence24], networks: Networks) -> tuple[Sequenc
     return tuple(s for s in sequences if all(s.subject in t for t in trained))
 
 
-def _bars(scores: Scores, conditions: Iterable[Condition], demands: Sequence[Demand]) -> list[Bar]:
-    """A line for every condition and demand whose two methods were run."""
-    bars = []
-    for c in conditions:
-        for d in demands:
-            if {(d.over, c), (d.under, c)} <= scores.by_method.keys():
-                values = scores.ratios(d.over, c, d.under)[:, METRICS.index(d.metric)]
-                spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
-                bound = d.systematic if c.systematic and d.systematic else d.bound
-                check, value = f"{c}: {d.what}, {d.metric}", float(values.mean())
-                bars.append(Bar(check, d.paper, bound, value, spread, d.above))
-    return bars
+def _bars(scores: Scores, c: Condition, demands: Sequence[Demand]) -> Iterator[Bar]:
+    """A line for every demand whose two methods were run."""
+    for d in demands:
+        if {(d.over, c), (d.under, c)} <= scores.by_method.keys():
+            values = scores.ratios(d.over, c, d.under)[:, METRICS.index(d.metric)]
+            spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+            bound = d.systematic if c.systematic and d.systematic else d.bound
+            check, value = f"{c}: {d.what}, {d.metric}", float(values.mean())
+            yield Bar(check, d.paper, bound, value, spread, d.above)
 
 
 def _heading(sequences: Sequence[Sequence24], seeds: Sequence[int]) -> str:
