@@ -17,10 +17,10 @@ import numpy as np
 
 from twistcore.cli.quamo_commands import FINAL, WEIGHTS, weights_name
 from twistcore.errors import TwistError
-from twistcore.motion import forward_kinematics
+from twistcore.motion import Motion, forward_kinematics
 from twistcore.quamo import HandGains, Tracker
 from twistcore.quamo.network import Network, read_network, untrained
-from twistcore.quamo.topology import motion_24
+from twistcore.quamo.topology import skeleton_24
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.sequences import read_sequence
 from twistcore.study.quamo.torch_model import import_torch, make_step, unroll
@@ -36,6 +36,7 @@ def main() -> None:
     parser.add_argument("--weights", type=Path, default=WEIGHTS / weights_name("full", FINAL))
     arguments = parser.parse_args()
     sequence = read_sequence(SAMPLE)
+    skeleton = skeleton_24(sequence.offsets)
     q, r = noisy(sequence.q, sequence.r, Noise(LEVELS["A"]), np.random.default_rng(0))
     at = np.arange(arguments.frames) % len(q)
     q, r = q[at], r[at]
@@ -47,7 +48,7 @@ def main() -> None:
     def with_kinematics(tracker: Tracker) -> Callable[[int], None]:
         def frame(k: int) -> None:
             state = tracker.step(q[k], r[k], 0.04).state
-            forward_kinematics(motion_24(sequence.offsets, state.q[None], state.r[None], 0.04))
+            forward_kinematics(Motion(skeleton, state.q[None], (0,), state.r[None, None], 0.04))
 
         return frame
 

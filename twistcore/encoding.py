@@ -8,8 +8,11 @@ that reading gives the same name again, elsewhere at least visible.
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import re
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 _ESCAPED = re.compile(r"\\u(dc[89a-f][0-9a-f])")
@@ -38,3 +41,12 @@ def json_text(document: Any, *, indent: int | None = 1) -> str:
 def json_bytes(document: Any, *, indent: int | None = 1) -> bytes:
     """The bytes of a JSON file, which ends in a line end."""
     return json_text(document, indent=indent).encode() + b"\n"
+
+
+def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
+    """A line of column names, then one a row; None is empty."""
+    out = io.StringIO()
+    writer = csv.DictWriter(out, list(columns), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue()

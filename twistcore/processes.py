@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from twistcore.errors import TwistError
 
@@ -39,12 +39,11 @@ def each(
     while todo or doubtful:
         alone = bool(doubtful)
         queue = deque([doubtful.popleft()]) if alone else todo
-        with _Pool(work, 1 if alone else workers) as pool:
-            for name, result in pool.run(queue):
-                if isinstance(result, BrokenProcessPool) and not alone:
-                    doubtful.append(name)
-                else:
-                    yield name, result
+        for name, result in _pooled(work, 1 if alone else workers, queue):
+            if isinstance(result, BrokenProcessPool) and not alone:
+                doubtful.append(name)
+            else:
+                yield name, result
 
 
 def reason(name: object, error: Exception) -> str:
@@ -67,36 +66,24 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
         return error
 
 
-class _Pool(Generic[Name, Result]):
-    """Processes that are gone when the block ends, at once where it ends early."""
+def _pooled(
+    work: Callable[[Name], Result], workers: int, queue: deque[Name]
+) -> Iterator[tuple[Name, Result | Exception]]:
+    """What processes make of names from the queue, until it is empty or a process has died.
 
-    def __init__(self, work: Callable[[Name], Result], workers: int) -> None:
-        self._work, self._workers = work, workers
-        self._others = set(multiprocessing.active_children())
-        context = multiprocessing.get_context("spawn")
-        self._pool = ProcessPoolExecutor(workers, mp_context=context)
-
-    def __enter__(self) -> _Pool[Name, Result]:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is not None:  # do not wait for files that nobody will see
-            for process in set(multiprocessing.active_children()) - self._others:
-                process.terminate()
-        self._pool.shutdown(wait=True, cancel_futures=True)
-
-    def run(self, queue: deque[Name]) -> Iterator[tuple[Name, Result | Exception]]:
-        """Take names from the queue until it is empty or a process has died.
-
-        No more are handed out than there are workers: who is handed out may have killed a process.
-        """
-        jobs: dict[Future[Result], Name] = {}
-        broken = False
+    No more are handed out than there are workers: who is handed out may have killed a process.
+    The processes are gone when this ends, at once where it ends early.
+    """
+    others = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+    jobs: dict[Future[Result], Name] = {}
+    broken = False
+    try:
         while jobs or (queue and not broken):
             with _starting_workers():  # they start as jobs come in
-                while queue and not broken and len(jobs) < self._workers:
+                while queue and not broken and len(jobs) < workers:
                     try:
-                        jobs[self._pool.submit(self._work, queue[0])] = queue[0]
+                        jobs[pool.submit(work, queue[0])] = queue[0]
                         queue.popleft()
                     except BrokenProcessPool:  # a process has died since
                         broken = True
@@ -106,6 +93,12 @@ class _Pool(Generic[Name, Result]):
                 if error is not None and not isinstance(error, Exception):
                     raise error
                 yield name, job.result() if error is None else error
+    except BaseException:  # do not wait for files that nobody will see
+        for process in set(multiprocessing.active_children()) - others:
+            process.terminate()
+        raise
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
 
 
 @contextmanager

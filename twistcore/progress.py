@@ -14,9 +14,8 @@ class Cancelled(BaseException):
     """
 
 
-def nobody(share: float) -> None:
+def nobody(_share: float) -> None:
     """Tells nobody how far it is."""
-    del share
 
 
 def part(tell: Tell, start: float, stop: float) -> Tell:

@@ -14,15 +14,16 @@ from twistcore.detection import DETECTORS
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import FormatError
 from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
-from twistcore.study.benchmark import Settings, run_benchmark, run_clip, runner
+from twistcore.study.benchmark import runner
 from twistcore.study.benchmark.baselines import BASELINES, continuous, slerp
 from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown, table
 from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows
-from twistcore.study.benchmark.clip_run import result_from_json
+from twistcore.study.benchmark.clip_run import Settings, result_from_json, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.filtering_cost import fidelity
 from twistcore.study.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
-from twistcore.study.benchmark.tally import MICRO, total_of
+from twistcore.study.benchmark.runner import run_benchmark
+from twistcore.study.benchmark.tally import MICRO, Tally
 from twistcore.study.evaluation import match_intervals, measure, summarise
 from twistcore.synthesis import Truth, inject, parse_protocol
 
@@ -60,12 +61,12 @@ def test_a_pass_counts_what_evaluation_measures(scene, method):
             measure(truth, motion, motion.with_rotations(refined.rotations), scene.chains)
         )
     known = summarise(samples)
-    ours = total_of(run_item(scene, method, 7).values())
+    ours = sum(run_item(scene, method, 7).values(), Tally())
     assert ours.frames == known.overall.frames
-    assert 100.0 * ours.repaired / ours.frames == pytest.approx(known.overall.fsr)
-    assert ours.after / ours.frames / MICRO == pytest.approx(known.overall.mae_after, abs=1e-6)
+    assert 100.0 * ours.repaired / ours.frames == pytest.approx(known.overall.fsr_percent)
+    assert ours.after / ours.frames / MICRO == pytest.approx(known.overall.mae_after_deg, abs=1e-6)
     assert np.sqrt(ours.after_squared / ours.frames / MICRO) == pytest.approx(
-        known.overall.rmse_after, abs=1e-4
+        known.overall.rmse_after_deg, abs=1e-4
     )
     altered = 100.0 * (ours.damaged + ours.natural) / ours.pairs
     assert altered == pytest.approx(known.damage_share)

@@ -89,9 +89,9 @@ def test_the_papers_success_rate_on_a_walk():
         samples.append(measure(truth, WALK.motion, refined, CHAINS))
     table = summarise(samples)
     assert table.overall.frames > 1000
-    assert table.overall.fsr >= 95.0
-    assert table.overall.mae_before > 60.0
-    assert table.overall.mae_after < 9.0
+    assert table.overall.fsr_percent >= 95.0
+    assert table.overall.mae_before_deg > 60.0
+    assert table.overall.mae_after_deg < 9.0
 
 
 def test_injection_keeps_to_the_protocol():

@@ -8,7 +8,7 @@ from tests.conftest import ASSETS
 from twistcore.bvh import parse_bvh
 from twistcore.bvh.compose import bvh_text
 from twistcore.errors import TwistError
-from twistcore.motion import forward_kinematics
+from twistcore.motion import Motion, forward_kinematics
 from twistcore.quality.figure_quality import foot_slide, in_contact, quality
 from twistcore.quamo.npz_poses import PosesError, read_poses
 from twistcore.quamo.resample import corrected, resampled, sample_times, slerp
@@ -20,8 +20,8 @@ from twistcore.quamo.topology import (
     TOES,
     find_topology,
     metres_per_unit,
-    motion_24,
     places_24,
+    skeleton_24,
 )
 from twistcore.rotation import (
     exponential,
@@ -136,12 +136,8 @@ def test_the_systematic_part_stands_still_and_is_redrawn(dance):
     assert abs(np.corrcoef(means[0].ravel(), means[1].ravel())[0, 1]) < 0.5
 
 
-def test_bursts_freeze_a_limb_and_flips_change_no_rotation(dance):
-    quiet = Noise(LEVELS["B"])
-    q, _ = noisy(dance.q, dance.r, quiet, np.random.default_rng(3))
-    flipped, _ = noisy(dance.q, dance.r, Noise(LEVELS["B"], flips=0.3), np.random.default_rng(3))
-    assert (flipped != q).any()
-    assert geodesic_angle(flipped, q).max() < 1e-7
+def test_bursts_freeze_a_limb(dance):
+    q, _ = noisy(dance.q, dance.r, Noise(LEVELS["B"]), np.random.default_rng(3))
     frozen, _ = noisy(dance.q, dance.r, Noise(LEVELS["B"], bursts=60.0), np.random.default_rng(3))
     assert ((np.diff(frozen, axis=0) == 0.0).all(axis=2)).sum() > 5
     assert not (np.diff(q, axis=0) == 0.0).all(axis=2).any()
@@ -159,8 +155,12 @@ def test_the_24_joints_of_a_clip_stand_where_the_clip_has_them(walk):
     away = np.abs(places[:, below_folded] - theirs[:, below_folded]).max()
     assert away < 0.02 * walk.skeleton.height
     again = forward_kinematics(
-        motion_24(
-            topology.offsets, topology.reduced(motion.rotations), motion.positions[:, 0], 0.01
+        Motion(
+            skeleton_24(topology.offsets),
+            topology.reduced(motion.rotations),
+            (0,),
+            motion.positions[:, :1],
+            0.01,
         )
     )[1]
     assert places == pytest.approx(again)
@@ -239,7 +239,7 @@ def test_a_folder_without_clips_is_refused(tmp_path):
 
 
 def test_composed_bvh_reads_back_as_the_same_motion(dance):
-    motion = motion_24(dance.offsets, dance.q, dance.r, 0.04)
+    motion = Motion(skeleton_24(dance.offsets), dance.q, (0,), dance.r[:, None], 0.04)
     clip = parse_bvh(bvh_text(motion).encode(), ASSETS / "new.bvh")
     assert clip.warnings == ()
     assert clip.motion.frame_time == pytest.approx(0.04)

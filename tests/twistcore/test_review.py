@@ -173,6 +173,28 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
     assert exported(session.state) != CLIP.data
 
 
+@pytest.mark.parametrize("offset", [-1e-12, -0.0, 1e-12])
+def test_next_to_nothing_is_saved_alike_before_and_after_a_recovery(tmp_path, offset):
+    review = fresh()
+    traces = np.array([offset, 0.3])
+    made = Interval("LeftLeg", 100, 102, traces, residual=offset)
+    edited = Interval(review.state.intervals[0].interval.chain, 10, 12, traces, residual=offset)
+    with closing(Journal(tmp_path / "j", CLIP, review.state)) as journal:
+        for command in (Insert(made), Edit(review.state.intervals[0].id, edited)):
+            review.do(command)
+            journal.do(command)
+    recovered = recover(tmp_path / "j").review.state
+    assert session_bytes(CLIP, recovered) == session_bytes(CLIP, review.state)
+    write_session(tmp_path / "s", CLIP, recovered)
+    saved = (tmp_path / "s").read_bytes()
+    assert session_bytes(CLIP, read_session(tmp_path / "s").state) == saved
+    assert b"-0.0," not in saved
+    older = tmp_path / "older"
+    older.write_bytes(saved.replace(b" 0.0,", b" -0.0,"))
+    assert older.read_bytes() != saved
+    assert session_bytes(CLIP, read_session(older).state) == saved
+
+
 @pytest.mark.parametrize(
     "damage",
     [

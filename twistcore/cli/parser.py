@@ -7,7 +7,7 @@ import contextlib
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -25,7 +25,7 @@ from twistcore.cli.argument_types import (
 )
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.errors import TwistError
-from twistcore.synthesis import DESCRIPTIONS
+from twistcore.synthesis import PROTOCOLS
 from twistcore.version import __version__
 
 
@@ -122,7 +122,7 @@ def _parser() -> argparse.ArgumentParser:
         "--protocol",
         default="P0",
         metavar="NAME",
-        help="; ".join(f"{k}: {v}" for k, v in DESCRIPTIONS.items()) + "; joined by '+'",
+        help="; ".join(f"{k}: {p.text}" for k, p in PROTOCOLS.items()) + "; joined by '+'",
     )
     inject.set_defaults(run=study_commands.inject_errors)
 
@@ -190,7 +190,7 @@ def _quamo(parser: argparse.ArgumentParser) -> None:
     refine.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
     refine.add_argument("--template", type=Path, metavar="BVH", help="rest offsets for an .npz")
     refine.add_argument("--up", choices=("y", "z"), default="z", help="of an .npz; AMASS: z")
-    refine.set_defaults(run=_quamo_refine)
+    refine.set_defaults(run=_quamo_command("refine"))
 
     noise = subparsers.add_parser("noise", help="put synthetic noise into a clip")
     _clip(noise)
@@ -201,19 +201,19 @@ def _quamo(parser: argparse.ArgumentParser) -> None:
     noise.add_argument("--seed", type=seed, default=0, metavar="N")
     noise.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
     _json(noise)
-    noise.set_defaults(run=_quamo_noise)
+    noise.set_defaults(run=_quamo_command("noise"))
 
-    evaluate = subparsers.add_parser(
-        "evaluate", help="learned and hand gains beside baselines on held-out subjects"
-    )
-    _held_out(evaluate)
-    evaluate.set_defaults(run=_quamo_evaluate)
-
-    ablation = subparsers.add_parser(
-        "ablation", help="steps of the method, representations, integration"
-    )
-    _held_out(ablation)
-    ablation.set_defaults(run=_quamo_ablation)
+    for name, what in (
+        ("evaluate", "learned and hand gains beside baselines on held-out subjects"),
+        ("ablation", "steps of the method, representations, integration"),
+    ):
+        study = subparsers.add_parser(name, help=what)
+        study.add_argument("folder", type=Path, metavar="FOLDER")
+        study.add_argument("--weights", type=Path, metavar="DIR", help="default: as shipped")
+        study.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
+        study.add_argument("--seed", type=seed, default=0, metavar="N", help="the first seed")
+        _json(study)
+        study.set_defaults(run=_quamo_command(name))
 
     train = subparsers.add_parser("train", help="train the networks (PyTorch)")
     train.add_argument("folder", type=Path, metavar="FOLDER")
@@ -226,7 +226,7 @@ def _quamo(parser: argparse.ArgumentParser) -> None:
     train.add_argument("--width", type=count, metavar="N", help="units of a hidden layer")
     train.add_argument("--seed", type=seed, default=0, metavar="N")
     train.add_argument("--compile", action="store_true", help="fuse the step; needs a C++ compiler")
-    train.set_defaults(run=_quamo_train)
+    train.set_defaults(run=_quamo_command("train"))
 
 
 # -- commands whose libraries load slowly: imported when they are called ---------------------------
@@ -238,34 +238,13 @@ def _benchmark(arguments: argparse.Namespace) -> int:
     return benchmark(arguments)
 
 
-def _quamo_refine(arguments: argparse.Namespace) -> int:
-    from twistcore.cli.quamo_commands import refine  # scipy.ndimage
+def _quamo_command(name: str) -> Callable[[argparse.Namespace], int]:
+    def run(arguments: argparse.Namespace) -> int:
+        from twistcore.cli import quamo_commands  # scipy.ndimage
 
-    return refine(arguments)
+        return int(getattr(quamo_commands, name)(arguments))
 
-
-def _quamo_noise(arguments: argparse.Namespace) -> int:
-    from twistcore.cli.quamo_commands import noise
-
-    return noise(arguments)
-
-
-def _quamo_evaluate(arguments: argparse.Namespace) -> int:
-    from twistcore.cli.quamo_commands import evaluate
-
-    return evaluate(arguments)
-
-
-def _quamo_ablation(arguments: argparse.Namespace) -> int:
-    from twistcore.cli.quamo_commands import ablation
-
-    return ablation(arguments)
-
-
-def _quamo_train(arguments: argparse.Namespace) -> int:
-    from twistcore.cli.quamo_commands import train
-
-    return train(arguments)
+    return run
 
 
 # -- words that several commands have --------------------------------------------------------------
@@ -302,11 +281,3 @@ def _detection(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")
     _chains(parser)
-
-
-def _held_out(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("folder", type=Path, metavar="FOLDER")
-    parser.add_argument("--weights", type=Path, metavar="DIR", help="default: as shipped")
-    parser.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
-    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="the first seed")
-    _json(parser)

@@ -179,11 +179,7 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
         )
     networks = {v: _held_out_networks(arguments.weights or WEIGHTS, v, sequences) for v in variants}
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
-
-    def tell(text: str) -> None:
-        print(text, file=sys.stderr)
-
-    report = make(sequences, networks, seeds, tell)
+    report = make(sequences, networks, seeds, partial(print, file=sys.stderr))
     if arguments.json:
         print_json(report.document)
     else:
@@ -198,10 +194,6 @@ def _held_out_networks(
     subjects = sorted({s.subject for s in sequences})
     paths = {s: folder / weights_name(variant, s) for s in subjects}
     return {s: read_network(p) for s, p in paths.items() if p.exists()}
-
-
-def _tell_progress(name: str, text: str) -> None:
-    print(f"{name}: {text}", file=sys.stderr, flush=True)
 
 
 def train(arguments: argparse.Namespace) -> int:
@@ -241,7 +233,7 @@ def train(arguments: argparse.Namespace) -> int:
             settings,
             checkpoint=path.with_suffix(".checkpoint"),
             compiled=arguments.compile,
-            tell=partial(_tell_progress, path.stem),
+            tell=partial(print, f"{path.stem}:", file=sys.stderr, flush=True),
         )
         minutes = (time.perf_counter() - begin) / 60.0
         note = json.dumps({"clips": [s.name for s in used], "settings": vars(settings)})

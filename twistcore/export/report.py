@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,7 @@ import numpy as np
 from twistcore.atomic import write_atomically
 from twistcore.bvh import Clip
 from twistcore.chain import Chain
-from twistcore.encoding import encoded, json_bytes
+from twistcore.encoding import csv_text, encoded, json_bytes
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.markers import blender_markers
@@ -26,22 +24,22 @@ from twistcore.review.model import Decision, Judged, ReviewState
 from twistcore.review.session import tracking_to_json
 
 SCHEMA = "twistcore.report/1"
-_COLUMNS = (
-    "id",
-    "chain",
-    "start",
-    "stop",
-    "frames",
-    "start_s",
-    "delta_deg",
-    "confidence",
-    "open",
-    "decision",
-    "reviewer",
-    "decided_at",
-    "note",
-    "tracked_after",
-)
+# Columns of an interval: what stands there, by the interval and frames a second.
+_COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
+    "id": lambda j, _: j.id,
+    "chain": lambda j, _: j.interval.chain,
+    "start": lambda j, _: j.interval.start,
+    "stop": lambda j, _: j.interval.stop,
+    "frames": lambda j, _: j.interval.frames,
+    "start_s": lambda j, fps: round(j.interval.start / fps, 4),
+    "delta_deg": lambda j, _: round(float(np.degrees(j.interval.delta)), 4),
+    "confidence": lambda j, _: j.interval.confidence,
+    "open": lambda j, _: j.interval.open,
+    "decision": lambda j, _: j.decision.value,
+    "reviewer": lambda j, _: j.reviewer,
+    "decided_at": lambda j, _: j.decided_at,
+    "note": lambda j, _: j.note,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,12 +157,10 @@ def intervals_csv(report: Report) -> str:
 
     tracked_after: joints of the interval's chain that were tracked after the correction.
     """
-    out = io.StringIO()
-    writer = csv.DictWriter(out, _COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for judged in report.state.intervals:
-        writer.writerow(_row(judged, report) | {"tracked_after": _tracked(judged, report)})
-    return out.getvalue()
+    rows = [
+        _row(j, report) | {"tracked_after": _tracked(j, report)} for j in report.state.intervals
+    ]
+    return csv_text((*_COLUMNS, "tracked_after"), rows)
 
 
 def _tracked(judged: Judged, report: Report) -> str:
@@ -177,22 +173,8 @@ def _tracked(judged: Judged, report: Report) -> str:
 
 
 def _row(judged: Judged, report: Report) -> dict[str, Any]:
-    interval, fps = judged.interval, report.clip.motion.fps
-    return {
-        "id": judged.id,
-        "chain": interval.chain,
-        "start": interval.start,
-        "stop": interval.stop,
-        "frames": interval.frames,
-        "start_s": round(interval.start / fps, 4),
-        "delta_deg": round(float(np.degrees(interval.delta)), 4),
-        "confidence": interval.confidence,
-        "open": interval.open,
-        "decision": judged.decision.value,
-        "reviewer": judged.reviewer,
-        "decided_at": judged.decided_at,
-        "note": judged.note,
-    }
+    fps = report.clip.motion.fps
+    return {name: of(judged, fps) for name, of in _COLUMNS.items()}
 
 
 def _html(document: dict[str, Any]) -> str:

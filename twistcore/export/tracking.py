@@ -6,7 +6,6 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,19 +56,15 @@ class Traces:
     names: tuple[str, ...]
 
 
+@cache
 def weights_mark() -> str:
     """By what a session knows the shipped networks again: 16 digits of their SHA-256."""
-    return _mark(weights_file())
+    return hashlib.sha256(weights_file().read_bytes()).hexdigest()[:16]
 
 
 @cache
-def _mark(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-
-
-@cache
-def _network(path: Path) -> Network:
-    return read_network(path)
+def _network() -> Network:
+    return read_network(weights_file())
 
 
 def knows_learned(motion: Motion) -> bool:
@@ -119,8 +114,9 @@ def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool
     check_tracking(motion, tracking)
     joints, first = chosen_joints(motion.skeleton, tracking.joints), leading_frames(motion)
     if tracking.learned:
-        network = _network(weights_file())
-        return track_learned(motion, joints, network, first=first, keep_steps=keep_steps, tell=tell)
+        return track_learned(
+            motion, joints, _network(), first=first, keep_steps=keep_steps, tell=tell
+        )
     gains = _gains(tracking)
     return track_by_hand(motion, joints, gains, first=first, keep_steps=keep_steps, tell=tell)
 
@@ -138,8 +134,6 @@ def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array]
         for column, gain in enumerate((step.gains.kp, step.gains.kd, step.gains.ka)):
             every = np.broadcast_to(gain, step.state.omega.shape)
             gains[row, :, column] = every[shown].mean(axis=-1)
-        made = step.parts
-        kinds = (made.proportional, made.damping, made.bias, made.acceleration)
-        for column, vector in enumerate(kinds):
+        for column, vector in enumerate(vars(step.parts).values()):
             parts[row, :, column] = np.linalg.norm(vector[shown], axis=-1)
     return gains, parts

@@ -34,13 +34,13 @@ class Quality:
     foot_slide: float
 
 
-def quality(places: Array, given: Array | None = None, up: int = 1) -> Quality:
+def quality(places: Array, given: Array | None = None) -> Quality:
     """Evidence of quality of positions (frames, 24, 3) in mm; given: the input to compare with."""
     third = np.diff(places, n=3, axis=0)
     return Quality(
         None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
         float(np.linalg.norm(third, axis=-1).mean()) if len(third) else 0.0,
-        foot_slide(places, in_contact(places, up), up),
+        foot_slide(places, in_contact(places)),
     )
 
 
@@ -57,7 +57,7 @@ def quality_before_and_after(
     return quality(given), quality(found, given)
 
 
-def in_contact(places: Array, up: int = 1) -> NDArray[np.bool_]:
+def in_contact(places: Array) -> NDArray[np.bool_]:
     """Feet on the ground, (frames, 2): ankle and toe below a low height of their own + 3 cm.
 
     That height is the 2nd percentile over the clip, of each foot's ankle and toe apart.
@@ -65,17 +65,16 @@ def in_contact(places: Array, up: int = 1) -> NDArray[np.bool_]:
     out = np.ones((len(places), 2), dtype=np.bool_)
     for foot in range(2):
         for joint in (ANKLES[foot], TOES[foot]):
-            height = places[:, joint, up]
+            height = places[:, joint, 1]
             out[:, foot] &= height < np.percentile(height, 2.0) + CONTACT_MM
     return out
 
 
-def foot_slide(places: Array, contact: NDArray[np.bool_], up: int = 1) -> float:
+def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
     """Per cent of frame pairs in which a foot on the ground moves ≥ 20 mm level, feet summed."""
-    flat = [axis for axis in range(3) if axis != up]
     slides = 0
     for foot in range(2):
-        middle = 0.5 * (places[:, ANKLES[foot]] + places[:, TOES[foot]])[:, flat]
+        middle = 0.5 * (places[:, ANKLES[foot]] + places[:, TOES[foot]])[:, [0, 2]]
         moved = np.linalg.norm(np.diff(middle, axis=0), axis=1)
         slides += int(((moved >= SLIDE_MM) & contact[1:, foot] & contact[:-1, foot]).sum())
     return 100.0 * slides / max(len(places) - 1, 1)
@@ -83,8 +82,7 @@ def foot_slide(places: Array, contact: NDArray[np.bool_], up: int = 1) -> float:
 
 def root_aligned(places: Array) -> Array:
     """Places with the root in the origin."""
-    aligned: Array = places - places[:, :1]
-    return aligned
+    return places - places[:, :1]
 
 
 def mean_distance(a: Array, b: Array) -> float:
@@ -97,5 +95,4 @@ def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: f
     low = np.floor(times).astype(np.intp)
     high = np.minimum(low + 1, motion.frames - 1)
     share = (times - low)[:, None, None]
-    at_25: Array = 1000.0 * scale * (places[low] + share * (places[high] - places[low]))
-    return at_25
+    return 1000.0 * scale * (places[low] + share * (places[high] - places[low]))

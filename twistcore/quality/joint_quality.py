@@ -51,8 +51,7 @@ class JointQuality:
         known = self.jitter[np.isfinite(self.jitter).all(axis=1)]
         if not len(known):
             return np.zeros(self.jitter.shape[1])
-        middle: Array = np.median(known, axis=0)
-        return middle
+        return np.median(known, axis=0)
 
     @property
     def top_speed(self) -> Array:

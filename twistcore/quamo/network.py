@@ -29,7 +29,7 @@ from twistcore.quamo.state_space import (
     short_vector,
 )
 from twistcore.quamo.topology import JOINTS
-from twistcore.quamo.tracker import State
+from twistcore.quamo.tracker import Controller, State
 from twistcore.rotation import Array, conjugate, exponential, multiply
 
 Float32 = NDArray[np.float32]
@@ -84,7 +84,7 @@ class Network:
         return NetworkController(self, q_hat[:2], r_hat[:2])
 
 
-class NetworkController:
+class NetworkController(Controller):
     """Gains from ControlNet in every frame; the start from InitNet and the first two references.
 
     The second reference is needed for the first pose: this path lags one sample of 25 Hz.
@@ -95,9 +95,8 @@ class NetworkController:
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
         """q0 = Exp(φ) ⊗ q̂0, r0, ω0, v0."""
-        rest = State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
         if len(self._q) < 2:
-            return rest
+            return super().start(q_hat, r_hat)
         w = self.network.weights
         cos, sin = heading(q_hat[..., 0, :])
         rate = 2.0 * increment(self._q[1], self._q[0]) / NETWORK_DT
@@ -185,8 +184,7 @@ def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
 
     A degree counts for much in a joint that hardly turns, and for little in one that turns far.
     """
-    scaled: Array = (pose - w["pose.mean"]) / w["pose.scale"]
-    return scaled
+    return (pose - w["pose.mean"]) / w["pose.scale"]
 
 
 def heading(root: Array) -> tuple[Array, Array]:
@@ -221,8 +219,7 @@ def _flat(v: Array) -> Array:
 
 
 def _sigmoid(x: Array) -> Array:
-    value: Array = 0.5 * (1.0 + np.tanh(0.5 * x))
-    return value
+    return 0.5 * (1.0 + np.tanh(0.5 * x))
 
 
 def _perceptron(w: Mapping[str, Float32], name: str, inputs: Array) -> Array:
@@ -233,8 +230,7 @@ def _perceptron(w: Mapping[str, Float32], name: str, inputs: Array) -> Array:
         h = h / np.sqrt((h * h).mean(axis=-1, keepdims=True) + np.float32(EPSILON))
         h = h * w[f"{name}.g{k}"] + w[f"{name}.c{k}"]
         h = np.maximum(h, np.float32(SLOPE) * h)
-    out: Array = (h @ w[f"{name}.w3"] + w[f"{name}.b3"]).astype(np.float64)
-    return out
+    return (h @ w[f"{name}.w3"] + w[f"{name}.b3"]).astype(np.float64)
 
 
 def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
@@ -284,12 +280,12 @@ def untrained(width: int, init_width: int, rng: np.random.Generator, variant: st
 
 
 def write_network(network: Network, path: Path) -> None:
-    """Write weights as float16, deflated, atomically; the same network gives the same bytes."""
+    """Write weights as float16, atomically; the same network gives the same bytes."""
     buffer = io.BytesIO()
     arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}
     arrays["variant"] = np.array(network.variant)
     arrays["note"] = np.array(network.note)
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(buffer, "w") as archive:
         for name, values in arrays.items():
             member = io.BytesIO()
             np.save(member, values)

@@ -15,10 +15,10 @@ def slerp(a: Array, b: Array, share: Array) -> Array:
     return multiply(exponential(share[..., None] * step), a)
 
 
-def sample_times(frames: int, dt: float, rate_dt: float = NETWORK_DT) -> Array:
-    """Times of the samples within a clip, in its frames (not whole as a rule), (samples,)."""
-    count = int(np.floor((frames - 1) * dt / rate_dt + 1e-9)) + 1
-    times: Array = np.minimum(np.arange(count) * (rate_dt / dt), float(frames - 1))
+def sample_times(frames: int, dt: float) -> Array:
+    """Times of samples at 25 Hz within a clip, in its frames (not whole as a rule), (samples,)."""
+    count = int(np.floor((frames - 1) * dt / NETWORK_DT + 1e-9)) + 1
+    times: Array = np.minimum(np.arange(count) * (NETWORK_DT / dt), float(frames - 1))
     return times
 
 

@@ -60,15 +60,13 @@ class Parts:
 
 def short_vector(q: Array) -> Array:
     """vec(±q) with the sign that makes w ≥ 0: sin(θ/2) times the axis, (…, 4) -> (…, 3)."""
-    vector: Array = np.where(q[..., :1] < 0.0, -q[..., 1:], q[..., 1:])
-    return vector
+    return np.where(q[..., :1] < 0.0, -q[..., 1:], q[..., 1:])
 
 
 def aligned(q_hat: Array, q: Array) -> Array:
     """±q̂ in the hemisphere of q, so that q̂ and −q̂ are the same reference."""
     dot = np.einsum("...i,...i->...", q_hat, q)
-    same: Array = np.where(dot[..., None] < 0.0, -q_hat, q_hat)
-    return same
+    return np.where(dot[..., None] < 0.0, -q_hat, q_hat)
 
 
 def angular_acceleration(
@@ -103,8 +101,7 @@ def increment(q_hat: Array, before: Array) -> Array:
 def next_velocity(omega: Array, parts: Parts, dt: float, clip: float) -> Array:
     """ω after a step, each component within ±clip [Le26 Eq. 1, 5]."""
     rate = parts.proportional + parts.damping + parts.bias + parts.acceleration
-    bounded: Array = np.clip(omega + dt * rate, -clip, clip)
-    return bounded
+    return np.clip(omega + dt * rate, -clip, clip)
 
 
 def next_quaternion(q: Array, omega: Array, dt: float, integration: str = EXACT) -> Array:
@@ -124,20 +121,8 @@ def next_quaternion(q: Array, omega: Array, dt: float, integration: str = EXACT)
 
 
 def next_translation(
-    r: Array, v: Array, r_hat: Array, gains: Gains, dt: float, substeps: int = 1
+    r: Array, v: Array, r_hat: Array, gains: Gains, dt: float
 ) -> tuple[Array, Array]:
-    """Root place and velocity after a step, each (…, 3) [Le26 §3.3].
-
-    substeps = 6 is the scheme that supplement F compares with: six smaller Euler steps, the place
-    moved by the velocity before it changes.
-    """
-    if substeps == 1:
-        v = v + dt * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias)
-        return r + dt * v, v
-    h = dt / substeps
-    for _ in range(substeps):
-        r, v = (
-            r + h * v,
-            v + h * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias),
-        )
-    return r, v
+    """Root place and velocity after a step, each (…, 3) [Le26 §3.3]."""
+    v = v + dt * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias)
+    return r + dt * v, v

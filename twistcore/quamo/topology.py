@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, Skeleton
+from twistcore.motion import Skeleton
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
 CMU_UNIT = 0.056444  # metres: lengths of CMU's skeletons are inches divided by 0.45
@@ -79,8 +79,7 @@ def find_topology(skeleton: Skeleton) -> Topology:
     TwistError where one is missing, or where the joints hang together otherwise.
     """
     for names in (CMU_NAMES, SMPL_NAMES):
-        missing = [name for name in names if name not in skeleton.names]
-        if not missing:
+        if set(names) <= set(skeleton.names):
             return _topology(skeleton, names)
     missing = [name for name in CMU_NAMES if name not in skeleton.names]
     raise TwistError(
@@ -124,11 +123,6 @@ def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
 def skeleton_24(offsets: Array) -> Skeleton:
     """A skeleton of the 24 joints with these rest offsets, (24, 3)."""
     return Skeleton(SMPL_NAMES, np.array(PARENTS), np.asarray(offsets, dtype=np.float64))
-
-
-def motion_24(offsets: Array, q: Array, r: Array, frame_time: float) -> Motion:
-    """Poses (frames, 24, 4) and root places (frames, 3) as a motion."""
-    return Motion(skeleton_24(offsets), q, (0,), r[:, None], frame_time)
 
 
 def places_24(offsets: Array, q: Array, r: Array) -> Array:

@@ -75,12 +75,9 @@ def track_by_hand(
     tell: called with the share that is done. Raises UnstableGainsError where the gains diverge at
     this rate.
     """
-    rotations, positions = motion.rotations.copy(), motion.positions
-    root = (
-        positions[first:, 0]
-        if place and motion.positioned
-        else np.zeros((motion.frames - first, 3))
-    )
+    root = np.zeros((motion.frames - first, 3))
+    if place and motion.positioned:
+        root = motion.positions[first:, 0]
     found = track(
         motion.rotations[first:, joints],
         root,
@@ -89,13 +86,9 @@ def track_by_hand(
         keep_steps=keep_steps,
         tell=tell,
     )
-    rotations[first:, joints] = found.q
-    snapped = np.zeros(rotations.shape[:2], dtype=np.bool_)
+    snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     snapped[first:, joints] = found.snapped
-    if place:
-        positions = positions.copy()
-        positions[first:, 0] = found.r
-    tracked = replace(motion, rotations=rotations, positions=positions)
+    tracked = _written(motion, first, joints, found.q, found.r if place else None)
     at = np.arange(first, motion.frames, dtype=np.float64)
     return Tracked(tracked, snapped, found.steps, at, joints)
 
@@ -137,15 +130,21 @@ def track_learned(
     )
     q_new, r_new = corrected(q, r, times, q_in, r_in, found.q, found.r)
     restored = topology.restored(q_new, part.rotations)
-    rotations = motion.rotations.copy()
     able = joints_of_24(motion.skeleton, joints, strict=False)
-    rotations[first:, able] = restored[:, able]
-    positions = motion.positions
-    if place:
-        positions = positions.copy()
-        positions[first:, 0] = r_new / scale
-    snapped = np.zeros(rotations.shape[:2], dtype=np.bool_)
+    root = r_new / scale if place else None
+    tracked = _written(motion, first, able, restored[:, able], root)
+    snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     shown_at = first + np.ceil(times - 1e-9).astype(np.intp)
     snapped[shown_at[:, None], topology.joints] = found.snapped
-    tracked = replace(motion, rotations=rotations, positions=positions)
     return Tracked(tracked, snapped, found.steps, first + times, topology.joints)
+
+
+def _written(
+    motion: Motion, first: int, joints: NDArray[np.int64], q: Array, root: Array | None
+) -> Motion:
+    """The motion with these rotations of some joints, and the root's places, from a frame on."""
+    rotations, positions = motion.rotations.copy(), motion.positions.copy()
+    rotations[first:, joints] = q
+    if root is not None:
+        positions[first:, 0] = root
+    return replace(motion, rotations=rotations, positions=positions)

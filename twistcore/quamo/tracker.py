@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,19 +40,19 @@ class State:
     v: Array
 
 
-class Controller(Protocol):
+class Controller(ABC):
     """Where gains come from, one set a step: hands or a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """The state at the first reference."""
-        ...
+        """The state at the first reference: at rest on it, as a rule."""
+        return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
+    @abstractmethod
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
         """Gains for the step towards this reference, already in the state's hemisphere."""
-        ...
 
 
-class HandGains:
+class HandGains(Controller):
     """The same gains in every frame; refuses what would diverge at the clip's frame time.
 
     gains: None for those of :meth:`Gains.by_hand` at the clip's frame time.
@@ -62,10 +62,6 @@ class HandGains:
         self._given = gains
         self._used = gains or Gains()
         self._checked = 0.0
-
-    def start(self, q_hat: Array, r_hat: Array) -> State:
-        """At rest on the first reference."""
-        return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
         """The constant gains, whatever is seen; UnstableGainsError if they diverge at dt."""
@@ -94,13 +90,11 @@ class Step:
 class Tracker:
     """Online tracking: one call a frame, all joints at once.
 
-    integration: 'exact' or 'first-order'; substeps: of the translation, 1 or 6.
+    integration: 'exact' or 'first-order'.
     """
 
-    def __init__(
-        self, controller: Controller, *, integration: str = EXACT, substeps: int = 1
-    ) -> None:
-        self._controller, self._integration, self._substeps = controller, integration, substeps
+    def __init__(self, controller: Controller, *, integration: str = EXACT) -> None:
+        self._controller, self._integration = controller, integration
         self._state: State | None = None
         self._before: Array | None = None
         self._delta: Array | None = None
@@ -130,7 +124,7 @@ class Tracker:
         parts = angular_acceleration(state.q, state.omega, q_hat, curvature, gains, dt)
         omega = next_velocity(state.omega, parts, dt, gains.clip)
         q = next_quaternion(state.q, omega, dt, self._integration)
-        r, v = next_translation(state.r, state.v, r_hat, gains, dt, self._substeps)
+        r, v = next_translation(state.r, state.v, r_hat, gains, dt)
         away = np.abs(np.einsum("...i,...i->...", q_hat, q)) < _LOST_COSINE
         self._lost = np.where(away, self._lost + 1, 0)
         snapped = self._lost >= LOST_AFTER
@@ -162,7 +156,6 @@ def track(
     controller: Controller,
     *,
     integration: str = EXACT,
-    substeps: int = 1,
     keep_steps: bool = False,
     tell: Tell = nobody,
 ) -> Track:
@@ -170,7 +163,7 @@ def track(
 
     tell: called with the share that is done, now and then; what it raises ends the tracking.
     """
-    tracker = Tracker(controller, integration=integration, substeps=substeps)
+    tracker = Tracker(controller, integration=integration)
     q, r = np.empty(q_hat.shape), np.empty(r_hat.shape)
     snapped = np.zeros(q_hat.shape[:-1], dtype=np.bool_)
     steps: list[Step] = []

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any
 
 from twistcore.detection import Interval
 from twistcore.review.model import (
@@ -19,25 +20,26 @@ from twistcore.review.model import (
 )
 
 
-class Command(Protocol):
+class Command(ABC):
     """An edit with a text for the menu; `apply` raises and changes nothing if it cannot be done."""
 
     @property
+    @abstractmethod
     def text(self) -> str:
         """What the undo menu says."""
-        ...
 
+    @abstractmethod
     def apply(self, state: ReviewState) -> ReviewState:
         """The state after the command."""
-        ...
 
     def continues(self, earlier: Command) -> bool:
         """True if this is the next step of the same drag, to be undone together with it."""
-        ...
+        del earlier
+        return False
 
 
 @dataclass(frozen=True)
-class Decide:
+class Decide(Command):
     """Set the verdict on intervals."""
 
     ids: tuple[int, ...]
@@ -48,11 +50,7 @@ class Decide:
     @property
     def text(self) -> str:
         """What the undo menu says."""
-        verb = {
-            Decision.ACCEPTED: "Accept",
-            Decision.REJECTED: "Reject",
-            Decision.UNDECIDED: "Reset",
-        }[self.decision]
+        verb = {"accepted": "Accept", "rejected": "Reject", "undecided": "Reset"}[self.decision]
         return f"{verb} {_count(len(self.ids))}"
 
     def apply(self, state: ReviewState) -> ReviewState:
@@ -61,14 +59,9 @@ class Decide:
         by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
         return _replace(state, self.ids, decision=self.decision, reviewer=by, decided_at=at)
 
-    def continues(self, earlier: Command) -> bool:
-        """Verdicts are steps of their own."""
-        del earlier
-        return False
-
 
 @dataclass(frozen=True, eq=False)
-class Edit:
+class Edit(Command):
     """Give an interval other frames or another offset; equal `drag` numbers are one drag."""
 
     id: int
@@ -99,7 +92,7 @@ class Edit:
 
 
 @dataclass(frozen=True)
-class Annotate:
+class Annotate(Command):
     """Set the note of an interval, and the reason of its rejection."""
 
     id: int
@@ -115,36 +108,23 @@ class Annotate:
         """The state after the command."""
         return _replace(state, (self.id,), note=self.note, reason=self.reason)
 
-    def continues(self, earlier: Command) -> bool:
-        """Notes are steps of their own."""
-        del earlier
-        return False
-
 
 @dataclass(frozen=True, eq=False)
-class Insert:
+class Insert(Command):
     """Add a hand-made interval."""
 
     interval: Interval
 
-    @property
-    def text(self) -> str:
-        """What the undo menu says."""
-        return "New interval"
+    text = "New interval"
 
     def apply(self, state: ReviewState) -> ReviewState:
         """The state after the command."""
         new = Judged(state.next_id, as_written(self.interval), by_hand=True)
         return state.with_intervals((*state.intervals, new), next_id=state.next_id + 1)
 
-    def continues(self, earlier: Command) -> bool:
-        """Insertions are steps of their own."""
-        del earlier
-        return False
-
 
 @dataclass(frozen=True)
-class Remove:
+class Remove(Command):
     """Take a hand-made interval away; a detected one is rejected, not removed."""
 
     id: int
@@ -160,14 +140,9 @@ class Remove:
             raise ValueError("only hand-made intervals can be removed")
         return state.with_intervals(j for j in state.intervals if j.id != self.id)
 
-    def continues(self, earlier: Command) -> bool:
-        """Removals are steps of their own."""
-        del earlier
-        return False
-
 
 @dataclass(frozen=True, eq=False)
-class Redetect:
+class Redetect(Command):
     """A new τ (radians, by chain name) with what the detector finds in those chains at it.
 
     What a person decided or edited stays, stands for every found interval that is the same (IoU of
@@ -212,7 +187,7 @@ class Redetect:
 
 
 @dataclass(frozen=True, eq=False)
-class CarryOver:
+class CarryOver(Command):
     """Take the decisions of an earlier review over, of another take or (same_clip) of this one."""
 
     earlier: tuple[Judged, ...]
@@ -227,14 +202,9 @@ class CarryOver:
         """The state after the command."""
         return carried_over(self.earlier, state, same_clip=self.same_clip)
 
-    def continues(self, earlier: Command) -> bool:
-        """A step of its own."""
-        del earlier
-        return False
-
 
 @dataclass(frozen=True)
-class Track:
+class Track(Command):
     """Track joints with QuaMo after the twist refinement, or no longer (None)."""
 
     tracking: Tracking | None
@@ -253,11 +223,6 @@ class Track:
             raise ValueError("expected a joint to track")
         return replace(state, tracking=self.tracking)
 
-    def continues(self, earlier: Command) -> bool:
-        """A step of its own."""
-        del earlier
-        return False
-
 
 def _match(
     earlier: tuple[Judged, ...], found: list[Interval], next_id: int
@@ -265,33 +230,26 @@ def _match(
     partner: dict[int, int] = {}
     taken: set[int] = set()
     supported: set[int] = set()
-    pairs = sorted(_overlaps(earlier, found), reverse=True)
-    for common, minus_k, minus_n in pairs:
-        k, n = -minus_k, -minus_n
-        if earlier[k].kept and _stands_for(earlier[k].interval, found[n], common):
+    pairs = sorted(_overlaps(earlier, found))
+    for minus_common, k, n in pairs:
+        if earlier[k].kept and _stands_for(earlier[k].interval, found[n], -minus_common):
             supported.add(k)
             taken.add(n)
-    for _, minus_k, minus_n in pairs:
-        k, n = -minus_k, -minus_n
+    for _, k, n in pairs:
         if not earlier[k].kept and k not in partner and n not in taken:
             partner[k] = n
             taken.add(n)
     out = []
     for k, judged in enumerate(earlier):
-        # What stays the same stays the same object: nobody needs to draw it again.
-        if judged.kept:
-            holds = judged.by_hand or k in supported
-            out.append(judged if holds == judged.supported else replace(judged, supported=holds))
-        elif k in partner:
-            same = found[partner[k]] is judged.interval and judged.supported
-            out.append(
-                judged if same else replace(judged, interval=found[partner[k]], supported=True)
-            )
-    for n, interval in enumerate(found):
-        if n not in taken:
-            out.append(Judged(next_id, interval))
-            next_id += 1
-    return out, next_id
+        if judged.kept or k in partner:
+            interval = judged.interval if judged.kept else found[partner[k]]
+            holds = not judged.kept or judged.by_hand or k in supported
+            # What stays the same stays the same object: nobody needs to draw it again.
+            same = interval is judged.interval and holds == judged.supported
+            out.append(judged if same else replace(judged, interval=interval, supported=holds))
+    new = [interval for n, interval in enumerate(found) if n not in taken]
+    out += [Judged(new_id, interval) for new_id, interval in enumerate(new, next_id)]
+    return out, next_id + len(new)
 
 
 def _stands_for(kept: Interval, found: Interval, common: int) -> bool:
@@ -300,7 +258,7 @@ def _stands_for(kept: Interval, found: Interval, common: int) -> bool:
 
 
 def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tuple[int, int, int]]:
-    """(frames in common, −k, −n) of every overlapping pair; near-linear in their number."""
+    """(−frames in common, k, n) of every overlapping pair; near-linear in their number."""
     by_start = sorted(range(len(found)), key=lambda n: found[n].start)
     starts = [found[n].start for n in by_start]
     longest = max((f.frames for f in found), default=0)
@@ -310,7 +268,7 @@ def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tu
             n = by_start[at]
             common = min(stop, found[n].stop) - max(start, found[n].start)
             if common > 0:
-                yield common, -k, -n
+                yield -common, k, n
 
 
 def _replace(state: ReviewState, ids: tuple[int, ...], **changes: Any) -> ReviewState:

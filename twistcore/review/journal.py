@@ -13,11 +13,9 @@ import json
 import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, BinaryIO
-
-import numpy as np
 
 from twistcore.atomic import free_name, sync_folder, write_atomically
 from twistcore.bvh import Clip
@@ -26,15 +24,11 @@ from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_lock import is_held, lock
 from twistcore.review.commands import (
-    Annotate,
     CarryOver,
     Command,
-    Decide,
     Edit,
     Insert,
     Redetect,
-    Remove,
-    Track,
 )
 from twistcore.review.history import Review
 from twistcore.review.model import Decision, ReviewState
@@ -46,6 +40,8 @@ from twistcore.review.session import (
     judged_to_json,
     session_document,
     session_from_document,
+    tau_from_json,
+    tau_to_json,
     tracking_from_json,
     tracking_to_json,
 )
@@ -73,7 +69,7 @@ class Journal:
         nothing of it is left.
         """
         self.path = path
-        self._file: BinaryIO | None = path.open("xb", buffering=0)
+        self._file: BinaryIO = path.open("xb", buffering=0)
         lock(self._file.fileno())  # by which others see that it is no leftover
         self._good = 0  # bytes that are whole lines on disk
         self._waiting: list[bytes] = []
@@ -125,7 +121,7 @@ class Journal:
 
     def write_waiting(self) -> None:
         """Put what waits on disk; raises OSError if that fails again."""
-        if self._file is None:
+        if self._file.closed:
             raise OSError("the journal is closed")
         if not self._waiting:
             return
@@ -145,19 +141,15 @@ class Journal:
 
     def is_there(self) -> bool:
         """Whether the file is still where it was begun: nobody has deleted or replaced it."""
-        if self._file is None:
-            return False
         try:
             return os.path.samestat(self.path.stat(), os.fstat(self._file.fileno()))
-        except OSError:
+        except (OSError, ValueError):  # a ValueError where it is closed
             return False
 
     def close(self) -> None:
         """Close the file and keep it."""
-        if self._file is not None:
-            file, self._file = self._file, None
-            with suppress(OSError):  # a full disk: what could be written is there
-                file.close()
+        with suppress(OSError):  # a full disk: what could be written is there
+            self._file.close()
 
     def discard(self) -> None:
         """Close and delete: everything in it is in a session file, or given up knowingly.
@@ -270,65 +262,38 @@ def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
     return {"session": session_document(clip, state)}
 
 
-def command_to_json(command: Command) -> dict[str, Any]:
-    """A command as data, by its class name."""
-    kind = type(command).__name__
-    match command:
-        case Decide():
-            return {
-                "do": kind,
-                "ids": list(command.ids),
-                "decision": command.decision.value,
-                "reviewer": command.reviewer,
-                "decided_at": command.decided_at,
-            }
-        case Edit():
-            interval = interval_to_json(command.interval)
-            return {"do": kind, "id": command.id, "interval": interval, "drag": command.drag}
-        case Annotate():
-            return {"do": kind, "id": command.id, "note": command.note, "reason": command.reason}
-        case Insert():
-            return {"do": kind, "interval": interval_to_json(command.interval)}
-        case Remove():
-            return {"do": kind, "id": command.id}
-        case Redetect():
-            return {
-                "do": kind,
-                "tau_deg": {n: round(float(np.degrees(t)), 9) for n, t in command.tau.items()},
-                "found": [interval_to_json(i) for i in command.found],
-                "method": command.method,
-                "drag": command.drag,
-            }
-        case CarryOver():
-            earlier = [judged_to_json(j) for j in command.earlier]
-            return {"do": kind, "earlier": earlier, "same_clip": command.same_clip}
-        case Track():
-            made = command.tracking and tracking_to_json(command.tracking)
-            return {"do": kind, "tracking": made}
-    raise TypeError(f"{kind} has no form in a journal")
-
-
-_READERS: Mapping[str, Callable[[Mapping[str, Any]], Command]] = {
-    "Decide": lambda e: Decide(
-        tuple(e["ids"]), Decision(e["decision"]), e["reviewer"], e["decided_at"]
+_KINDS: Mapping[str, Callable[..., Command]] = {k.__name__: k for k in Command.__subclasses__()}
+# How fields of commands are written and read, where not as they are, and their names if others.
+_FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
+    "ids": (list, tuple),
+    "decision": (str, Decision),
+    "interval": (interval_to_json, interval_from_json),
+    "tau": (tau_to_json, tau_from_json),
+    "found": (
+        lambda found: [interval_to_json(i) for i in found],
+        lambda found: tuple(interval_from_json(i) for i in found),
     ),
-    "Edit": lambda e: Edit(e["id"], interval_from_json(e["interval"]), e["drag"]),
-    "Annotate": lambda e: Annotate(e["id"], e["note"], e["reason"]),
-    "Insert": lambda e: Insert(interval_from_json(e["interval"])),
-    "Remove": lambda e: Remove(e["id"]),
-    "Redetect": lambda e: Redetect(
-        {n: float(np.radians(t)) for n, t in e["tau_deg"].items()},
-        tuple(interval_from_json(i) for i in e["found"]),
-        e["method"],
-        e["drag"],
+    "earlier": (
+        lambda earlier: [judged_to_json(j) for j in earlier],
+        lambda earlier: tuple(judged_from_json(j) for j in earlier),
     ),
-    "CarryOver": lambda e: CarryOver(
-        tuple(judged_from_json(j) for j in e["earlier"]), e.get("same_clip", False)
-    ),
-    "Track": lambda e: Track(e["tracking"] and tracking_from_json(e["tracking"])),
+    "tracking": (lambda t: t and tracking_to_json(t), lambda t: t and tracking_from_json(t)),
 }
+_PLAIN = (lambda value: value, lambda value: value)
+_NAMES = {"tau": "tau_deg"}
+
+
+def command_to_json(command: Command) -> dict[str, Any]:
+    """A command as data: its class name, then its fields in their order."""
+    fields = {_NAMES.get(k, k): _FORMS.get(k, _PLAIN)[0](v) for k, v in vars(command).items()}
+    return {"do": type(command).__name__, **fields}
 
 
 def command_from_json(entry: Mapping[str, Any]) -> Command:
     """The reverse; KeyError, TypeError or ValueError where it is damaged."""
-    return _READERS[entry["do"]](entry)
+    kind: Any = _KINDS[entry["do"]]
+    entry = {"same_clip": False, **entry}  # which the first journals did not have
+    names = [field.name for field in fields(kind)]
+    read = {k: _FORMS.get(k, _PLAIN)[1](entry[_NAMES.get(k, k)]) for k in names}
+    command: Command = kind(**read)
+    return command

@@ -163,11 +163,11 @@ def start_review(
 
 @lru_cache(maxsize=16_384)  # while τ is dragged most intervals come again, the same objects
 def as_written(interval: Interval) -> Interval:
-    """The interval with its offset as a session file holds it: degrees with nine decimals.
+    """The interval with its offset as a session file holds it: degrees with nine decimals, no −0.0.
 
     So the program and `twistcore apply` correct by the very same numbers.
     """
-    degrees = np.round(np.degrees(wrap(interval.offset)), 9)
+    degrees = np.round(np.degrees(wrap(interval.offset)), 9) + 0.0
     return replace(interval, offset=np.radians(degrees))
 
 
@@ -192,14 +192,21 @@ def following(interval: Interval, theta_p: Array) -> Interval:
 
     theta_p: twist of P, radians, (frames,). For errors that drift or jitter inside.
     """
-    outside = [t for t in (interval.start - 1, interval.stop) if 0 <= t < len(theta_p)]
-    if not outside:
+    if interval.frames >= len(theta_p):
         return interval
-    before, behind = float(theta_p[outside[0]]), float(theta_p[outside[-1]])
-    share = (np.arange(interval.frames) + 1) / (interval.frames + 1)
-    line = before + wrap(behind - before) * share
-    offset: Array = wrap(theta_p[interval.start : interval.stop] - line)
-    return interval.with_offset(interval.start, offset)
+    return interval.with_offset(interval.start, off_line(theta_p, interval.start, interval.stop))
+
+
+def off_line(theta: Array, start: int, stop: int) -> Array:
+    """Twist in [start, stop) above a straight line between its neighbours, radians in (−π, π].
+
+    At an end of the clip, which has one neighbour, the line is level; where all of the clip is
+    meant it is at the last frame.
+    """
+    outside = [t for t in (start - 1, stop) if 0 <= t < len(theta)] or [len(theta) - 1]
+    before, behind = float(theta[outside[0]]), float(theta[outside[-1]])
+    share = (np.arange(stop - start) + 1) / (stop - start + 1)
+    return wrap(theta[start:stop] - (before + wrap(behind - before) * share))
 
 
 def carried_over(
@@ -218,33 +225,23 @@ def carried_over(
     out = []
     met: set[int] = set()
     for judged in state.intervals:
-        best: Judged | None = None
-        most = 0
-        for old in left:
-            common = _common(judged.interval, old.interval)
-            if common > 0 and judged.kept:
-                met.add(old.id)
-            elif common > most and old.id not in met and not old.by_hand:
-                best, most = old, common
-        if best is None or judged.kept:
+        near = [(n, old) for old in left if (n := _common(judged.interval, old.interval)) > 0]
+        free = [(n, old) for n, old in near if old.id not in met and not old.by_hand]
+        if judged.kept or not free:
+            met.update(old.id for _, old in near if judged.kept)
             out.append(judged)
             continue
+        _, best = max(free, key=lambda shared: shared[0])
         met.add(best.id)
-        out.append(
-            replace(
-                best,
-                id=judged.id,
-                interval=best.interval if best.edited else judged.interval,
-                supported=judged.supported,
-            )
-        )
-    next_id = state.next_id
-    for old in left:
-        lost = same_clip and old.id not in met
-        if (old.by_hand and _frames(old) not in by_hand) or (lost and not old.by_hand):
-            out.append(replace(old, id=next_id, supported=old.by_hand))
-            next_id += 1
-    return state.with_intervals(out, next_id)
+        interval = best.interval if best.edited else judged.interval
+        out.append(replace(best, id=judged.id, interval=interval, supported=judged.supported))
+    alone = [
+        old
+        for old in left
+        if (_frames(old) not in by_hand if old.by_hand else same_clip and old.id not in met)
+    ]
+    out += [replace(old, id=k, supported=old.by_hand) for k, old in enumerate(alone, state.next_id)]
+    return state.with_intervals(out, state.next_id + len(alone))
 
 
 def _common(one: Interval, other: Interval) -> int:
@@ -261,18 +258,16 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 def overlapping(intervals: Sequence[Judged]) -> frozenset[int]:
     """Ids of the intervals not rejected that share frames with another of their chain: they add."""
     out: set[int] = set()
-    by_chain: dict[str, list[Judged]] = {}
-    for judged in intervals:
-        if judged.decision != Decision.REJECTED:
-            by_chain.setdefault(judged.interval.chain, []).append(judged)
-    for found in by_chain.values():
-        found.sort(key=lambda j: j.interval.start)
-        reach: Judged | None = None
-        for judged in found:
-            if reach is not None and judged.interval.start < reach.interval.stop:
-                out.update((judged.id, reach.id))
-            if reach is None or judged.interval.stop > reach.interval.stop:
-                reach = judged
+    reach: Judged | None = None  # of those before, the one that reaches furthest
+    wanted = (j for j in intervals if j.decision != Decision.REJECTED)
+    for judged in sorted(wanted, key=_frames):
+        if reach is None or reach.interval.chain != judged.interval.chain:
+            reach = judged
+            continue
+        if judged.interval.start < reach.interval.stop:
+            out.update((judged.id, reach.id))
+        if judged.interval.stop > reach.interval.stop:
+            reach = judged
     return frozenset(out)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from twistcore.detection import Interval
-from twistcore.review.model import constant
-from twistcore.rotation import Array, wrap
+from twistcore.review.model import constant, off_line
+from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
 
 _REACH = 0.5  # seconds to either side in which the edges are looked for
@@ -30,7 +30,8 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
         start = min(start, frame)
     if stop < 0:
         stop = min(frames, max(frame + 1, start + 2 * half + 1))
-    return constant(chain, start, stop, _level(signals.theta_p, start, stop))
+    level = float(np.median(off_line(signals.theta_p, start, stop)))
+    return constant(chain, start, stop, level)
 
 
 def _strongest(strength: Array, first: int, last: int) -> int:
@@ -38,12 +39,3 @@ def _strongest(strength: Array, first: int, last: int) -> int:
         return -1
     at = first + int(np.argmax(strength[first:last]))
     return at if strength[at] >= _FAINT else -1
-
-
-def _level(theta: Array, start: int, stop: int) -> float:
-    """Median twist in [start, stop) above its surroundings, radians in (−π, π]."""
-    before = theta[start - 1] if start > 0 else theta[min(stop, len(theta) - 1)]
-    behind = theta[stop] if stop < len(theta) else before
-    share = (np.arange(start, stop) - start + 1) / (stop - start + 1)
-    surroundings = before + wrap(behind - before) * share
-    return float(np.median(wrap(theta[start:stop] - surroundings)))

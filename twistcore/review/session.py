@@ -23,7 +23,8 @@ from twistcore.review.model import Decision, Judged, ReviewState, Tracking
 SCHEMA = "twistcore.session/1"
 # A session that tracks: a program that knows nothing of it must not replay the rest.
 TRACKING_SCHEMA = "twistcore.session/2"
-_KINDS = {
+# What an interval under review has beside the interval, its id and the decision, as files list it.
+_JUDGED = {
     **dict.fromkeys(("by_hand", "edited", "supported"), bool),
     **dict.fromkeys(("reviewer", "decided_at", "note", "reason"), str),
 }
@@ -48,7 +49,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
         "sha256": clip.sha256,
         "fps": clip.motion.fps,
         "method": state.method,
-        "tau_deg": {name: round(float(np.degrees(t)), 9) for name, t in state.tau.items()},
+        "tau_deg": tau_to_json(state.tau),
         "next_id": state.next_id,
         "intervals": [judged_to_json(j) for j in state.intervals],
     }
@@ -99,7 +100,7 @@ def session_from_document(document: Any) -> Session:
         fps = float(document["fps"])
         if not (math.isfinite(fps) and fps > 0.0):
             raise ValueError(f"fps {fps}")
-        tau = {name: float(np.radians(t)) for name, t in document["tau_deg"].items()}
+        tau = tau_from_json(document["tau_deg"])
         if not all(math.isfinite(t) and t > 0.0 for t in tau.values()):
             raise ValueError("a τ that is not above 0")
         intervals = tuple(judged_from_json(j) for j in document["intervals"])
@@ -117,6 +118,21 @@ def session_from_document(document: Any) -> Session:
         return Session(str(document["clip"]), str(document["sha256"]), fps, state)
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise FormatError(f"{error} is missing or of the wrong kind") from None
+
+
+def degrees_to_json(radians: float) -> float:
+    """Degrees with nine decimals; −0.0, which a rounded trace of an angle may be, is 0.0."""
+    return round(float(np.degrees(radians)), 9) + 0.0
+
+
+def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
+    """τ in degrees, by chain name."""
+    return {name: degrees_to_json(t) for name, t in tau.items()}
+
+
+def tau_from_json(entry: Mapping[str, Any]) -> dict[str, float]:
+    """The reverse; AttributeError or TypeError where it is damaged."""
+    return {name: float(np.radians(t)) for name, t in entry.items()}
 
 
 def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
@@ -146,7 +162,7 @@ def tracking_from_json(entry: Mapping[str, Any]) -> Tracking:
 
 def interval_to_json(interval: Interval) -> dict[str, Any]:
     """An interval with its offset in degrees: one number, or one for every frame."""
-    degrees = [round(float(d), 9) for d in np.degrees(interval.offset)]
+    degrees = [degrees_to_json(offset) for offset in interval.offset]
     return {
         "chain": interval.chain,
         "start": interval.start,
@@ -154,7 +170,7 @@ def interval_to_json(interval: Interval) -> dict[str, Any]:
         "offset_deg": degrees[0] if len(set(degrees)) == 1 else degrees,
         "confidence": interval.confidence,
         "open": interval.open,
-        "residual_deg": round(float(np.degrees(interval.residual)), 9),
+        "residual_deg": degrees_to_json(interval.residual),
     }
 
 
@@ -190,30 +206,19 @@ def judged_to_json(judged: Judged) -> dict[str, Any]:
         "id": judged.id,
         **interval_to_json(judged.interval),
         "decision": judged.decision.value,
-        "by_hand": judged.by_hand,
-        "edited": judged.edited,
-        "supported": judged.supported,
-        "reviewer": judged.reviewer,
-        "decided_at": judged.decided_at,
-        "note": judged.note,
-        "reason": judged.reason,
+        **{key: getattr(judged, key) for key in _JUDGED},
     }
 
 
 def judged_from_json(entry: Mapping[str, Any]) -> Judged:
     """The reverse; KeyError, TypeError or ValueError where it is damaged."""
-    for key, kind in _KINDS.items():
-        if not isinstance(entry.get(key, kind()), kind):
+    entry = {"reason": "", **entry}  # which the first files did not have
+    for key, kind in _JUDGED.items():
+        if not isinstance(entry[key], kind):
             raise TypeError(key)
     return Judged(
         int(entry["id"]),
         interval_from_json(entry),
         Decision(entry["decision"]),
-        by_hand=entry["by_hand"],
-        edited=entry["edited"],
-        supported=entry["supported"],
-        reviewer=entry["reviewer"],
-        decided_at=entry["decided_at"],
-        note=entry["note"],
-        reason=entry.get("reason", ""),
+        **{key: entry[key] for key in _JUDGED},
     )

@@ -37,21 +37,17 @@ class Sample:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table; angles in degrees, shares in per cent."""
+    """A line of the table, named as in JSON; rer: the share of the error left [Choi26 §4.2.2]."""
 
     side: str
     segment: str
     frames: int
-    mae_before: float
-    mae_after: float
-    rmse_before: float
-    rmse_after: float
-    fsr: float
-
-    @property
-    def rer(self) -> float:
-        """Residual error ratio, per cent [Choi26 §4.2.2]."""
-        return 100.0 * self.mae_after / self.mae_before if self.mae_before else 0.0
+    mae_before_deg: float = 0.0
+    mae_after_deg: float = 0.0
+    rmse_before_deg: float = 0.0
+    rmse_after_deg: float = 0.0
+    rer_percent: float = 0.0
+    fsr_percent: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -109,10 +105,9 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
     """The table over any number of clips, every error frame counting once."""
     samples = tuple(samples)
     every = [e for sample in samples for e in sample.errors]
-    keys = list(dict.fromkeys((e.side, e.segment) for e in every))
+    places = sorted({(e.side, e.segment) for e in every}, key=lambda p: (p[0], segment_order(p[1])))
     rows = tuple(
-        _row(side, segment, [e for e in every if (e.side, e.segment) == (side, segment)])
-        for side, segment in sorted(keys, key=_table_order)
+        _row(*place, [e for e in every if (e.side, e.segment) == place]) for place in places
     )
     change = np.concatenate([s.clean_change for s in samples]) if samples else np.zeros(0)
     return Evaluation(
@@ -123,48 +118,36 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
     )
 
 
-def _table_order(key: tuple[str, str]) -> tuple[str, int, str]:
-    side, segment = key
-    return side, SEGMENTS.index(segment) if segment in SEGMENTS else len(SEGMENTS), segment
+def segment_order(segment: str) -> tuple[int, str]:
+    """To sort by: segments in the order of SEGMENTS, then others by name."""
+    return SEGMENTS.index(segment) if segment in SEGMENTS else len(SEGMENTS), segment
 
 
 def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> Row:
     before = np.degrees(np.concatenate([e.before for e in errors])) if errors else np.zeros(0)
     after = np.degrees(np.concatenate([e.after for e in errors])) if errors else np.zeros(0)
     if not len(before):
-        return Row(side, segment, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return Row(side, segment, 0)
+    mae_before, mae_after = float(before.mean()), float(after.mean())
     return Row(
         side=side,
         segment=segment,
         frames=len(before),
-        mae_before=float(before.mean()),
-        mae_after=float(after.mean()),
-        rmse_before=float(np.sqrt((before**2).mean())),
-        rmse_after=float(np.sqrt((after**2).mean())),
-        fsr=100.0 * float((after <= SUCCESS * before).mean()),
+        mae_before_deg=mae_before,
+        mae_after_deg=mae_after,
+        rmse_before_deg=float(np.sqrt((before**2).mean())),
+        rmse_after_deg=float(np.sqrt((after**2).mean())),
+        rer_percent=100.0 * mae_after / mae_before if mae_before else 0.0,
+        fsr_percent=100.0 * float((after <= SUCCESS * before).mean()),
     )
 
 
 def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
     """The table as a JSON document; degrees and per cent."""
-
-    def row(r: Row) -> dict[str, Any]:
-        return {
-            "side": r.side,
-            "segment": r.segment,
-            "frames": r.frames,
-            "mae_before_deg": r.mae_before,
-            "mae_after_deg": r.mae_after,
-            "rmse_before_deg": r.rmse_before,
-            "rmse_after_deg": r.rmse_after,
-            "rer_percent": r.rer,
-            "fsr_percent": r.fsr,
-        }
-
     return {
         "schema": "twistcore.evaluation/1",
-        "rows": [row(r) for r in evaluation.rows],
-        "overall": row(evaluation.overall),
+        "rows": [vars(row) for row in evaluation.rows],
+        "overall": vars(evaluation.overall),
         "clean_damage_percent": evaluation.damage_share,
         "clean_change_mean_deg": evaluation.damage_mean,
     }
@@ -176,8 +159,9 @@ def evaluation_to_text(evaluation: Evaluation) -> str:
     head += f"{'RMSE after':>11} {'RER %':>7} {'FSR %':>7}"
     lines = [head, "-" * len(head)]
     lines += [
-        f"{r.side:<6} {r.segment:<12} {r.frames:>7} {r.mae_before:>10.2f}° {r.mae_after:>9.2f}° "
-        f"{r.rmse_after:>10.2f}° {r.rer:>7.2f} {r.fsr:>7.2f}"
+        f"{r.side:<6} {r.segment:<12} {r.frames:>7} {r.mae_before_deg:>10.2f}° "
+        f"{r.mae_after_deg:>9.2f}° {r.rmse_after_deg:>10.2f}° {r.rer_percent:>7.2f} "
+        f"{r.fsr_percent:>7.2f}"
         for r in (*evaluation.rows, evaluation.overall)
     ]
     lines.append(

@@ -8,17 +8,15 @@ from twistcore.synthesis.injection import (
     inject,
 )
 from twistcore.synthesis.protocol import (
-    DESCRIPTIONS,
     PROTOCOLS,
     Protocol,
     enrich,
     parse_protocol,
     prepare,
 )
-from twistcore.synthesis.truth import SUCCESS, Truth, read_truth, truth_to_json, write_truth
+from twistcore.synthesis.truth import SUCCESS, Truth, read_truth, write_truth
 
 __all__ = [
-    "DESCRIPTIONS",
     "PROTOCOLS",
     "SUCCESS",
     "InjectedError",
@@ -32,6 +30,5 @@ __all__ = [
     "parse_protocol",
     "prepare",
     "read_truth",
-    "truth_to_json",
     "write_truth",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -28,14 +29,15 @@ _RICH_LIMIT = 0.2  # radians a frame
 class Protocol:
     """Knobs of the injection; the defaults are P0 [Choi26 §4.1].
 
-    step: keep every step-th frame before injecting; rich: give the silent joint of each chain
-    motion of its own first; length: frames; delta: degrees; ramp: frames of a soft onset, inside;
-    jitter, leak: degrees of white noise on the offset and on the compensation; both: errors in two
-    chains that share a joint; border: the first two intervals touch the clip's ends; drift: seconds
-    over which the offset comes and goes; clean: nothing is injected.
+    text: in a few words; step: keep every step-th frame before injecting; rich: give the silent
+    joint of each chain motion of its own first; length: frames; delta: degrees; ramp: frames of a
+    soft onset, inside; jitter, leak: degrees of white noise on the offset and on the compensation;
+    both: errors in two chains that share a joint; border: the first two intervals touch the clip's
+    ends; drift: seconds over which the offset comes and goes; clean: nothing is injected.
     """
 
-    name: str = "P0"
+    name: str
+    text: str
     step: int = 1
     rich: bool = False
     length: tuple[int, int] = (1, 20)
@@ -49,57 +51,40 @@ class Protocol:
     clean: bool = False
 
 
-_P0 = Protocol()
-PROTOCOLS: dict[str, Protocol] = {
-    "P0": _P0,
-    "H1": Protocol("H1", step=4),
-    "H2": Protocol("H2", step=2),
-    "H3-2": Protocol("H3-2", length=(5, 20), ramp=2),
-    "H3-4": Protocol("H3-4", length=(9, 20), ramp=4),
-    "H4": Protocol("H4", jitter=1.0),
-    "H5": Protocol("H5", leak=0.5),
-    "H6": Protocol("H6", delta=(2.0, 15.0)),
-    "H7": Protocol("H7", length=(20, 200)),
-    "H8": Protocol("H8", both=True),
-    "H9": Protocol("H9", border=True),
-    "H10": Protocol("H10", clean=True),
-    "H11": Protocol("H11", drift=(0.5, 3.0)),
-    "H12": Protocol("H12", rich=True),
-}
-DESCRIPTIONS = {
-    "P0": "level shifts of 1-20 frames, ±5…±180° [Choi26]",
-    "H1": "30 Hz (every 4th frame)",
-    "H2": "60 Hz (every 2nd frame)",
-    "H3-2": "onsets ramped over 2 frames",
-    "H3-4": "onsets ramped over 4 frames",
-    "H4": "1° of jitter inside the interval",
-    "H5": "0.5° of noise on the compensation",
-    "H6": "small: 2-15°",
-    "H7": "long: 20-200 frames",
-    "H8": "errors in two chains that share a joint",
-    "H9": "intervals touching the clip's ends",
-    "H10": "nothing injected",
-    "H11": "slow drift over 0.5-3 s",
-    "H12": "rich: the silent joint moves as well",
+PROTOCOLS = {
+    protocol.name: protocol
+    for protocol in (
+        Protocol("P0", "level shifts of 1-20 frames, ±5…±180° [Choi26]"),
+        Protocol("H1", "30 Hz (every 4th frame)", step=4),
+        Protocol("H2", "60 Hz (every 2nd frame)", step=2),
+        Protocol("H3-2", "onsets ramped over 2 frames", length=(5, 20), ramp=2),
+        Protocol("H3-4", "onsets ramped over 4 frames", length=(9, 20), ramp=4),
+        Protocol("H4", "1° of jitter inside the interval", jitter=1.0),
+        Protocol("H5", "0.5° of noise on the compensation", leak=0.5),
+        Protocol("H6", "small: 2-15°", delta=(2.0, 15.0)),
+        Protocol("H7", "long: 20-200 frames", length=(20, 200)),
+        Protocol("H8", "errors in two chains that share a joint", both=True),
+        Protocol("H9", "intervals touching the clip's ends", border=True),
+        Protocol("H10", "nothing injected", clean=True),
+        Protocol("H11", "slow drift over 0.5-3 s", drift=(0.5, 3.0)),
+        Protocol("H12", "rich: the silent joint moves as well", rich=True),
+    )
 }
 
 
 def parse_protocol(name: str) -> Protocol:
     """A protocol by name, or several joined by '+', such as 'H12+H3-4'; TwistError otherwise."""
-    combined = _P0
+    knobs: dict[str, Any] = {}
+    texts = []
     for part in name.split("+"):
         part = "H12" if part == "rich" else part
         if part not in PROTOCOLS:
             known = ", ".join(PROTOCOLS)
             raise TwistError(f"no protocol {part!r}; expected {known}, or several joined by '+'")
-        knobs = PROTOCOLS[part]
-        changed = {
-            key: value
-            for key, value in vars(knobs).items()
-            if key != "name" and value != getattr(_P0, key)
-        }
-        combined = replace(combined, **changed)
-    return replace(combined, name=name)
+        of_p0 = vars(PROTOCOLS["P0"])
+        knobs |= {k: v for k, v in vars(PROTOCOLS[part]).items() if v != of_p0[k]}
+        texts.append(PROTOCOLS[part].text)
+    return Protocol(**{**knobs, "name": name, "text": " + ".join(texts)})
 
 
 def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:

@@ -32,19 +32,6 @@ class Truth:
     errors: tuple[InjectedError, ...]
 
 
-def truth_to_json(truth: Truth) -> dict[str, Any]:
-    """The truth as a JSON document; angles in degrees."""
-    return {
-        "schema": SCHEMA,
-        "clip": truth.clip,
-        "protocol": truth.protocol,
-        "seed": truth.seed,
-        "frames": truth.frames,
-        "fps": truth.fps,
-        "errors": [_error_to_json(e) for e in truth.errors],
-    }
-
-
 def _error_to_json(error: InjectedError) -> dict[str, Any]:
     entry: dict[str, Any] = {
         "chain": error.chain,
@@ -58,8 +45,9 @@ def _error_to_json(error: InjectedError) -> dict[str, Any]:
 
 
 def write_truth(path: Path, truth: Truth) -> None:
-    """Write a truth file, atomically."""
-    write_atomically(path, json_bytes(truth_to_json(truth)))
+    """Write a truth file, atomically; angles in degrees."""
+    errors = [_error_to_json(e) for e in truth.errors]
+    write_atomically(path, json_bytes({"schema": SCHEMA, **vars(truth), "errors": errors}))
 
 
 def read_truth(path: Path) -> Truth:
@@ -90,13 +78,7 @@ def read_truth(path: Path) -> Truth:
                 raise ValueError(f"the error in frames {e.start}-{e.stop}")
             if not np.isfinite(e.offset).all():
                 raise ValueError("an offset that is not finite")
-        return Truth(
-            document["clip"],
-            document["protocol"],
-            document["seed"],
-            frames,
-            document["fps"],
-            errors,
-        )
+        named = {key: document[key] for key in ("clip", "protocol", "seed", "fps")}
+        return Truth(**named, frames=frames, errors=errors)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None

@@ -49,37 +49,31 @@ def continuous(rotations: Array) -> Array:
     return np.where(flips[..., None], -rotations, rotations)
 
 
-def _butterworth_causal(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
-    del gaps
+def _butterworth_causal(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
     sections = signal.butter(4, _cutoff(fps), fs=fps, output="sos")
     settled = signal.sosfilt_zi(sections)[:, :, None, None] * q[0]
     smooth: Array = signal.sosfilt(sections, q, axis=0, zi=settled)[0]
     return smooth
 
 
-def _butterworth_zero_phase(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
-    del gaps
+def _butterworth_zero_phase(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
     sections = signal.butter(2, _cutoff(fps), fs=fps, output="sos")
-    smooth: Array = signal.sosfiltfilt(sections, q, axis=0, padlen=min(9, len(q) - 1))
-    return smooth
+    return signal.sosfiltfilt(sections, q, axis=0, padlen=min(9, len(q) - 1))
 
 
 def _cutoff(fps: float) -> float:
     return min(CUTOFF, 0.45 * fps)
 
 
-def _savgol(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
-    del gaps
+def _savgol(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
     window = max(2 * round(SAVGOL_SECONDS * fps / 2.0) + 1, SAVGOL_DEGREE + 2)
     if window > len(q):
         return q
-    smooth: Array = signal.savgol_filter(q, window, SAVGOL_DEGREE, axis=0)
-    return smooth
+    return signal.savgol_filter(q, window, SAVGOL_DEGREE, axis=0)
 
 
-def _kalman(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
+def _kalman(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
     """The constant-velocity filter in its steady state, which is an α-β filter."""
-    del gaps
     index = KALMAN_ACCELERATION / (fps * fps * KALMAN_NOISE)
     r = (4.0 + index - np.sqrt(8.0 * index + index * index)) / 4.0
     alpha = 1.0 - r * r
@@ -90,8 +84,7 @@ def _kalman(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
     return smooth
 
 
-def _pca(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
-    del fps, gaps
+def _pca(q: Array, _fps: float, _gaps: Sequence[Gap]) -> Array:
     flat = q.reshape(len(q), -1)
     mean = flat.mean(axis=0)
     values, vectors = np.linalg.eigh(np.cov(flat - mean, rowvar=False))
@@ -101,8 +94,7 @@ def _pca(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
     return projected
 
 
-def _pchip(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
-    del fps
+def _pchip(q: Array, _fps: float, gaps: Sequence[Gap]) -> Array:
     good = _outside(len(q), gaps)
     if len(good) < 2 or len(good) == len(q):
         return q
@@ -114,8 +106,7 @@ def _pchip(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
     return out
 
 
-def _slerp(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
-    del fps
+def _slerp(q: Array, _fps: float, gaps: Sequence[Gap]) -> Array:
     out = q.copy()
     good = _outside(len(q), gaps)
     if not len(good):
@@ -145,11 +136,6 @@ def slerp(p: Array, q: Array, share: Array) -> Array:
     axis = turn[..., 1:] / np.maximum(sine, 1e-300)[..., None]
     angle = share * 2.0 * np.arctan2(sine, turn[..., 0])
     return normalise(multiply(p, quaternion_from_axis_angle(axis, angle)))
-
-
-def _unroll(q: Array, fps: float, gaps: Sequence[Gap]) -> Array:
-    del fps, gaps
-    return q
 
 
 BASELINES: Mapping[str, Baseline] = {
@@ -204,7 +190,7 @@ BASELINES: Mapping[str, Baseline] = {
             "unroll",
             "Unroll / Euler filter",
             "writes the same orientation in other angles, so a twist error stays what it is",
-            _unroll,
+            lambda q, *_: q,
         ),
     )
 }

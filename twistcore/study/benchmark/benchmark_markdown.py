@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from twistcore.detection import DETECTORS
@@ -33,6 +33,18 @@ _COLUMNS = (
     ("precision %", "precision_percent", 2),
     ("recall %", "recall_percent", 2),
     ("alarms/min", "false_alarms_per_minute", 2),
+)
+_COSTS = (
+    ("lag frames", "lag_frames", 2),
+    ("lag ms", "lag_ms", 1),
+    ("peak loss %", "peak_loss_percent", 2),
+    ("fast: lag ms", "fast_lag_ms", 1),
+    ("fast: peak loss %", "fast_peak_loss_percent", 2),
+)
+_OF_TABLE_2 = (
+    ("MAE After (°)", "mae_after_deg", 2),
+    ("RER (%)", "rer_percent", 2),
+    ("FSR (%)", "fsr_percent", 2),
 )
 _LEGEND = """\
 FSR: error frames with at least 80 % of the error taken out. Damage: clean (joint, frame) pairs of
@@ -71,14 +83,14 @@ def benchmark_to_markdown(summary: Summary, settings: Settings, source: str) -> 
 def _protocol_parts(protocol: str, rows: Sequence[Row], settings: Settings) -> list[str]:
     title = "P0 (P0-all)" if protocol == "P0" else protocol
     parts = [f"## {title}: {protocol_text(protocol)}"]
-    parts.append(_overall(rows, settings, audited=False))
+    parts.append(_overall(rows, audited=False))
     if not any(row.tally.frames for row in rows):
         return parts
     parts.append(
         f"Audited: only passes whose target chains have no natural event "
         f"(what `{settings.auditor}` finds in the clean clip, and flips of one joint alone)."
     )
-    parts.append(_overall(rows, settings, audited=True))
+    parts.append(_overall(rows, audited=True))
     parts.append("FSR % by segment")
     parts.append(_by_segment(rows, settings))
     for method in settings.methods:
@@ -88,14 +100,10 @@ def _protocol_parts(protocol: str, rows: Sequence[Row], settings: Settings) -> l
     return parts
 
 
-def _overall(rows: Sequence[Row], settings: Settings, *, audited: bool) -> str:
-    lines = []
-    for method in settings.methods:
-        for row in rows:
-            if (row.method, row.audited, row.side, row.segment) == (method, audited, "", OVERALL):
-                values = row.to_json()
-                lines.append([label_of(method), *(_number(values[k], n) for _, k, n in _COLUMNS)])
-    return table(["method", *(title for title, _, _ in _COLUMNS)], lines)
+def _overall(rows: Sequence[Row], *, audited: bool) -> str:
+    place = (audited, "", OVERALL)
+    chosen = (r for r in rows if (r.audited, r.side, r.segment) == place)
+    return _listed(["method"], (([label_of(r.method)], r.to_json()) for r in chosen), _COLUMNS)
 
 
 def _by_segment(rows: Sequence[Row], settings: Settings) -> str:
@@ -127,19 +135,7 @@ def _paper_layout(method: str, rows: Sequence[Row]) -> list[str]:
         ],
     )
     segments = {k: v for k, v in by_place.items() if k[0] and k[1] != OVERALL} or by_place
-    second = table(
-        ["Side", "Segment", "MAE After (°)", "RER (%)", "FSR (%)"],
-        [
-            [
-                side,
-                segment,
-                _number(v["mae_after_deg"], 2),
-                _number(v["rer_percent"], 2),
-                _number(v["fsr_percent"], 2),
-            ]
-            for (side, segment), v in segments.items()
-        ],
-    )
+    second = _listed(["Side", "Segment"], segments.items(), _OF_TABLE_2)
     return [
         f"### {name}, as in the paper's Table 1",
         first,
@@ -176,24 +172,12 @@ def _fidelity_parts(summary: Summary, settings: Settings) -> list[str]:
     if not rows:
         return []
     fast = rows[0]["fast_clips"]
-    lines = [
-        [
-            label_of(r["method"]),
-            _number(r["lag_frames"], 2),
-            _number(r["lag_ms"], 1),
-            _number(r["peak_loss_percent"], 2),
-            _number(r["fast_lag_ms"], 1),
-            _number(r["fast_peak_loss_percent"], 2),
-        ]
-        for r in rows
-    ]
-    titles = ["method", "lag frames", "lag ms", "peak loss %"]
     return [
         "## What a method costs a clean clip",
         f"Medians over clips. Lag: best cross-correlation of angular speeds. Peak loss: of the "
         f"fastest joint's highest mean speed over 50 ms. Fast: the {fast} fastest of "
         f"{rows[0]['clips']} clips, {rows[0]['fast_peak_deg_per_s']:.0f}°/s.",
-        table([*titles, "fast: lag ms", "fast: peak loss %"], lines),
+        _listed(["method"], (([label_of(r["method"])], r) for r in rows), _COSTS),
     ]
 
 
@@ -215,21 +199,24 @@ def _event_parts(summary: Summary) -> list[str]:
 
 def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     """A Markdown table with columns lined up, numbers to the right."""
-    widths = [max(len(row[k]) for row in (head, *lines)) for k in range(len(head))]
-    right = [
-        bool(lines)
-        and all(row[k].lstrip("+-–").replace(".", "").isdigit() or row[k] == "–" for row in lines)
-        for k in range(len(head))
-    ]
+    columns = []
+    for title, *cells in zip(head, *lines, strict=True):
+        width = max(map(len, (title, *cells)))
+        bare = [c.lstrip("+-–").replace(".", "") for c in cells if c != "–"]
+        right = bool(cells) and all(map(str.isdigit, bare))
+        top, *below = (f" {c.rjust(width) if right else c.ljust(width)} " for c in (title, *cells))
+        columns.append([top, "-" * (width + 1) + (":" if right else "-"), *below])
+    return "\n".join(f"|{'|'.join(row)}|" for row in zip(*columns, strict=True))
 
-    def line(cells: Sequence[str]) -> str:
-        cut = (
-            c.rjust(w) if r else c.ljust(w) for c, w, r in zip(cells, widths, right, strict=True)
-        )
-        return f"| {' | '.join(cut)} |"
 
-    rule = "|".join("-" * (w + 1) + (":" if r else "-") for w, r in zip(widths, right, strict=True))
-    return "\n".join([line(head), f"|{rule}|", *(line(row) for row in lines)])
+def _listed(
+    names: Sequence[str],
+    rows: Iterable[tuple[Sequence[str], Mapping[str, Any]]],
+    columns: Sequence[tuple[str, str, int]],
+) -> str:
+    """A table of lines that begin with their names; columns: title, key of the value, decimals."""
+    lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
+    return table([*names, *(title for title, _, _ in columns)], lines)
 
 
 def _number(value: float | None, digits: int) -> str:

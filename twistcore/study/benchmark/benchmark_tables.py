@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from statistics import median
 from typing import Any
 
-from twistcore.chain import SEGMENTS
 from twistcore.detection import DETECTORS
+from twistcore.encoding import csv_text
 from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.clip_run import Settings
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.runner import Summary
-from twistcore.study.benchmark.tally import MICRO, Key, Tally, total_of
-from twistcore.synthesis import DESCRIPTIONS
+from twistcore.study.benchmark.tally import MICRO, Key, Tally
+from twistcore.study.evaluation import segment_order
+from twistcore.synthesis import parse_protocol
 from twistcore.version import __version__
 
 SCHEMA = "twistcore.benchmark/1"
@@ -90,11 +90,12 @@ def make_rows(summary: Summary, settings: Settings) -> list[Row]:
                     if (k.protocol, k.method) == (protocol, method) and (k.audited or not audited)
                 }
                 for side, segment in _places(chosen):
-                    tally = total_of(
+                    own = [
                         t
                         for k, t in chosen.items()
                         if side in ("", k.side) and segment in (OVERALL, k.segment)
-                    )
+                    ]
+                    tally = sum(own, Tally())
                     rows.append(Row(protocol, method, audited, side, segment, tally, minutes))
     return rows
 
@@ -103,15 +104,11 @@ def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
     """(side, segment) of every line: each side's segments, sides, segments, everything."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
-    segments = sorted({segment for _, segment in both}, key=_segment_order)
+    segments = sorted({segment for _, segment in both}, key=segment_order)
     lines = [(side, s) for side in sides for s in segments if (side, s) in both]
     lines += [(side, OVERALL) for side in sides]
     lines += [("", s) for s in segments]
     return [*lines, ("", OVERALL)]
-
-
-def _segment_order(segment: str) -> tuple[int, str]:
-    return SEGMENTS.index(segment) if segment in SEGMENTS else len(SEGMENTS), segment
 
 
 def _mean(total: int, count: int) -> float | None:
@@ -139,26 +136,21 @@ def fidelity_rows(summary: Summary, settings: Settings) -> list[dict[str, Any]]:
             {
                 "method": method,
                 "clips": len(measured),
-                "lag_frames": _median([f.lag_frames for f in measured]) / 1e6,
-                "lag_ms": _median([f.lag for f in measured]) / 1e3,
+                "lag_frames": median([f.lag_frames for f in measured]) / 1e6,
+                "lag_ms": median([f.lag for f in measured]) / 1e3,
                 "peak_loss_percent": _loss(measured),
                 "fast_clips": len(fast),
-                "fast_peak_deg_per_s": _median([f.peak for f in fast]) / 1e3,
-                "fast_lag_ms": _median([f.lag for f in fast]) / 1e3,
+                "fast_peak_deg_per_s": median([f.peak for f in fast]) / 1e3,
+                "fast_lag_ms": median([f.lag for f in fast]) / 1e3,
                 "fast_peak_loss_percent": _loss(fast),
             }
         )
     return out
 
 
-def _median(values: Sequence[int]) -> float:
-    ordered = sorted(values)
-    return (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2.0
-
-
 def _loss(measured: Sequence[Fidelity]) -> float:
     """Median share of the peak that is lost, per cent."""
-    return round(100.0 - _median([f.kept for f in measured]) / 1e4, 4)
+    return round(100.0 - median([f.kept for f in measured]) / 1e4, 4)
 
 
 def label_of(method: str) -> str:
@@ -175,13 +167,12 @@ def why_of(method: str) -> str:
 
 def protocol_text(name: str) -> str:
     """One line on a protocol; P0 is P0-all here."""
-    parts = ["H12" if p == "rich" else p for p in name.split("+")]
-    said = " + ".join(DESCRIPTIONS[p] for p in parts)
-    if "H10" in parts:
-        return said
-    if "H8" in parts:
-        return f"{said}; a pass is a chain and the one below it"
-    return f"{said}; each chain in turn, one a pass"
+    protocol = parse_protocol(name)
+    if protocol.clean:
+        return protocol.text
+    if protocol.both:
+        return f"{protocol.text}; a pass is a chain and the one below it"
+    return f"{protocol.text}; each chain in turn, one a pass"
 
 
 def benchmark_to_json(summary: Summary, settings: Settings, source: str) -> dict[str, Any]:
@@ -216,10 +207,5 @@ def benchmark_to_json(summary: Summary, settings: Settings, source: str) -> dict
 
 def rows_to_csv(rows: Iterable[Row]) -> str:
     """Every row, one line each; empty where nothing counts."""
-    out = io.StringIO()
     documents = [row.to_json() for row in rows]
-    if documents:
-        writer = csv.DictWriter(out, documents[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(documents)
-    return out.getvalue()
+    return csv_text(documents[0], documents) if documents else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,12 +35,7 @@ class Settings:
 
     def to_json(self) -> dict[str, Any]:
         """The settings by name."""
-        return {
-            "protocols": list(self.protocols),
-            "methods": list(self.methods),
-            "seeds": list(self.seeds),
-            "auditor": self.auditor,
-        }
+        return {**{k: list(v) for k, v in vars(self).items()}, "auditor": self.auditor}
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,32 +49,28 @@ class ClipResult:
     clip: str
     micros: int = 0
     dropped: int = 0
-    tallies: Tallies | None = None
-    fidelity: Mapping[str, Fidelity] | None = None
+    tallies: Tallies = field(default_factory=dict)
+    fidelity: Mapping[str, Fidelity] = field(default_factory=dict)
     events: tuple[NaturalEvent, ...] = ()
     problems: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The result as one line of the file that --resume reads."""
         return {
-            "clip": self.clip,
-            "micros": self.micros,
-            "dropped": self.dropped,
-            "tallies": [[*vars(k).values(), t.values()] for k, t in (self.tallies or {}).items()],
-            "fidelity": {m: list(vars(f).values()) for m, f in (self.fidelity or {}).items()},
+            **vars(self),
+            "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
+            "fidelity": {m: list(vars(f).values()) for m, f in self.fidelity.items()},
             "events": [list(vars(e).values()) for e in self.events],
-            "problems": list(self.problems),
         }
 
 
 def result_from_json(document: Mapping[str, Any]) -> ClipResult:
     """The inverse of ClipResult.to_json; KeyError, TypeError or ValueError where it is damaged."""
-    width = len(fields(Tally))
-    tallies: Tallies = {}
-    for *key, values in document["tallies"]:
-        if len(values) != width:
-            raise ValueError("a tally of another length")
-        tallies[Key(*key)] = Tally(*values)
+    counts = [field.name for field in fields(Tally)]
+    tallies = {
+        Key(*key): Tally(**dict(zip(counts, values, strict=True)))
+        for *key, values in document["tallies"]
+    }
     return ClipResult(
         document["clip"],
         document["micros"],
@@ -98,9 +89,8 @@ def run_clip(path: Path, name: str, settings: Settings) -> ClipResult:
         motion = read_bvh(path).motion
         base = make_scene(name, motion, parse_protocol("P0"), settings.auditor)
     except TwistError as error:
-        return ClipResult(name, problems=(_without_folder(error, path, name),))
-    except OSError as error:
-        return ClipResult(name, problems=(f"{name}: cannot be read ({error.strerror})",))
+        # The sentence has the clip's name in place of this machine's path to it.
+        return ClipResult(name, problems=(str(error).replace(str(path), name),))
     prepared: dict[tuple[bool, int], Scene] = {(False, 1): base}
     scenes: list[Scene] = []
     for text in settings.protocols:
@@ -127,8 +117,3 @@ def run_clip(path: Path, name: str, settings: Settings) -> ClipResult:
                 add_tallies(tallies, run_item(scene, method, seed, runs[how]))
     micros = round(base.motion.frames * base.motion.frame_time * MICRO)
     return ClipResult(name, micros, base.dropped, tallies, kept, base.events, tuple(problems))
-
-
-def _without_folder(error: TwistError, path: Path, name: str) -> str:
-    """The sentence with the clip's name in place of this machine's path to it."""
-    return str(error).replace(str(path), name)

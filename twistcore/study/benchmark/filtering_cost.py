@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from twistcore.rotation import Array, geodesic_angle
-from twistcore.study.benchmark.clip_scene import Scene
+from twistcore.study.benchmark.clip_scene import Scene, joints_of
 
 LONGEST_LAG = 0.25  # seconds
 LASTING = 0.05  # seconds: a peak is a mean over them, or noise of one frame would be the fastest
@@ -28,10 +27,6 @@ class Fidelity:
     lag: int
     lag_frames: int
 
-    def to_json(self) -> dict[str, Any]:
-        """The numbers by name."""
-        return {**vars(self)}
-
 
 def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
     """Compare angular speeds of the chains' joints before and after; refined: (frames, joints, 4).
@@ -41,16 +36,15 @@ def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
     and what is left of that joint's own. Lag: of the highest cross-correlation of the speeds less
     their means, summed over the joints, refined to a fraction of a frame by a parabola.
     """
-    joints = [
-        j
-        for j in scene.joints
-        if not any(j in (c.parent, c.child) for c in scene.chains if c.name in scene.eventful)
-    ]
+    eventful = joints_of([c for c in scene.chains if c.name in scene.eventful])
+    joints = np.setdiff1d(scene.joints, eventful)
     motion = scene.motion
-    if not joints or motion.frames < 8:
+    if not joints.size or motion.frames < 8:
         return None
-    before = _speed(motion.rotations[:, joints])
-    after = _speed(refined[:, joints])
+    # Radians a frame, (frames − 1, joints).
+    before, after = (
+        geodesic_angle(q[:-1, joints], q[1:, joints]) for q in (motion.rotations, refined)
+    )
     window = max(1, min(round(LASTING * motion.fps), len(before)))
     peaks = _lasting(before, window).max(axis=0)
     joint = int(peaks.argmax())
@@ -64,11 +58,6 @@ def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
         lag=round(lag * motion.frame_time / _MICRO),
         lag_frames=round(lag / _MICRO),
     )
-
-
-def _speed(q: Array) -> Array:
-    """Radians a frame, (frames − 1, joints)."""
-    return geodesic_angle(q[:-1], q[1:])
 
 
 def _lasting(speed: Array, window: int) -> Array:

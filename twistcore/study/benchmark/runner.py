@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -43,11 +44,11 @@ class Summary:
 
     def add(self, result: ClipResult) -> None:
         """Take in a clip."""
-        self.clips += result.tallies is not None and bool(result.tallies)
+        self.clips += bool(result.tallies)
         self.micros += result.micros
         self.dropped += result.dropped
-        add_tallies(self.tallies, result.tallies or {})
-        for method, measured in (result.fidelity or {}).items():
+        add_tallies(self.tallies, result.tallies)
+        for method, measured in result.fidelity.items():
             self.fidelity.setdefault(method, []).append((result.clip, measured))
         self.events += [(result.clip, e) for e in result.events]
         self.problems += [(result.clip, p) for p in result.problems]
@@ -200,11 +201,10 @@ def _progress(total: int, done: int) -> Iterator[Callable[[str], None]]:
 
             yield advance
         return
-    count, every = done, max(1, total // 20)
+    counts, every = itertools.count(done + 1), max(1, total // 20)
 
     def line(name: str) -> None:
-        nonlocal count
-        count += 1
+        count = next(counts)
         if count % every == 0 or count == total:
             print(f"{count}/{total} {name}", file=sys.stderr, flush=True)
 

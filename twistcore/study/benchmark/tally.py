@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -49,7 +49,7 @@ class Tally:
 
     def values(self) -> tuple[int, ...]:
         """The numbers in the order of the fields."""
-        return tuple(getattr(self, f.name) for f in fields(self))
+        return tuple(vars(self).values())
 
 
 @dataclass(frozen=True, order=True)
@@ -70,14 +70,6 @@ def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
     """Add `more` to `total`, in place."""
     for key, tally in more.items():
         total[key] = total[key] + tally if key in total else tally
-
-
-def total_of(tallies: Iterable[Tally]) -> Tally:
-    """The sum of any number of tallies."""
-    total = Tally()
-    for tally in tallies:
-        total = total + tally
-    return total
 
 
 def error_tally(before: Array, after: Array) -> Tally:

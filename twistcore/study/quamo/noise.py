@@ -45,14 +45,12 @@ class Noise:
 
     The systematic part is drawn anew for every clip, so nothing can learn it by heart; the level's
     size is the same with and without. bursts: occlusions a minute, in each of which a limb loses
-    its input (it freezes, then jumps back); flips: share of frames whose quaternions come with the
-    other sign, which must change nothing.
+    its input (it freezes, then jumps back).
     """
 
     level: Level
     systematic: bool = False
     bursts: float = 0.0
-    flips: float = 0.0
 
 
 LIMBS = ((1, 4, 7, 10), (2, 5, 8, 11), (16, 18, 20, 22), (17, 19, 21, 23))
@@ -86,8 +84,6 @@ def noisy(
     r_hat = r + DEPTH_WEIGHTS * away / unit
     if noise.bursts:
         q_hat = _with_bursts(q_hat, noise.bursts * frames * dt / 60.0, rng, dt)
-    if noise.flips:
-        q_hat = np.where(rng.random((frames, joints, 1)) < noise.flips, -q_hat, q_hat)
     return q_hat, r_hat
 
 
@@ -100,8 +96,7 @@ def wandering(frames: int, shape: tuple[int, ...], rng: np.random.Generator, dt:
     kernel[margin] = 1.0
     kernel = gaussian_filter1d(kernel, sigma)
     smooth = gaussian_filter1d(raw, sigma, axis=0)[margin : margin + frames]
-    unit: Array = smooth / math.sqrt(float((kernel**2).sum()))
-    return unit
+    return smooth / math.sqrt(float((kernel**2).sum()))
 
 
 def _with_bursts(q_hat: Array, expected: float, rng: np.random.Generator, dt: float) -> Array:

@@ -29,12 +29,10 @@ class Errors:
 
     def values(self) -> tuple[float, ...]:
         """In the order of METRICS."""
-        return (
-            self.mpjpe, self.p_mpjpe, self.accel, self.g_mpjpe, self.gre, self.g_accel, self.fs
-        )  # fmt: skip
+        return tuple(vars(self).values())
 
 
-def errors(found: Array, truth: Array, up: int = 1) -> Errors:
+def errors(found: Array, truth: Array) -> Errors:
     """All metrics of positions (frames, 24, 3) in mm; feet are in contact where the truth's are."""
     here, there = root_aligned(found), root_aligned(truth)
     return Errors(
@@ -44,14 +42,13 @@ def errors(found: Array, truth: Array, up: int = 1) -> Errors:
         g_mpjpe=mean_distance(found, truth),
         gre=mean_distance(found[:, 0], truth[:, 0]),
         g_accel=mean_distance(second_difference(found), second_difference(truth)),
-        fs=foot_slide(found, in_contact(truth, up), up),
+        fs=foot_slide(found, in_contact(truth)),
     )
 
 
 def second_difference(places: Array) -> Array:
     """x(t−1) − 2x(t) + x(t+1), (frames − 2, …)."""
-    difference: Array = places[:-2] - 2.0 * places[1:-1] + places[2:]
-    return difference
+    return places[:-2] - 2.0 * places[1:-1] + places[2:]
 
 
 def procrustes(found: Array, truth: Array) -> Array:

@@ -6,24 +6,27 @@ side at all, and none of them reproduces the paper's.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from twistcore.quamo.network import VARIANTS, Network
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.rotation import Array
 from twistcore.study.quamo.pose_errors import METRICS
 from twistcore.study.quamo.quamo_tables import (
     CONDITIONS,
+    HAND,
+    HAND_ALPHA,
+    HAND_FIRST_ORDER,
     Condition,
     Method,
     Scores,
     baseline_methods,
     hand_methods,
     learned_method,
+    markdown_table,
     representation_methods,
     score,
     scores_to_json,
@@ -35,7 +38,7 @@ from twistcore.study.quamo.sequences import Sequence24
 
 Networks = Mapping[str, Mapping[str, Network]]
 Tell = Callable[[str], None]
-HAND, FULL = "hand gains", "learned, full"
+FULL = "learned, full"
 # [Le26 Table 3] as ratios to its input, in the order of METRICS; it lists no GRE.
 PAPER_STEPS = (
     ("PD only", (0.96, 0.99, 0.30, 0.91, None, 0.18, 0.24)),
@@ -44,6 +47,50 @@ PAPER_STEPS = (
     ("+ α", (0.91, 0.95, 0.31, 0.78, None, 0.19, 0.12)),
 )
 SPEEDS = (("π", np.pi), ("2π", 2.0 * np.pi), ("12", 12.0))
+
+
+class Demand(NamedTuple):
+    """A ratio of two methods in a metric, the paper's and the bound (None: it is shown alone).
+
+    above: it must be at least the bound; systematic: the bound with systematic noise, if another.
+    """
+
+    what: str
+    over: str
+    under: str
+    metric: str
+    paper: str
+    bound: float | None
+    above: bool = False
+    systematic: float | None = None
+
+
+MAIN = (
+    Demand("full model", FULL, "input", "MPJPE", "0.91", 1.02, systematic=0.92),
+    Demand("full model", FULL, "input", "Accel", "0.30", 0.40),
+    Demand("full model", FULL, "input", "G-Accel", "0.20", 0.30),
+    Demand("full model", FULL, "input", "G-MPJPE", "0.81", 0.95),
+    Demand("full model", FULL, "input", "FS", "0.08", 0.40),
+    Demand("PD only, hand gains", HAND, "input", "MPJPE", "0.96", 1.03),
+    Demand("PD only, hand gains", HAND, "input", "Accel", "0.30", 0.45),
+)
+STEPS = (
+    Demand("PD only, learned gains", "learned, pd", "input", "MPJPE", "0.96", 1.03),
+    Demand("PD only, learned gains", "learned, pd", "input", "Accel", "0.30", 0.45),
+    Demand("PD + f_ω", "learned, bias", "input", "G-MPJPE", "0.79", 0.97),
+    Demand("with α ÷ without, learned", FULL, "learned, s3", "MPJPE", "0.99", 1.00),
+    Demand("with α ÷ without, learned", FULL, "learned, s3", "Accel", "1.13", 1.30),
+    Demand("exact ÷ first-order, learned", "learned, s3", "learned, bias", "MPJPE", "0.98", None),
+    Demand("exact ÷ first-order, hand", HAND, HAND_FIRST_ORDER, "MPJPE", "0.98", None),
+    Demand("with α ÷ without, hand", HAND_ALPHA, HAND, "MPJPE", "0.99", 1.00),
+    Demand("with α ÷ without, hand", HAND_ALPHA, HAND, "Accel", "1.13", 1.30),
+)
+TURNS = tuple(
+    Demand(f"{rep.name} ÷ quaternion", rep.name, HAND, "MPJPE", paper, bound, above=True)
+    for rep, paper, bound in zip(
+        REPRESENTATIONS, ("1.38", "1.32", "1.13"), (1.3, 1.2, 1.1), strict=False
+    )
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +144,7 @@ def evaluation_report(
     if networks.get("full"):
         methods[FULL] = learned_method(networks["full"])
     scores = score(sequences, methods, seeds, tell=tell)
-    bars = [bar for c in CONDITIONS for bar in _main_bars(scores, c, FULL in methods)]
+    bars = [bar for c in CONDITIONS for bar in _bars(scores, c, MAIN)]
     parts = [
         _heading(sequences, seeds),
         _bar_table(bars),
@@ -127,20 +174,22 @@ def ablation_report(
     turned = score(turns, shown, seeds, tell=tell) if turns else None
     bars: list[Bar] = []
     for condition in CONDITIONS:
-        bars += _step_bars(scores, condition, learned)
+        bars += _bars(scores, condition, STEPS)
         if turned:
-            bars += _representation_bars(turned, condition)
+            bars += _bars(turned, condition, TURNS)
     parts = [_heading(sequences, seeds), _bar_table(bars)]
     parts.append(_paper_steps())
     parts += [scores_to_markdown(scores, ["input", *steps], c) for c in CONDITIONS]
     if turned:
         parts.append(f"Clips with full turns: {', '.join(turned.clips)}\n")
         parts += [scores_to_markdown(turned, ["input", *shown], c) for c in CONDITIONS]
-    parts.append(_drift_table())
+    drift = _drift()
+    rows = [(f"{n} rad/s", f"{e:.1e}°", f"{f:.2f}°") for n, _, e, f in drift]
+    parts.append(markdown_table(("open loop, 100 steps of 0.04 s", "exact", "first-order"), rows))
     document = _document("ablation", scores, bars, seeds)
     if turned:
         document["turning"] = scores_to_json(turned)
-    document["drift_deg"] = [{"rad_s": s, "exact": e, "first_order": f} for _, s, e, f in _drift()]
+    document["drift_deg"] = [{"rad_s": s, "exact": e, "first_order": f} for _, s, e, f in drift]
     return Report("\n".join(parts), document)
 
 
@@ -150,77 +199,15 @@ def _known(sequences: Sequence[Sequence24], networks: Networks) -> tuple[Sequenc
     return tuple(s for s in sequences if all(s.subject in t for t in trained))
 
 
-def _main_bars(scores: Scores, c: Condition, learned: bool) -> list[Bar]:
-    bars = []
-    if learned:
-        ratio = scores.ratios(FULL, c)
-        bars = [
-            _bar(f"{c}: full model, MPJPE", "0.91", 0.92 if c.systematic else 1.02, ratio, 0),
-            _bar(f"{c}: full model, Accel", "0.30", 0.40, ratio, 2),
-            _bar(f"{c}: full model, G-Accel", "0.20", 0.30, ratio, 5),
-            _bar(f"{c}: full model, G-MPJPE", "0.81", 0.95, ratio, 3),
-            _bar(f"{c}: full model, FS", "0.08", 0.40, ratio, 6),
-        ]
-    ratio = scores.ratios(HAND, c)
-    return [
-        *bars,
-        _bar(f"{c}: PD only, hand gains, MPJPE", "0.96", 1.03, ratio, 0),
-        _bar(f"{c}: PD only, hand gains, Accel", "0.30", 0.45, ratio, 2),
-    ]
-
-
-def _step_bars(scores: Scores, c: Condition, learned: Mapping[str, Method]) -> list[Bar]:
-    bars = []
-    have = [v for v in VARIANTS if f"learned, {v}" in learned]
-    if "pd" in have:
-        ratio = scores.ratios("learned, pd", c)
-        bars += [
-            _bar(f"{c}: PD only, learned gains, MPJPE", "0.96", 1.03, ratio, 0),
-            _bar(f"{c}: PD only, learned gains, Accel", "0.30", 0.45, ratio, 2),
-        ]
-    if "bias" in have:
-        ratio = scores.ratios("learned, bias", c)
-        bars.append(_bar(f"{c}: PD + f_ω, G-MPJPE", "0.79", 0.97, ratio, 3))
-    if "full" in have and "s3" in have:
-        ratio = scores.ratios("learned, full", c, "learned, s3")
-        bars += [
-            _bar(f"{c}: with α ÷ without, learned, MPJPE", "0.99", 1.00, ratio, 0),
-            _bar(f"{c}: with α ÷ without, learned, Accel", "1.13", 1.30, ratio, 2),
-        ]
-    if "bias" in have and "s3" in have:
-        ratio = scores.ratios("learned, s3", c, "learned, bias")
-        bars.append(_bar(f"{c}: exact ÷ first-order, learned, MPJPE", "0.98", None, ratio, 0))
-    ratio = scores.ratios(HAND, c, "hand gains, first-order")
-    bars.append(_bar(f"{c}: exact ÷ first-order, hand, MPJPE", "0.98", None, ratio, 0))
-    ratio = scores.ratios("hand gains + α", c, HAND)
-    return [
-        *bars,
-        _bar(f"{c}: with α ÷ without, hand, MPJPE", "0.99", 1.00, ratio, 0),
-        _bar(f"{c}: with α ÷ without, hand, Accel", "1.13", 1.30, ratio, 2),
-    ]
-
-
-def _representation_bars(scores: Scores, c: Condition) -> list[Bar]:
-    wanted = ((0, "1.38", 1.3), (1, "1.32", 1.2), (2, "1.13", 1.1))
-    return [
-        _bar(
-            f"{c}: {REPRESENTATIONS[k].name} ÷ quaternion, MPJPE",
-            paper,
-            bound,
-            scores.ratios(REPRESENTATIONS[k].name, c, HAND),
-            0,
-            above=True,
-        )
-        for k, paper, bound in wanted
-    ]
-
-
-def _bar(
-    check: str, paper: str, bound: float | None, ratios: Array, metric: int, above: bool = False
-) -> Bar:
-    values = ratios[:, metric]
-    spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
-    return Bar(check, paper, bound, float(values.mean()), spread, above)
+def _bars(scores: Scores, c: Condition, demands: Sequence[Demand]) -> Iterator[Bar]:
+    """A line for every demand whose two methods were run."""
+    for d in demands:
+        if {(d.over, c), (d.under, c)} <= scores.by_method.keys():
+            values = scores.ratios(d.over, c, d.under)[:, METRICS.index(d.metric)]
+            spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+            bound = d.systematic if c.systematic and d.systematic else d.bound
+            check, value = f"{c}: {d.what}, {d.metric}", float(values.mean())
+            yield Bar(check, d.paper, bound, value, spread, d.above)
 
 
 def _heading(sequences: Sequence[Sequence24], seeds: Sequence[int]) -> str:
@@ -239,32 +226,17 @@ def _bar_table(bars: Sequence[Bar]) -> str:
 
 
 def _paper_steps() -> str:
-    lines = [
-        "| the paper's Table 3, ratios | " + " | ".join(METRICS) + " |",
-        "|---|" + "---|" * len(METRICS),
-        *(
-            f"| {step} | " + " | ".join("–" if v is None else f"{v:.2f}" for v in values) + " |"
-            for step, values in PAPER_STEPS
-        ),
-    ]
-    return "\n".join(lines) + "\n"
+    rows = [(step, *("–" if v is None else f"{v:.2f}" for v in row)) for step, row in PAPER_STEPS]
+    return markdown_table(("the paper's Table 3, ratios", *METRICS), rows)
 
 
 def _drift() -> list[tuple[str, float, float, float]]:
+    """Name and speed in rad/s, degrees off the truth: exact, first-order."""
     found = []
     for name, speed in SPEEDS:
-        exact, first_order = open_loop_drift(speed, NETWORK_DT)
-        found.append((name, speed, float(np.degrees(exact)), float(np.degrees(first_order))))
+        exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()
+        found.append((name, speed, exact, first_order))
     return found
-
-
-def _drift_table() -> str:
-    lines = [
-        "| open loop, 100 steps of 0.04 s | exact | first-order |",
-        "|---|---|---|",
-        *(f"| {n} rad/s | {e:.1e}° | {f:.2f}° |" for n, _, e, f in _drift()),
-    ]
-    return "\n".join(lines) + "\n"
 
 
 def _document(

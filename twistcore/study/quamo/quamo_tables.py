@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,12 @@ from twistcore.quamo.tracker import HandGains, track
 from twistcore.rotation import Array
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.pose_errors import METRICS, errors
-from twistcore.study.quamo.representations import REPRESENTATIONS, full_turns, track_coordinates
+from twistcore.study.quamo.representations import (
+    REPRESENTATIONS,
+    Representation,
+    full_turns,
+    track_coordinates,
+)
 from twistcore.study.quamo.rivals import butterworth, constant_offset, mean_offset, one_euro
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.synthesis import generator
@@ -23,7 +29,9 @@ from twistcore.synthesis import generator
 # (frames, versions, 24, 4) and root places (frames, versions, 3).
 Method = Callable[[Sequence24, Array, Array], tuple[Array, Array]]
 
+HAND, HAND_FIRST_ORDER, HAND_ALPHA = "hand gains", "hand gains, first-order", "hand gains + α"
 HAND_ACCELERATION = 150.0  # chosen on subjects 02, 08, 12: Accel at level A grows by a quarter
+_TRAIN_SEED = 100  # none that a table is of
 _ORDER = tuple(LEVELS.values())
 
 
@@ -58,17 +66,17 @@ class Scores:
         mean: Array = self.by_method[method, condition].mean(axis=0)
         return mean
 
-    def ratio(self, method: str, condition: Condition, base: str = "input") -> Array:
-        """Method over base, in the order of METRICS; where the base is 0, 1."""
-        over, under = self.mean(method, condition), self.mean(base, condition)
-        ratio: Array = np.where(under > 0.0, over / np.where(under > 0.0, under, 1.0), 1.0)
-        return ratio
+    def ratio(self, method: str, condition: Condition) -> Array:
+        """Mean over the input's mean, in the order of METRICS; where that is 0, 1."""
+        return _ratio(self.mean(method, condition), self.mean("input", condition))
 
     def ratios(self, method: str, condition: Condition, base: str = "input") -> Array:
-        """Seed by seed, (seeds, len(METRICS))."""
-        over, under = self.by_method[method, condition], self.by_method[base, condition]
-        ratio: Array = np.where(under > 0.0, over / np.where(under > 0.0, under, 1.0), 1.0)
-        return ratio
+        """Method over base seed by seed, (seeds, len(METRICS))."""
+        return _ratio(self.by_method[method, condition], self.by_method[base, condition])
+
+
+def _ratio(over: Array, under: Array) -> Array:
+    return np.divide(over, under, out=np.ones_like(over), where=under > 0.0)
 
 
 def score(
@@ -107,21 +115,17 @@ def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Ar
     return noisy(sequence.q, sequence.r, noise, rng)
 
 
-def baseline_methods(sequences: Sequence[Sequence24], train_seed: int = 100) -> dict[str, Method]:
+def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
     """Constant offset (fitted on the other subjects), One-Euro, Butterworth."""
-    offsets: dict[str, Array] = {}
 
-    def constant(sequence: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-        if sequence.subject not in offsets:
-            others = [s for s in sequences if s.subject != sequence.subject] or list(sequences)
-            noise = CONDITIONS[-1].noise
-            offsets[sequence.subject] = mean_offset(
-                (noisy_clip(s, noise, train_seed)[0], s.q) for s in others
-            )
-        return constant_offset(q_hat, offsets[sequence.subject]), r_hat
+    @cache
+    def offset(subject: str) -> Array:
+        others = [s for s in sequences if s.subject != subject] or sequences
+        noise = CONDITIONS[-1].noise
+        return mean_offset((noisy_clip(s, noise, _TRAIN_SEED)[0], s.q) for s in others)
 
     return {
-        "constant offset": constant,
+        "constant offset": lambda s, q, r: (constant_offset(q, offset(s.subject)), r),
         "One-Euro": lambda _, q, r: one_euro(q, r, NETWORK_DT),
         "Butterworth": lambda _, q, r: butterworth(q, r, NETWORK_DT),
     }
@@ -140,22 +144,19 @@ def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
 def hand_methods() -> dict[str, Method]:
     """Rows that need no training."""
     return {
-        "hand gains": hand_method(),
-        "hand gains, first-order": hand_method(integration=FIRST_ORDER),
-        "hand gains + α": hand_method(Gains(ka=HAND_ACCELERATION)),
+        HAND: hand_method(),
+        HAND_FIRST_ORDER: hand_method(integration=FIRST_ORDER),
+        HAND_ALPHA: hand_method(Gains(ka=HAND_ACCELERATION)),
     }
 
 
 def representation_methods() -> dict[str, Method]:
     """The same hand gains on other representations."""
 
-    def method(k: int) -> Method:
-        def run(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-            return track_coordinates(q_hat, NETWORK_DT, REPRESENTATIONS[k], Gains()), r_hat
+    def method(rep: Representation) -> Method:
+        return lambda _, q_hat, r_hat: (track_coordinates(q_hat, NETWORK_DT, rep, Gains()), r_hat)
 
-        return run
-
-    return {rep.name: method(k) for k, rep in enumerate(REPRESENTATIONS)}
+    return {rep.name: method(rep) for rep in REPRESENTATIONS}
 
 
 def learned_method(by_subject: Mapping[str, Network]) -> Method:
@@ -195,16 +196,18 @@ def scores_to_json(scores: Scores) -> dict[str, Any]:
 
 def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: Condition) -> str:
     """One condition: metrics of each method, the input in numbers, the others also as ratios."""
-    lines = [
-        f"| noise {condition} | " + " | ".join(METRICS) + " |",
-        "|---|" + "---|" * len(METRICS),
-    ]
+    rows = []
     for method in methods:
         mean, ratio = scores.mean(method, condition), scores.ratio(method, condition)
-        cells = (
-            [f"{m:.1f}" for m in mean]
-            if method == "input"
-            else [f"{m:.1f} ({r:.2f})" for m, r in zip(mean, ratio, strict=True)]
-        )
-        lines.append(f"| {method} | " + " | ".join(cells) + " |")
+        shown = [f"{m:.1f}" for m in mean]
+        if method != "input":
+            shown = [f"{m} ({r:.2f})" for m, r in zip(shown, ratio, strict=True)]
+        rows.append((method, *shown))
+    return markdown_table((f"noise {condition}", *METRICS), rows)
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown, its columns not lined up."""
+    lines = [f"| {' | '.join(cells)} |" for cells in (head, *rows)]
+    lines.insert(1, f"|{'---|' * len(head)}")
     return "\n".join(lines) + "\n"

@@ -81,8 +81,9 @@ def full_turns(q: Array) -> bool:
     )
 
 
-def open_loop_drift(speed: float, dt: float, steps: int = 100) -> tuple[float, float]:
-    """Angle in radians off the truth after steps at constant speed (rad/s): exact, first-order."""
+def open_loop_drift(speed: float, dt: float) -> tuple[float, float]:
+    """Radians off the truth after 100 steps at constant speed (rad/s): exact, first-order."""
+    steps = 100
     axis = np.array([0.36, 0.48, 0.8])
     truth = exponential(axis * wrap(speed * dt * steps))
     drift = []

@@ -13,17 +13,10 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from twistcore.quamo.state_space import aligned
 from twistcore.rotation import Array, conjugate, exponential, logarithm, multiply, normalise
+from twistcore.study.benchmark.baselines import continuous
 
 ONE_EURO = (1.5, 0.5, 1.0)  # lowest cut-off Hz, Hz a rad/s (or m/s), cut-off of the speed Hz
 BUTTERWORTH = (2, 4.0)  # order, cut-off Hz
-
-
-def continuous(q: Array) -> Array:
-    """Signs chosen so that neighbouring frames lie in one hemisphere, (frames, …, 4)."""
-    dot = np.einsum("f...i,f...i->f...", q[1:], q[:-1])
-    sign = np.concatenate([np.ones((1, *q.shape[1:-1])), np.where(dot < 0.0, -1.0, 1.0)])
-    same: Array = q * np.cumprod(sign, axis=0)[..., None]
-    return same
 
 
 def one_euro(q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
@@ -77,5 +70,4 @@ def constant_offset(q_hat: Array, offset: Array) -> Array:
 
 def _share(cutoff: Array | float, dt: float) -> Array:
     tau = 2.0 * np.pi * np.asarray(cutoff) * dt
-    share: Array = tau / (1.0 + tau)
-    return share
+    return tau / (1.0 + tau)

@@ -34,10 +34,10 @@ class Sequence24:
         return 1000.0 * places_24(self.offsets, q, r)
 
 
-def read_sequence(path: Path, unit: float = CMU_UNIT) -> Sequence24:
+def read_sequence(path: Path) -> Sequence24:
     """A BVH clip without its frame 0, which in CMU's BVH releases was not captured.
 
-    unit: metres in one unit of the file. The subject is what stands before '_' in the name.
+    Lengths are CMU's. The subject is what stands before '_' in the name.
     """
     motion = read_bvh(path).motion
     try:
@@ -50,8 +50,8 @@ def read_sequence(path: Path, unit: float = CMU_UNIT) -> Sequence24:
     times = sample_times(motion.frames, motion.frame_time)
     q, r = resampled(topology.reduced(motion.rotations), motion.translation(0), times)
     subject = re.split(r"[_ ]", path.stem)[0]
-    r = unit * (r - r[:1] * np.array([1.0, 0.0, 1.0]))
-    return Sequence24(path.stem, subject, q, r, unit * topology.offsets)
+    r = CMU_UNIT * (r - r[:1] * np.array([1.0, 0.0, 1.0]))
+    return Sequence24(path.stem, subject, q, r, CMU_UNIT * topology.offsets)
 
 
 def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
