@@ -6,8 +6,13 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from twistcore.bvh import Clip, read_bvh
+
+# A machine that is busy with something else is no reason to fail.
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")
 
 # A copy: reviews leave sessions and journals beside their clips, and assets/ is not for that.
 ASSETS = Path(tempfile.mkdtemp(prefix="twist-assets-"))

@@ -71,7 +71,7 @@ def test_every_rotation_rewritten_from_quaternions_keeps_every_position(sample):
     assert len(data) > len(sample.data)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(orders, st.lists(quaternions, min_size=3, max_size=8), st.data())
 def test_written_rotations_are_read_back(order, rotations, data):
     rows = np.zeros((len(rotations), 9))

@@ -43,7 +43,7 @@ edges = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 SQUARES = [[0.0, 0.0, 1.0, 1.0], [0.5, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.75, 0.0, -1.0]]
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(
     orders,
     st.lists(quaternions, min_size=1, max_size=4),
@@ -72,7 +72,7 @@ def test_no_way_between_the_fixed_edges_is_shorter(order, run, before, after, tu
     assert length(np.vstack([before, found, after])) <= least + 1e-6
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(1, 8), st.booleans(), st.booleans(), st.integers(0, 2**32))
 def test_no_branch_has_shorter_steps(n, with_before, with_after, seed):
     rng = np.random.default_rng(seed)

@@ -33,14 +33,14 @@ def text_of(tokens, draw):
     return "".join(t + draw.draw(gaps) for t in tokens).encode()
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.lists(decimals, min_size=1, max_size=60), st.data())
 def test_uniform_decimals_are_exact(tokens, data):
     text = text_of(tokens, data)
     np.testing.assert_array_equal(read_numbers(text, 0).values, [float(t) for t in tokens])
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.lists(any_plain, min_size=1, max_size=60), st.data())
 def test_any_decimals_are_exact(tokens, data):
     text = text_of(tokens, data)
@@ -63,7 +63,7 @@ def assert_read_as_by_float(text):
     assert outcomes[0] == outcomes[1]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.binary(max_size=12), st.text("0123456789.-+eE \n\r\t\x0b\x0c\x1c", max_size=60))
 def test_any_bytes(odd, text):
     assert_read_as_by_float(b"1.5 " + text.encode() + odd + b"\n2")

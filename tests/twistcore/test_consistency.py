@@ -85,7 +85,7 @@ def slerped(motion: Motion, factor: int) -> Motion:
 # Increments
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(quaternions, min_size=3, max_size=3),
     st.lists(quaternions, min_size=3, max_size=3),
@@ -124,7 +124,7 @@ def test_increments_are_exact_where_the_swing_passes_180_degrees_and_the_limb_is
     np.testing.assert_allclose(y, -np.diff(delta, prepend=0.0), atol=1e-9)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.integers(0, 2**32 - 1))
 def test_a_quaternion_and_its_negative_are_the_same_rotation(seed):
     dirty = inject(WALK, CHAINS, [shift(2, 100, [40.0] * 9), shift(7, 200, [-170.0])])
@@ -138,7 +138,7 @@ def test_a_quaternion_and_its_negative_are_the_same_rotation(seed):
 # Intervals
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.integers(0, 9), st.integers(20, 300), st.integers(1, 20),
     st.floats(5.0, 180.0), st.sampled_from([-1.0, 1.0]),

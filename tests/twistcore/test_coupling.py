@@ -162,7 +162,7 @@ def joint_costs(trial, d, line):
     return cost
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(1, 8), seeds, st.sampled_from([0.1, 0.3, 0.8]), st.sampled_from([0.0, 0.2]))
 def test_the_cheapest_of_all_sets_of_chains_is_found(n, seed, errors, jumps):
     line = line_of(n, seed, errors=errors, jumps=jumps)
@@ -290,7 +290,7 @@ def chosen(found, lone=18.0):
     return best_runs(frame, first, first + length, gain.astype(float), lone).tolist()
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.lists(runs, min_size=1, max_size=9))
 def test_runs_without_a_common_joint_gain_most_together(found):
     def worth(some):

@@ -31,7 +31,7 @@ WALK = read_bvh(ASSETS / "walk.bvh")
 CHAINS = find_chains(WALK.motion)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 9), st.integers(2, 300), st.integers(1, 20), st.floats(-3.1, 3.1))
 def test_an_injected_twist_moves_both_signals_by_exactly_its_offset(k, start, length, delta):
     chain = CHAINS[k]

@@ -35,7 +35,7 @@ some_offsets = st.builds(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(some_offsets)
 def test_only_the_parents_twist_changes(offsets):
     (name,) = offsets
@@ -57,7 +57,7 @@ def test_only_the_parents_twist_changes(offsets):
     assert not changed[offsets[name] == 0.0].any()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(some_offsets, some_offsets)
 def test_corrections_commute_and_cancel(one, other):
     first = remove_twist(remove_twist(WALK.motion, CHAINS, one), CHAINS, other)

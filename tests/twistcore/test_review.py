@@ -73,7 +73,7 @@ def commands(state):
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.data())
 def test_undo_brings_every_state_back_and_redo_does_it_again(data):
     review = fresh()
@@ -232,7 +232,7 @@ def test_a_session_of_another_clip_is_refused(tmp_path):
         check_belongs(replace(session, sha256=other.sha256), other, ())
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.data())
 def test_a_journal_cut_anywhere_gives_back_every_whole_command(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("journal") / "walk.twist.journal"
