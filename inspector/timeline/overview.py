@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QLineF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from inspector.widgets.theme import Theme, mixed
@@ -63,10 +63,9 @@ class OverviewStrip(QWidget):
 
     def show_frame(self, frame: int) -> None:
         """The playhead."""
-        before, self._frame = self._x(self._frame), frame
-        after = self._x(frame)
-        self.update(round(before) - 5, 0, 11, self.height())
-        self.update(round(after) - 5, 0, 11, self.height())
+        for at in (self._frame, frame):
+            self.update(round(self._x(at)) - 5, 0, 11, self.height())
+        self._frame = frame
 
     def show_view(self, first: float, last: float) -> None:
         """The range of frames that the plots show."""
@@ -108,7 +107,7 @@ class OverviewStrip(QWidget):
         self._marks = None
         self.update()
 
-    def resizeEvent(self, event: object) -> None:
+    def resizeEvent(self, event: QResizeEvent) -> None:
         """Marks are painted for one size."""
         self._redraw()
 

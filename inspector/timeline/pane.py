@@ -76,10 +76,9 @@ class Pane(Canvas):
     def set_scale(self) -> None:
         """Take the scenery's scale of type and lines."""
         scale = self.scenery.scale
-        for side in ("left", "bottom"):
-            axis = self.axes[side]
+        for axis in self.axes.values():
             axis.type_scale = scale
-            axis.setStyle(tickFont=self.scenery.font(), tickLength=-4, autoExpandTextSpace=False)
+        self.set_type(self.scenery.font())
         self.axes["left"].setWidth(_AXIS_WIDTH * scale)
         self.set_bottom(shown=self._bottom_shown)
 
@@ -149,13 +148,6 @@ class Pane(Canvas):
         span = high - low
         foot = 0.03 if low == 0.0 else 0.07
         self.view.setYRange(low - foot * span, high + 0.24 * span, padding=0.0)
-        self.touch()
-
-    def count_from(self, first: int) -> None:
-        """Call the first frame `first`."""
-        axis = self.axes["bottom"]
-        axis.first = first
-        axis.picture = None
         self.touch()
 
     def show_frames(self, first: float, last: float) -> None:

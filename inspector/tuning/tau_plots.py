@@ -92,8 +92,7 @@ class TauPlot(Canvas):
         super().__init__({"left": left, "bottom": bottom, "right": right}, parent=parent)
         self.theme = theme
         self.grid.setContentsMargins(0, 2, 2, 0)
-        for axis in self.axes.values():
-            axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
+        self.set_type(figures_font(8.0))
         bottom.setHeight(_AXIS_HEIGHT)
         for axis in (left, right):
             axis.setWidth(_AXIS_WIDTH)

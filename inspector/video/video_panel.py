@@ -6,15 +6,16 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtGui import QAction, QImage, QShowEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QToolButton, QWidget
 
 from inspector.session.document import Document
 from inspector.session.settings import FARTHEST_S, Settings
 from inspector.video.screen import Screen
 from inspector.video.video_reader import Picture, VideoReader
 from inspector.widgets.background import Task
+from inspector.widgets.building import action_button, hbox, soft, tool_button, vbox
 from inspector.widgets.labels import ElidedLabel, SteadyLabel
 from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.theme import Theme
@@ -43,52 +44,30 @@ class VideoPanel(QWidget):
         self._held: float | None = None
         self._task: Task | None = None
         self._size: tuple[int, int] | None = None  # for which the shown picture was made
-        self.screen = Screen(theme, NO_VIDEO)
-        self.offset = QDoubleSpinBox()
+        self.display = Screen(theme, NO_VIDEO)
+        self.offset = QDoubleSpinBox(decimals=3, singleStep=0.001, suffix=" s")
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
-        self.offset.setDecimals(3)
-        self.offset.setSingleStep(0.001)
-        self.offset.setSuffix(" s")
         self.offset.setKeyboardTracking(False)
         self.offset.setAccessibleName("Offset of the video")
         self.offset.setToolTip("Seconds into the video at which the clip's first frame lies")
         self.back = self._button("◀", "One video frame back", lambda: self.nudge(-1))
         self.forth = self._button("▶", "One video frame on", lambda: self.nudge(+1))
-        self.hold = QToolButton()
-        self.hold.setDefaultAction(self._hold)
+        self.hold = action_button(self._hold)
         self.hold.setObjectName("hold")
-        self.facts = ElidedLabel()
-        self.clock = SteadyLabel()
-        for label in (self.facts, self.clock):
-            label.setObjectName("soft")
-        row = QHBoxLayout()
-        row.setContentsMargins(8, 4, 8, 0)
-        row.addWidget(QLabel("Offset"))
-        row.addWidget(self.offset, 1)
-        for button in (self.back, self.forth, self.hold):
-            row.addWidget(button)
-        below = QHBoxLayout()
-        below.setContentsMargins(8, 0, 8, 6)
-        below.addWidget(self.facts, 1)
-        below.addWidget(self.clock)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        column.addWidget(self.screen, 1)
-        column.addLayout(row)
-        column.addLayout(below)
-        self._letters = LetterKeys(self)
-        self._letters.watch(self.offset)
+        self.facts, self.clock = soft(ElidedLabel()), soft(SteadyLabel())
+        buttons = self.back, self.forth, self.hold
+        row = hbox("Offset", (self.offset, 1), *buttons, margins=(8, 4, 8, 0))
+        below = hbox((self.facts, 1), self.clock, margins=(8, 0, 8, 6))
+        vbox((self.display, 1), row, below, owner=self, margins=(0, 0, 0, 0), spacing=4)
+        LetterKeys(self, self.offset)
         self.offset.valueChanged.connect(self._offset_edited)
-        self.screen.resized.connect(self._follow)
+        self.display.resized.connect(self._follow)
         document.frame_changed.connect(self._follow)
         document.opened.connect(self._clip_opened)
         self._tell()
 
     def _button(self, glyph: str, tip: str, do: Callable[[], None]) -> QToolButton:
-        button = QToolButton()
-        button.setText(glyph)
-        button.setToolTip(tip)
+        button = tool_button(glyph, tip, flat=False)
         button.setAccessibleName(tip)
         button.setAutoRepeat(True)
         button.clicked.connect(lambda: do())
@@ -204,9 +183,8 @@ class VideoPanel(QWidget):
 
     def _show_offset(self, seconds: float) -> None:
         self._offset = seconds
-        self.offset.blockSignals(True)
-        self.offset.setValue(seconds)
-        self.offset.blockSignals(False)
+        with QSignalBlocker(self.offset):
+            self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
         """Another video, which nothing holds."""
@@ -223,7 +201,7 @@ class VideoPanel(QWidget):
         reader = self.reader
         if reader is None or self._task is not None or not self.isVisible():
             return
-        seconds, size = self.time(), self.screen.pixels()
+        seconds, size = self.time(), self.display.pixels()
         if self.shown is not None and size == self._size and self.shown.covers(seconds):
             return
         if place := reader.place(seconds):
@@ -258,11 +236,11 @@ class VideoPanel(QWidget):
 
     def _set_picture(self, picture: Picture | None, otherwise: str) -> None:
         if picture is None:
-            self.screen.show_image(None, otherwise)
+            self.display.show_image(None, otherwise)
         else:
             height, width, _ = picture.pixels.shape
             form = QImage.Format.Format_RGB888
-            self.screen.show_image(QImage(picture.pixels.data, width, height, 3 * width, form))
+            self.display.show_image(QImage(picture.pixels.data, width, height, 3 * width, form))
         self.shown = picture  # keeps the memory that the screen paints from
         self._tell_time()
 
@@ -272,11 +250,12 @@ class VideoPanel(QWidget):
         for widget in (self.back, self.forth, self._hold):
             widget.setEnabled(reader is not None)
         self.offset.setEnabled(reader is not None and self._held is None)
-        text = ""
+        text = tip = ""
         if reader is not None:
             text = f"{reader.fps:.4g} fps · {reader.width}×{reader.height} · {reader.path.name}"
+            tip = f"{reader.path}\n{reader.duration:.2f} s"
         self.facts.setText(text)
-        self.facts.setToolTip(text and f"{reader.path}\n{reader.duration:.2f} s")
+        self.facts.setToolTip(tip)
         self._tell_time()
 
     def _tell_time(self) -> None:
@@ -285,8 +264,8 @@ class VideoPanel(QWidget):
 
     def set_theme(self, theme: Theme) -> None:
         """Colour the bars and sentences."""
-        self.screen.theme = theme
-        self.screen.update()
+        self.display.theme = theme
+        self.display.update()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Out of sight nothing is decoded."""

@@ -303,7 +303,7 @@ def test_labels_keep_apart_and_inside(qtbot, taught):
 
 def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
     button = taught.teaching.equations.buttons["theta_p"]
-    taught.teaching.scroll.ensureWidgetVisible(button)
+    taught.teaching.scroll_area.ensureWidgetVisible(button)
     pane = taught.timeline.panes["theta"]
     width = pane.curves["p_after"].pen.widthF()
     other = near(picture(qtbot, taught.viewport), colour("swing", DARK))
