@@ -77,8 +77,8 @@ class TrackPage(QWidget):
         self.bar = QProgressBar(textVisible=False, minimum=0, maximum=100)
         self.bar.setFixedWidth(60)
         self.buttons = QStackedWidget()
-        words = {"track_joints": "Track", "stop_tracking": "Stop", "cancel_tracking": "Cancel"}
-        track, stop, cancel = (action_button(actions[name], words[name]) for name in words)
+        short = {"track_joints": "Track", "stop_tracking": "Stop", "cancel_tracking": "Cancel"}
+        track, stop, cancel = (action_button(actions[name], word) for name, word in short.items())
         for inside in ((track, stop), (self.bar, cancel)):
             side = QWidget()
             hbox(*inside, owner=side, margins=(0, 0, 0, 0), spacing=4)

@@ -13,6 +13,7 @@ from inspector.session.document import Show
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Sketch, sketch
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import MARKS, SYMBOLS, colour
+from inspector.viewport.bodies import Index, cells_of
 from inspector.viewport.bone_colours import mixed_hex, rgb
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.frame_drawing import altered_pose
@@ -161,8 +162,9 @@ class GizmoGuest:
         if self._layer is not None and self._below is below:
             return
         self.leave()
-        view = self._viewport.view
-        assert view is not None
+        assert self._viewport.view is not None
+        window = self._viewport.view.ren_win
+        assert window is not None
         # A layer of its own: its depth begins anew, so that no limb hides the gizmo.
         layer = vtkOpenGLRenderer()
         layer.SetLayer(1)
@@ -170,8 +172,8 @@ class GizmoGuest:
         layer.SetUseOIT(False)
         layer.SetActiveCamera(below.GetActiveCamera())
         layer.SetViewport(*below.GetViewport())
-        view.ren_win.SetNumberOfLayers(max(2, view.ren_win.GetNumberOfLayers()))
-        view.ren_win.AddRenderer(layer)
+        window.SetNumberOfLayers(max(2, window.GetNumberOfLayers()))
+        window.AddRenderer(layer)
         self._layer, self._below = layer, below
         self._slices = {look: [] for look in _LOOKS}
         for look in _LOOKS:
@@ -229,8 +231,10 @@ class Labels(QWidget):
         lit: frozenset[str],
     ) -> None:
         """Place the labels in a picture of the view, none over another."""
-        if self.geometry() != self.parentWidget().rect():
-            self.setGeometry(self.parentWidget().rect())
+        view = self.parentWidget()
+        assert view is not None
+        if self.geometry() != view.rect():
+            self.setGeometry(view.rect())
         self._paper = QColor(background_hex(theme))
         self._scale = _SIZE * self.fontMetrics().height() / EM
         covered = self._region()
@@ -259,7 +263,7 @@ class Labels(QWidget):
             self.raise_()
         self.update(covered + self._region())
 
-    def _free(self, at: np.ndarray, way: np.ndarray, formula: Formula) -> QRectF:
+    def _free(self, at: Array, way: Array, formula: Formula) -> QRectF:
         """A place beside a point that no earlier label takes, the wanted side first."""
         wide = formula.box.width() * self._scale
         high = formula.box.height() * self._scale
@@ -325,12 +329,9 @@ def _family(symbol: str) -> str:
     return SYMBOLS[symbol].family
 
 
-def _shifted(cells: np.ndarray, first: int) -> np.ndarray:
+def _shifted(cells: Index, first: int) -> Index:
     """VTK's padded list with all indices moved up."""
     out = cells.copy()
-    at = 0
-    while at < len(out):
-        count = int(out[at])
-        out[at + 1 : at + 1 + count] += first
-        at += 1 + count
+    for cell in cells_of(out):
+        cell[1:] += first
     return out

@@ -134,8 +134,8 @@ class Pane(Canvas):
     def _thin(self, name: str) -> None:
         """Hand over what is in view only: pyqtgraph's own thinning drops what lies by a gap."""
         y, seams = self.values[name]
-        x, y = thinned(y, seams, *self.view.viewRange()[0], int(self.view.width()))
-        self.curves[name].show_points(x, y)
+        first, last = self.view.viewRange()[0]
+        self.curves[name].show_points(*thinned(y, seams, first, last, int(self.view.width())))
 
     def _thin_all(self, *_: object) -> None:
         for name in self.values:

@@ -43,6 +43,7 @@ class Overlays:
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
         """Each in its corner, and none of a figure's over a view that draws nothing."""
         view = self.notice.parentWidget()  # kept, it would outlive its end, and OpenGL with it
+        assert view is not None
         high = view.height()
         self.legend.setVisible(drawing)
         self.legend.move(_MARGIN, _MARGIN)
