@@ -93,8 +93,8 @@ class _ChainModel(RowModel[_Shown]):
 class ChainsPanel(QWidget):
     """Table of chains; the selected row is the document's chain."""
 
-    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
         self._document = document
         self._model = _ChainModel(document, theme)
         self.table = RowTable(self._model)

@@ -91,10 +91,8 @@ class ClipsPanel(QWidget):
 
     chosen = Signal(object)  # Path
 
-    def __init__(
-        self, queue: FolderQueue, document: Document, theme: Theme, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, queue: FolderQueue, document: Document, theme: Theme) -> None:
+        super().__init__()
         self._queue, self._document = queue, document
         self._model = _ClipModel(theme)
         self.table = RowTable(self._model)

@@ -31,8 +31,8 @@ class DetailCard(QWidget):
 
     judged = Signal(object)  # Decision
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self._document = document
         self._shown: int | None = None  # whose note stands in the form
         self._burst = Burst(document.begin_drag, self)

@@ -12,8 +12,8 @@ from inspector.widgets.building import vbox
 class HistoryPanel(QWidget):
     """A list of steps; those undone are faint."""
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self._document = document
         self.list = QListWidget()
         self.list.setUniformItemSizes(True)

@@ -140,8 +140,8 @@ class IntervalsPanel(QWidget):
 
     activated = Signal()  # a double click: look at it
 
-    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
         self._document = document
         self._refreshing = False
         self._model = _IntervalModel(document, theme)

@@ -19,14 +19,8 @@ _PLAY, _PAUSE = "Play", "Pause"
 class Transport(QWidget):
     """Buttons, slider, frame number and speed under the 3D view."""
 
-    def __init__(
-        self,
-        document: Document,
-        player: Player,
-        actions: Mapping[str, QAction],
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, player: Player, actions: Mapping[str, QAction]) -> None:
+        super().__init__()
         self._document, self._player = document, player
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setFocusPolicy(Qt.FocusPolicy.ClickFocus)

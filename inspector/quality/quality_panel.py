@@ -28,14 +28,8 @@ _EMPTY = "Open a clip to see jitter, jumps, speed and foot slide of its joints."
 class QualityPanel(QWidget):
     """Draws what `evidence` and `tracked` know; the choice of joints is the table's."""
 
-    def __init__(
-        self,
-        document: Document,
-        theme: Theme,
-        actions: Mapping[str, QAction],
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme, actions: Mapping[str, QAction]) -> None:
+        super().__init__()
         self._document, self._actions, self._theme = document, actions, theme
         self.evidence = Evidence(document, self)
         self.tracked = Tracked(document, self)

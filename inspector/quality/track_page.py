@@ -41,14 +41,9 @@ class TrackPage(QWidget):
     """Shows what it is told of; the buttons are the window's actions."""
 
     def __init__(
-        self,
-        document: Document,
-        tracked: Tracked,
-        theme: Theme,
-        actions: Mapping[str, QAction],
-        parent: QWidget | None = None,
+        self, document: Document, tracked: Tracked, theme: Theme, actions: Mapping[str, QAction]
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self._document, self._tracked, self._theme = document, tracked, theme
         self._joint = ""
         self._shown: tuple[object, ...] = ()

@@ -47,8 +47,8 @@ _STYLES = {  # of the plots that are shown at first
 class Timeline(QWidget):
     """Plots of the document's selected chain. It draws the document and asks it for changes."""
 
-    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
         self.document = document
         self.scenery = Scenery(theme)
         self.visible = VisibleRange(document, self)

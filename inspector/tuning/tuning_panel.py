@@ -59,14 +59,8 @@ class Scope(StrEnum):
 class TuningPanel(QWidget):
     """Draws the document and what `costs` knows of it; asks the document for another τ."""
 
-    def __init__(
-        self,
-        document: Document,
-        theme: Theme,
-        actions: Mapping[str, QAction],
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme, actions: Mapping[str, QAction]) -> None:
+        super().__init__()
         self._document, self._actions, self._theme = document, actions, theme
         self.costs = Costs(document, self)
         self.scope = Scope.CHAIN

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QEvent, QTimer, SignalInstance
@@ -39,8 +40,8 @@ class Viewport(Steering):
     context lives.
     """
 
-    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
         self.document = document
         self.theme = theme
         self.view: QtInteractor | None = None
@@ -118,12 +119,8 @@ class Viewport(Steering):
 
     def look_like(self, other: Viewport) -> None:
         """Take over how another view of the same clip looks at it."""
-        looks = other.drawing.looks
-        self.set_style(looks.style)
-        self.set_side_by_side(looks.split)
-        self.set_trails(looks.trails)
-        self.set_colour_by_offset(looks.by_offset)
-        self.set_triads(looks.triads)
+        self.drawing.looks = replace(other.drawing.looks)
+        self.set_side_by_side(self.drawing.looks.split)
         self.take_view(other)
 
     def invite(self, guest: Guest | None) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
 
 from inspector.widgets.building import hbox, tool_button
 
@@ -20,8 +20,8 @@ class MessageBar(QFrame):
     A question that an error covers is back when the error is closed.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.setObjectName("bar")
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         self.label = QLabel(wordWrap=True, textInteractionFlags=selectable)

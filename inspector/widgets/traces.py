@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QWidget
 
 from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis
 from inspector.widgets.canvas import Canvas
@@ -38,14 +37,12 @@ class TracePlot(Canvas):
 
     asked = Signal(int)
 
-    def __init__(
-        self, theme: Theme, unit: str = "", *, root: bool = False, parent: QWidget | None = None
-    ) -> None:
+    def __init__(self, theme: Theme, unit: str = "", *, root: bool = False) -> None:
         """`unit`: stands behind the numbers of the left axis; root: degrees on a root scale."""
         left = RootAxis("left") if root else UnitAxis("left")
         if isinstance(left, UnitAxis):
             left.unit = unit
-        super().__init__({"left": left, "bottom": FrameAxis("bottom")}, parent=parent)
+        super().__init__({"left": left, "bottom": FrameAxis("bottom")})
         self._lines: Sequence[Trace] = ()
         self.curves: list[pg.PlotCurveItem] = []
         self._dots = pg.ScatterPlotItem(symbol="o", size=3, pen=None)
