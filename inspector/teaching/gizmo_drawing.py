@@ -21,6 +21,7 @@ from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.scene import Scene, background_hex
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport
+from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
 from twistcore.chain import Chain
@@ -76,10 +77,8 @@ class GizmoGuest:
         name = f"<b>{chain.label}</b>&nbsp;&nbsp; " if chain is not None else ""
         if not self._lesson.what_if.changes:
             return f"{name}as captured"
-        return (
-            f"{name}<span style='color:{theme.before}'>□</span>&nbsp;as captured&nbsp;&nbsp; "
-            f"<span style='color:{theme.after}'>■</span>&nbsp;what if"
-        )
+        captured = f"{inked('□', theme.before)}&nbsp;as captured"
+        return f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;what if"
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
         """Move, paint and label everything for the pose."""

@@ -20,7 +20,7 @@ class GuideCard(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._theme: Theme | None = None
-        self._done = False
+        self.done = False  # whether what was to be done is done
         self._task = ""
         self.title, self.task = QLabel(wordWrap=True), QLabel(wordWrap=True)
         self.body = QTextBrowser(openLinks=False)
@@ -37,7 +37,7 @@ class GuideCard(QWidget):
         self._theme = theme
         self.title.setStyleSheet("font-weight: 600; font-size: 14px")
         self.body.setStyleSheet(f"background: {theme.window}; color: {theme.text}")
-        self.set_done(self._done)
+        self.set_done(self.done)
 
     def show_page(self, page: Page, heading: str = "") -> None:
         """Another page; `heading`: before its title."""
@@ -53,22 +53,17 @@ class GuideCard(QWidget):
     def set_task(self, text: str) -> None:
         """What is to be done now, Markdown's emphasis allowed."""
         self._task = text
-        self.set_done(self._done)
+        self.set_done(self.done)
 
     def set_done(self, done: bool) -> None:
         """Whether what was to be done is done."""
-        self._done = done
+        self.done = done
         theme = self._theme
         if theme is None:
             return
         colour, mark = (theme.accepted, "✓") if done else (theme.accent, "▸")
         self.task.setText(f"{mark} {_plain(self._task)}")
         self.task.setStyleSheet(f"color: {colour}")
-
-    @property
-    def done(self) -> bool:
-        """Whether what was to be done is done."""
-        return self._done
 
     def set_buttons(
         self, buttons: list[QPushButton], controls: list[QWidget], leave: QToolButton

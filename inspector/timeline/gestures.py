@@ -245,12 +245,11 @@ class Gestures:
         if not self._document.frames:
             return
         hit = self.hit(view.frame_at(event.pos()), view.viewPixelSize()[0])
-        if hit.part in (Part.START, Part.STOP, Part.PLAYHEAD):
-            view.setCursor(Qt.CursorShape.SizeHorCursor)
-        elif hit.part is Part.BODY:
-            view.setCursor(Qt.CursorShape.OpenHandCursor)
-        else:
+        if hit.part is Part.EMPTY:
             view.unsetCursor()
+        else:
+            body, edge = Qt.CursorShape.OpenHandCursor, Qt.CursorShape.SizeHorCursor
+            view.setCursor(body if hit.part is Part.BODY else edge)
         view.setToolTip(self._hint(hit.judged, view.frame_at(event.pos())))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.session.document import Document
+from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_plots import CostPlot, Histogram
 from inspector.tuning.tau_table import Column, ComparisonModel
@@ -30,7 +31,6 @@ from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Tuned, tuned
 
-_SMALLEST_TAU, _LARGEST_TAU = 0.1, 180.0  # degrees
 _SHORT = {  # on buttons, which stand where it is plain what they are about
     "tau_for_chain": "Chain",
     "tau_for_segment": "Both sides",
@@ -90,7 +90,7 @@ class TuningPanel(QWidget):
         self._pages.addWidget(content)
         self.title = QLabel()
         self.box = QDoubleSpinBox(decimals=2, prefix="τ ", suffix="°")
-        self.box.setRange(_SMALLEST_TAU, _LARGEST_TAU)
+        self.box.setRange(SMALLEST_TAU, LARGEST_TAU)
         self.box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self.box.setKeyboardTracking(False)
         self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
@@ -268,7 +268,7 @@ class TuningPanel(QWidget):
 
     def set_tau_degrees(self, degrees: float, drag: int = 0) -> None:
         """Set τ of the chains in scope."""
-        degrees = min(max(round(degrees, 2), _SMALLEST_TAU), _LARGEST_TAU)
+        degrees = min(max(round(degrees, 2), SMALLEST_TAU), LARGEST_TAU)
         tau = float(np.radians(degrees))
         self._document.set_taus(dict.fromkeys(self.chains_in_scope(), tau), drag)
 

@@ -60,7 +60,8 @@ class VideoPanel(QWidget):
         below = hbox((self.facts, 1), self.clock, margins=(8, 0, 8, 6))
         vbox((self.display, 1), row, below, owner=self, margins=(0, 0, 0, 0), spacing=4)
         LetterKeys(self, self.offset)
-        self.offset.valueChanged.connect(self._offset_edited)
+        self.offset.valueChanged.connect(self._set_offset)
+        self.offset.valueChanged.connect(self._follow)
         self.display.resized.connect(self._follow)
         document.frame_changed.connect(self._follow)
         document.opened.connect(self._clip_opened)
@@ -171,10 +172,6 @@ class VideoPanel(QWidget):
             self._set_offset(self._offset + by)
         else:
             self._held += by
-        self._follow()
-
-    def _offset_edited(self, seconds: float) -> None:
-        self._set_offset(seconds)
         self._follow()
 
     def _set_offset(self, seconds: float) -> None:
