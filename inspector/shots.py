@@ -5,10 +5,11 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
+from unittest.mock import patch
 
 import numpy as np
 from PySide6.QtCore import QEventLoop, QPoint, QTimer
@@ -159,15 +160,9 @@ def main() -> int:
     return 0
 
 
-@contextmanager
-def without_opengl() -> Iterator[None]:
+def without_opengl() -> AbstractContextManager[object]:
     """What is built meanwhile finds no OpenGL."""
-    found = opengl.renderer_name
-    opengl.renderer_name = lambda: ""
-    try:
-        yield
-    finally:
-        opengl.renderer_name = found
+    return patch.object(opengl, "renderer_name", lambda: "")
 
 
 def lead(window: MainWindow) -> None:
@@ -189,8 +184,10 @@ def lead(window: MainWindow) -> None:
     while not window.hidden_errors.score_button.isEnabled():
         QTest.qWait(20)
     window.next_interval()
+    data = window.document.data
+    assert data is not None
     for judged in window.document.intervals[:-2]:
-        lively = window.document.data.signals[judged.interval.chain].strength
+        lively = data.signals[judged.interval.chain].strength
         real = lively[judged.interval.start] > np.radians(5.0)
         (window.accept if real else window.reject)()
     window.hidden_errors.score_button.click()

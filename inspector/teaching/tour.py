@@ -15,7 +15,7 @@ from inspector.session.opening import Analysed, analyse
 from inspector.teaching.guide_card import leave_button
 from inspector.teaching.guide_pages import read_page
 from inspector.teaching.guided_program import GuidedProgram
-from inspector.widgets.background import Task
+from inspector.widgets.background import OneTask
 from twistcore.review import Decision
 
 _CHAIN, _FRAME = "LeftForeArm", 90
@@ -45,7 +45,7 @@ class Tour(QObject):
         self._from = 0
         self._preparing = False  # what prepares a step does not count as done by the person
         self._met: set[str] = set()
-        self._task: Task | None = None
+        self._task = OneTask(self)
         self.back, self.show_me = QPushButton("Back"), QPushButton("Show me")
         self.forward, self.leave = QPushButton("Next"), leave_button("the tour")
         for button, slot in (
@@ -64,20 +64,16 @@ class Tour(QObject):
     @property
     def running(self) -> bool:
         """Whether the tour is on."""
-        return self.at >= 0 or self._task is not None
+        return self.at >= 0 or self._task.running
 
     def begin(self) -> None:
         """Read the copy in the background, then the first page."""
         copy = Path(shutil.copy(self._sample, self._program.aside.folder()))
-        self._task = Task(lambda: analyse(copy), self)
-        self._task.finished.connect(self._ready)
-        self._task.start()
+        self._task.run(lambda: analyse(copy), self._ready)
 
     def end(self) -> None:
         """Back to the person's clip."""
-        if self._task is not None:
-            self._task.cancel()
-            self._task = None
+        self._task.cancel()
         if self.at >= 0:
             self.at = -1
             self._program.lesson.reset()
@@ -85,7 +81,6 @@ class Tour(QObject):
         self.ended.emit()
 
     def _ready(self, data: Analysed) -> None:
-        self._task = None
         self._program.aside.show(data)
         self._program.guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
         self._go(0)

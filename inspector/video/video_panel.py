@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtGui import QAction, QImage, QShowEvent
@@ -14,7 +13,7 @@ from inspector.session.document import Document
 from inspector.session.settings import FARTHEST_S, Settings
 from inspector.video.screen import Screen
 from inspector.video.video_reader import Picture, VideoReader
-from inspector.widgets.background import Task
+from inspector.widgets.background import OneTask, Task
 from inspector.widgets.building import action_button, hbox, soft, tool_button, vbox
 from inspector.widgets.labels import ElidedLabel, SteadyLabel
 from inspector.widgets.letter_keys import LetterKeys
@@ -42,7 +41,7 @@ class VideoPanel(QWidget):
         self.shown: Picture | None = None
         self._offset = 0.0
         self._held: float | None = None
-        self._task: Task | None = None
+        self._task = OneTask(self)
         self._size: tuple[int, int] | None = None  # for which the shown picture was made
         self.display = Screen(theme, NO_VIDEO)
         self.offset = QDoubleSpinBox(decimals=3, singleStep=0.001, suffix=" s")
@@ -77,7 +76,7 @@ class VideoPanel(QWidget):
     @property
     def busy(self) -> bool:
         """True while a thread opens a video or decodes a picture for this panel."""
-        return self._task is not None
+        return self._task.running
 
     # -- which video --------------------------------------------------------------------------
 
@@ -93,9 +92,7 @@ class VideoPanel(QWidget):
 
     def let_go(self, text: str = NO_VIDEO) -> None:
         """Close the file and say something in its place."""
-        if self._task is not None:
-            self._task.cancel()
-        self._task = None
+        self._task.cancel()
         self._replace_reader(None, 0.0)
         self._set_picture(None, text)
         self._tell()
@@ -109,11 +106,9 @@ class VideoPanel(QWidget):
             self._load(Path(path), offset, lambda error: self.let_go(str(error)))
 
     def _load(self, path: Path, offset: float, failed: Callable[[Exception], None]) -> None:
-        if self._task is not None:
-            self._task.cancel()
         if self.reader is None:
             self._set_picture(None, f"Opening {path.name} …")
-        self._run(
+        self._task.run(
             lambda: VideoReader(path),
             lambda reader: self._loaded(reader, offset),
             lambda error: self._not_loaded(error, failed),
@@ -196,7 +191,7 @@ class VideoPanel(QWidget):
     def _follow(self) -> None:
         """Ask for the picture of now; while one is being decoded, only the last wish counts."""
         reader = self.reader
-        if reader is None or self._task is not None or not self.isVisible():
+        if reader is None or self.busy or not self.isVisible():
             return
         seconds, size = self.time(), self.display.pixels()
         if self.shown is not None and size == self._size and self.shown.covers(seconds):
@@ -210,26 +205,9 @@ class VideoPanel(QWidget):
             self._set_picture(picture, AFTER)
             self._follow()
 
-        self._run(
+        self._task.run(
             lambda: reader.picture(seconds, *size), decoded, lambda error: self.let_go(str(error))
         )
-
-    def _run(
-        self,
-        work: Callable[[], Any],
-        done: Callable[[Any], None],
-        failed: Callable[[Exception], None],
-    ) -> None:
-        """The one thing at a time that a thread does for this panel."""
-        task = self._task = Task(work, self)
-
-        def then(go_on: Callable[[Any], None], result: Any) -> None:
-            self._task = None
-            go_on(result)
-
-        task.finished.connect(lambda result: then(done, result))
-        task.failed.connect(lambda error: then(failed, error))
-        task.start()
 
     def _set_picture(self, picture: Picture | None, otherwise: str) -> None:
         if picture is None:
