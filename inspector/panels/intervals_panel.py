@@ -69,29 +69,20 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         decision = MARKS[judged.decision]
         decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
         confidence = -1.0 if interval.confidence is None else interval.confidence
+        cells: tuple[tuple[str, object], ...] = (  # what is shown, and what it is sorted by
+            (document.find_chain(interval.chain).label, interval.chain),
+            (decision, judged.decision.value),
+            (str(interval.start + first), interval.start),
+            (str(interval.stop + first), interval.stop),
+            (str(interval.frames), interval.frames),
+            (f"{delta:+.1f}°".replace("-", "−"), abs(delta)),
+            (f"{seconds:.2f} s", interval.start),
+            ("–" if interval.confidence is None else f"{confidence:.2f}", confidence),
+            (judged.note, judged.note),
+        )
         return Row(
-            texts=(
-                document.find_chain(interval.chain).label,
-                decision,
-                str(interval.start + first),
-                str(interval.stop + first),
-                str(interval.frames),
-                f"{delta:+.1f}°".replace("-", "−"),
-                f"{seconds:.2f} s",
-                "–" if interval.confidence is None else f"{confidence:.2f}",
-                judged.note,
-            ),
-            sort=(
-                interval.chain,
-                judged.decision.value,
-                interval.start,
-                interval.stop,
-                interval.frames,
-                abs(delta),
-                interval.start,
-                confidence,
-                judged.note,
-            ),
+            texts=tuple(text for text, _ in cells),
+            sort=tuple(value for _, value in cells),
             colours={1: getattr(self.theme, str(judged.decision))},
             tips=(_tip(judged, shared),),
         )

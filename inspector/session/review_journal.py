@@ -115,15 +115,9 @@ class ReviewJournal(QObject):
         self.flush()
         if self._journal is not None:
             self.retry()
-        if self._journal is not None:
-            if self._review is not None and self._review.saved:
-                self._journal.discard()
-            else:
-                self._journal.close()
-        self._journal = None
-        self.steps = 0
-        self._detached = False
-        self._caught_up()
+        if self._review is None or not self._review.saved:
+            self.close()
+        self.give_up()
         self._clip = self._review = None
 
     # -- recording ----------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 from inspector.session.document import Show
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Sketch, sketch
 from inspector.teaching.lesson import Lesson
-from inspector.teaching.symbols import MARKS, SYMBOLS, colour
+from inspector.teaching.symbols import MARKS, colour
 from inspector.viewport.bodies import Index, cells_of
 from inspector.viewport.bone_colours import mixed_hex, rgb
 from inspector.viewport.camera import OrbitCamera
@@ -24,8 +24,6 @@ from inspector.viewport.viewport import Viewport
 from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
-from twistcore.chain import Chain
-from twistcore.decomposition import Decomposition
 from twistcore.figure import heading
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
@@ -82,7 +80,7 @@ class GizmoGuest:
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
         """Move, paint and label everything for the pose."""
-        shapes, _, _ = self._shapes(scene, pose)
+        shapes = self._shapes(scene, pose)
         if shapes is None:
             self.leave()
             return
@@ -104,7 +102,8 @@ class GizmoGuest:
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
         """All of the gizmo, from where the swing is seen flat and the dial at a slant."""
-        shapes, d, chain = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
+        d, chain = self._lesson.quantities, self._lesson.chain
+        shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
         if shapes is None or d is None or chain is None:
             return None
         points = np.vstack([p.points for p in shapes.parts if p.look != CLEAR])
@@ -141,19 +140,17 @@ class GizmoGuest:
 
     # -- drawing ------------------------------------------------------------------------------
 
-    def _shapes(
-        self, scene: Scene, pose: Pose
-    ) -> tuple[Sketch | None, Decomposition | None, Chain | None]:
-        """The gizmo of a pose with what it shows; nothing without a chain."""
+    def _shapes(self, scene: Scene, pose: Pose) -> Sketch | None:
+        """The gizmo of a pose; nothing without a chain."""
         d, chain = self._lesson.quantities, self._lesson.chain
         if d is None or chain is None:
-            return None, None, None
+            return None
         parent, child = pose.positions[chain.parent], pose.positions[chain.child]
         reach = 0.0
         if chain.grandchild >= 0:
             reach = float(np.linalg.norm(pose.positions[chain.grandchild] - child))
         q_parent = pose.rotations[chain.parent]
-        return sketch(d, q_parent, parent, child, reach, 0.06 * scene.height), d, chain
+        return sketch(d, q_parent, parent, child, reach, 0.06 * scene.height)
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
         """Pieces and a layer over the right-hand picture, made when there are none."""
@@ -201,7 +198,7 @@ class GizmoGuest:
         for kind, piece in self._pieces.items():
             for first, stop, symbol, share in self._slices[kind]:
                 strength = 1.0 if not lit or symbol in lit else _DIMMED
-                ink = colour(_family(symbol), theme)
+                ink = colour(MARKS[symbol].family, theme)
                 if kind == CLEAR:
                     piece.colours[first:stop, :3] = rgb(ink)
                     piece.colours[first:stop, 3] = round(255 * share * strength)
@@ -246,8 +243,7 @@ class Labels(QWidget):
         away, _ = camera.project(np.stack([m.away for m in marks]), *size)
         corner = np.array([picture.left(), picture.top()])
         for mark, here, other in zip(marks, at, away, strict=True):
-            tex = MARKS.get(mark.symbol) or SYMBOLS[mark.symbol].tex
-            formula = self._typesetter.formula(tex)
+            formula = self._typesetter.formula(MARKS[mark.symbol].tex)
             if formula is None:
                 continue
             way = here - other
@@ -255,7 +251,7 @@ class Labels(QWidget):
             way = way / long if long > 1.0 else np.array([0.7071, -0.7071])
             box = self._free(here + corner, way, formula)
             bright = not lit or mark.symbol in lit or (mark.symbol == "real" and "v" in lit)
-            ink = colour(_family(mark.symbol), theme)
+            ink = colour(MARKS[mark.symbol].family, theme)
             self._placed.append((formula, box, ink, bright))
         if not self.isVisible():
             self.show()
@@ -316,16 +312,6 @@ class Labels(QWidget):
         for _, box, _, _ in self._placed:
             region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()
         return region
-
-    def boxes(self) -> list[QRectF]:
-        """Where the labels are, for tests."""
-        return [box for _, box, _, _ in self._placed]
-
-
-def _family(symbol: str) -> str:
-    if symbol in ("ideal", "real"):
-        return "error" if symbol == "ideal" else "azimuth"
-    return SYMBOLS[symbol].family
 
 
 def _shifted(cells: Index, first: int) -> Index:

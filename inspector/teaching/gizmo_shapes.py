@@ -42,7 +42,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Mark:
-    """A label: symbol or key of symbols.MARKS, where it stands (3,) and what it leans away from."""
+    """A label: key of symbols.MARKS, where it stands (3,) and what it leans away from."""
 
     symbol: str
     at: Array

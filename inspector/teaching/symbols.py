@@ -83,6 +83,11 @@ SYMBOLS = {
     ),
 }
 
+MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
+    "real": Symbol(r"G_\mathrm{real}", "azimuth", "where G is"),
+    "ideal": Symbol(r"G_\mathrm{ideal}", "error", "where G would be without the twist error"),
+}
+
 SECTIONS: tuple[tuple[str, tuple[Equation, ...]], ...] = (
     (
         "Parent: swing and twist",
@@ -171,11 +176,7 @@ def colour(family: str, theme: Theme) -> str:
 def typeset_texts() -> tuple[str, ...]:
     """Every TeX text that the tab shows."""
     equations = [e.right for _, rows in SECTIONS for e in rows]
-    marks = [s.tex for s in SYMBOLS.values()]
-    return tuple(dict.fromkeys([*marks, *equations, *MARKS.values()]))
-
-
-MARKS = {"real": r"G_\mathrm{real}", "ideal": r"G_\mathrm{ideal}"}  # of Fig. 2, in 3D only
+    return tuple(dict.fromkeys([*(mark.tex for mark in MARKS.values()), *equations]))
 
 
 def square_degrees(product: float) -> str:

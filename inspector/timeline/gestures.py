@@ -50,10 +50,11 @@ class Hit:
 class TimeView(pg.ViewBox):
     """A view whose mouse belongs to the time line; it never changes its range by itself."""
 
-    def __init__(self) -> None:
+    def __init__(self, key: str) -> None:
+        """`key`: of its plot."""
         super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
+        self.key = key
         self.gestures: Gestures | None = None
-        self.key = ""
 
     def wheelEvent(self, event: QGraphicsSceneWheelEvent, axis: int | None = None) -> None:
         """Zoom at the cursor; with Shift, pan."""

@@ -50,10 +50,8 @@ class Pane(Canvas):
         parent: QWidget | None = None,
     ) -> None:
         self.key = key
-        view = TimeView()
-        view.key = key
         degrees = RootAxis("left") if root else UnitAxis("left")
-        super().__init__({"left": degrees, "bottom": FrameAxis("bottom")}, view, parent)
+        super().__init__({"left": degrees, "bottom": FrameAxis("bottom")}, TimeView(key), parent)
         self.root = root
         self._styles = styles
         self._smooth = False
