@@ -2,8 +2,7 @@
 
 Every file is damaged at random, again and again: bytes flipped, parts cut, lines swapped, numbers
 replaced. Reading must end in a motion or in a BvhError, within 2 s of processor time. Anything else
-is listed with the seed that makes it again, and the exit status is 1. Compiled loops are used where
-numba is installed; NUMBA_DISABLE_JIT=1 leaves them out.
+is listed with the seed that makes it again, and the exit status is 1.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from pathlib import Path
 
 from twistcore.bvh import parse_bvh
 from twistcore.chain import find_chains
-from twistcore.compiled import warm
 from twistcore.errors import BvhError
 
 SLOW = 2.0
@@ -106,7 +104,6 @@ def main() -> int:
     files = sorted(f for folder in arguments.folders for f in folder.rglob("*.bvh"))
     # The 2 s are for a file of any ordinary size; a damaged 4 MB one says no more than its start.
     sources = [f.read_bytes()[:400_000] for f in files]
-    warm()
     counts: Counter[str] = Counter()
     slowest, largest, failures = 0.0, 0, 0
     for k in range(arguments.seed, arguments.seed + arguments.count):

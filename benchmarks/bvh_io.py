@@ -1,11 +1,10 @@
 """Reading, posing and writing BVH beside other readers: python -m benchmarks.bvh_io [--runs N].
 
-One run, a process for each tool in every round, medians. The clip is a sample tiled to 20,000
-frames of 96 channels, once with 6 decimals throughout and once as the sample is written. Peers that
-are not installed (pip install 'twist-inspector[peers]') are skipped with a line.
-
-The first row is twistcore with its compiled loops, as in a process that has read much or called
-warm(); the second before that, or without numba.
+What a person gets who starts a program for a clip: every figure is the median of processes that do
+each step once, imports left out, the tools in turn. The clip is a sample tiled to 20,000 frames of
+96 channels: with 6 decimals throughout, as the sample is written (4 decimals, and a row of
+integers in every 435), and with 6 digits as %g writes them, so that decimals vary. Peers that are
+not installed (pip install 'twist-inspector[peers]') are skipped with a line.
 
 parse: file → skeleton and numbers. fk: numbers → positions of every joint in every frame,
 for us with the quaternions. write: 2 joints (6 of 96 columns) changed in every frame, to a file;
@@ -36,7 +35,6 @@ FRAMES = 20_000
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "dance.bvh"
 TOOLS = (
     "twistcore",
-    "  before warm()",
     "pybvh",
     "pymotion",
     "bvhio",
@@ -45,55 +43,43 @@ TOOLS = (
     "numpy.fromstring",
 )
 SLOW = ("bvhio", "bvhsdk")  # take minutes for FK of the whole; measured over fewer frames
-ROUNDS = 3
-Steps = tuple[Callable[[], Any], Callable[[Any], Any] | None, Callable[[Any], Any] | None]
+FORMS = {"uniform decimals": "%.6f", "as the sample is written": "", "varying decimals": "%g"}
+Steps = tuple[
+    Callable[[], Any], Callable[[Any], Any] | None, Callable[[Any], Callable[[], Any]] | None
+]
 
 
-def tiled(frames: int, uniform: bool) -> bytes:
-    """The sample's rows over and over; with `uniform` every number has 6 decimals."""
+def tiled(frames: int, form: str) -> bytes:
+    """The sample's rows over and over; with a form every number, a little larger, is so written."""
     data = SAMPLE.read_bytes().replace(b"\r\n", b"\n")
     head, _, motion = data.partition(b"MOTION\n")
     rows = [row.strip() for row in motion.split(b"\n")[2:] if row.strip()]
-    if uniform:
-        rows = [b" ".join(b"%.6f" % float(t) for t in row.split()) for row in rows]
+    if form:
+        rows = [" ".join(form % (1.0001 * float(t)) for t in row.split()).encode() for row in rows]
     body = b"\n".join(rows[k % len(rows)] for k in range(frames))
     return head + b"MOTION\nFrames: %d\nFrame Time: .0083333\n" % frames + body + b"\n"
 
 
 def steps(tool: str, path: str, out: str) -> Steps:
-    """(parse, forward kinematics or None, write or None) of one tool."""
+    """(parse, forward kinematics or None, what prepares to write or None) of one tool."""
     return _STEPS[tool](path, out)
 
 
 def _ours(path: str, out: str) -> Steps:
-    from twistcore.compiled import warm
-
-    warm()
-    return _by_numpy(path, out)
-
-
-def _by_numpy(path: str, out: str) -> Steps:
-    from dataclasses import replace
-
     from twistcore.bvh import read_bvh, write_bvh
     from twistcore.motion import forward_kinematics
     from twistcore.rotation import multiply, quaternion_from_axis_angle
 
-    def write(clip: Any) -> None:
-        clip.__dict__.pop("token_spans", None)  # found again each time, as in a program run
-        write_bvh(clip, clip.__dict__["_corrected"], out)
+    def write(clip: Any) -> Callable[[], Any]:
+        at = clip.skeleton.index("LeftArm")
+        turn = quaternion_from_axis_angle([1.0, 0.0, 0.0], np.full(len(clip.values), 0.3))
+        rotations = clip.motion.rotations.copy()
+        for joint in (at, at + 1):
+            rotations[:, joint] = multiply(rotations[:, joint], turn)
+        corrected = clip.motion.with_rotations(rotations)
+        return lambda: write_bvh(clip, corrected, out)
 
-    def fk(clip: Any) -> Any:
-        if "_corrected" not in clip.__dict__:
-            at = clip.skeleton.index("LeftArm")
-            turn = quaternion_from_axis_angle([1.0, 0.0, 0.0], np.full(len(clip.values), 0.3))
-            rotations = clip.motion.rotations.copy()
-            for joint in (at, at + 1):
-                rotations[:, joint] = multiply(rotations[:, joint], turn)
-            clip.__dict__["_corrected"] = clip.motion.with_rotations(rotations)
-        return forward_kinematics(replace(clip).motion)
-
-    return lambda: read_bvh(path), fk, write
+    return lambda: read_bvh(path), lambda clip: forward_kinematics(clip.motion), write
 
 
 def _pybvh(path: str, out: str) -> Steps:
@@ -103,7 +89,7 @@ def _pybvh(path: str, out: str) -> Steps:
     return (
         lambda: pybvh.read_bvh_file(path),
         frames_to_node_positions,
-        lambda clip: pybvh.write_bvh_file(clip, out, verbose=False),
+        lambda clip: lambda: pybvh.write_bvh_file(clip, out, verbose=False),
     )
 
 
@@ -120,22 +106,24 @@ def _pymotion(path: str, out: str) -> Steps:
         rotations, positions, parents, offsets, *_ = bvh.get_data()
         return fk(rotations, positions[:, 0], offsets, parents)
 
-    return parse, pose, lambda bvh: bvh.save(out)
+    return parse, pose, lambda bvh: lambda: bvh.save(out)
 
 
 def _bvhio(path: str, out: str) -> Steps:
     import bvhio
 
-    return lambda: bvhio.readAsBvh(path), None, lambda clip: bvhio.writeBvh(out, clip)
+    return lambda: bvhio.readAsBvh(path), None, lambda clip: lambda: bvhio.writeBvh(out, clip)
 
 
 def _bvhsdk(path: str, out: str) -> Steps:
     import bvhsdk
 
-    def write(clip: Any) -> None:
-        bvhsdk.WriteBVH(clip, str(Path(out).parent), Path(out).stem)
-
-    return lambda: bvhsdk.ReadFile(path), None, write
+    folder, stem = str(Path(out).parent), Path(out).stem
+    return (
+        lambda: bvhsdk.ReadFile(path),
+        None,
+        lambda clip: lambda: bvhsdk.WriteBVH(clip, folder, stem),
+    )
 
 
 def _numpy(read: Callable[[Any], Any]) -> Callable[[str, str], Steps]:
@@ -151,7 +139,6 @@ def _numpy(read: Callable[[Any], Any]) -> Callable[[str, str], Steps]:
 
 _STEPS: dict[str, Callable[[str, str], Steps]] = {
     "twistcore": _ours,
-    "  before warm()": _by_numpy,
     "pybvh": _pybvh,
     "pymotion": _pymotion,
     "bvhio": _bvhio,
@@ -161,30 +148,24 @@ _STEPS: dict[str, Callable[[str, str], Steps]] = {
 }
 
 
-def measure(tool: str, path: str, runs: int, clock: Callable[[], float]) -> dict[str, float]:
-    """Medians in seconds, and the peak of memory in MB, of one tool in this process."""
+def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float]:
+    """Seconds of each step, and the peak of parsing in MB, of one tool in this process."""
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
         parse, fk, write = steps(tool, path, str(Path(folder) / "out.bvh"))
-        before = _memory()
-        times: dict[str, list[float]] = {"parse": [], "fk": [], "write": []}
-        peak = 0.0
-        for _ in range(runs):
+        before, begun = _memory(), clock()
+        clip = parse()
+        found = {"parse": clock() - begun, "memory": _memory() - before}
+        if fk:
             begun = clock()
-            clip = parse()
-            times["parse"].append(clock() - begun)
-            peak = peak or _memory() - before
-        for name, step in (("fk", fk), ("write", write)):
-            if step is None:
-                continue
-            if tool == "twistcore" and name == "fk":
-                step(clip)
-            for _ in range(runs):
-                begun = clock()
-                step(clip)
-                times[name].append(clock() - begun)
-    found = {name: statistics.median(t) for name, t in times.items() if t}
-    return {**found, "memory": peak}
+            fk(clip)
+            found["fk"] = clock() - begun
+        if write:
+            save = write(clip)
+            begun = clock()
+            save()
+            found["write"] = clock() - begun
+    return found
 
 
 def _memory() -> float:
@@ -195,9 +176,9 @@ def _memory() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def _in_process(tool: str, path: Path, runs: int, cpu: bool) -> dict[str, float] | str:
+def _in_process(tool: str, path: Path, cpu: bool) -> dict[str, float] | str:
     command = [sys.executable, "-m", "benchmarks.bvh_io", "--one", tool, str(path)]
-    command += ["--runs", str(runs), *(["--cpu"] if cpu else [])]
+    command += ["--cpu"] if cpu else []
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         lines = done.stderr.strip().splitlines()
@@ -206,8 +187,9 @@ def _in_process(tool: str, path: Path, runs: int, cpu: bool) -> dict[str, float]
     return result
 
 
-def _table(title: str, data: bytes, arguments: argparse.Namespace) -> None:
-    size, slow_frames = len(data) / 1e6, arguments.slow_frames
+def _table(title: str, arguments: argparse.Namespace) -> None:
+    data, slow_frames = tiled(FRAMES, FORMS[title]), arguments.slow_frames
+    size = len(data) / 1e6
     print(f"\n{title}: {FRAMES} frames × 96 channels, {size:.1f} MB")
     head = f"{'':<18} {'parse MB/s':>11} {'×':>6} {'fk s':>7} {'×':>6} {'write MB/s':>11} {'×':>6}"
     print(f"{head} {'memory MB':>10} {'× file':>7}")
@@ -215,14 +197,14 @@ def _table(title: str, data: bytes, arguments: argparse.Namespace) -> None:
     with tempfile.TemporaryDirectory() as folder:
         full, short = Path(folder) / "big.bvh", Path(folder) / "short.bvh"
         full.write_bytes(data)
-        short.write_bytes(tiled(slow_frames, "uniform" in title))
+        short.write_bytes(tiled(slow_frames, FORMS[title]))
         # In turn, again and again: what else the machine does then meets all of them alike.
-        for k in range(ROUNDS):
+        for k in range(arguments.runs):
             for tool in TOOLS:
                 if tool not in SLOW:
-                    rounds[tool].append(_in_process(tool, full, arguments.runs, arguments.cpu))
+                    rounds[tool].append(_in_process(tool, full, arguments.cpu))
                 elif k == 0:
-                    rounds[tool].append(_in_process(tool, short, 1, arguments.cpu))
+                    rounds[tool].append(_in_process(tool, short, arguments.cpu))
     ours: dict[str, float] = {}
     for tool, results in rounds.items():
         failed = next((r for r in results if isinstance(r, str)), None)
@@ -243,21 +225,10 @@ def _table(title: str, data: bytes, arguments: argparse.Namespace) -> None:
         print(*cells, f"{memory:>10.0f}", f"{memory / size:>7.1f}", flush=True)
 
 
-def _start() -> float:
-    """Seconds that warm() takes in a process of its own, the cache being there."""
-    code = (
-        "import time, twistcore.bvh; from twistcore.compiled import warm\n"
-        "begun = time.perf_counter(); warm(); print(time.perf_counter() - begun)"
-    )
-    runs = [subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)]
-    runs += [subprocess.run(runs[0].args, stdout=subprocess.PIPE, check=True) for _ in range(3)]
-    return statistics.median(float(run.stdout) for run in runs[1:])
-
-
 def main() -> int:
     """Print both tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--runs", type=int, default=9)
     parser.add_argument("--slow-frames", type=int, default=1000)
     parser.add_argument("--cpu", action="store_true", help="processor time, for a busy machine")
     parser.add_argument("--one", nargs=2, metavar=("TOOL", "FILE"), help=argparse.SUPPRESS)
@@ -265,17 +236,16 @@ def main() -> int:
     if arguments.one:
         with contextlib.redirect_stdout(sys.stderr):
             clock = time.process_time if arguments.cpu else time.perf_counter
-            found = measure(*arguments.one, arguments.runs, clock)
+            found = measure(*arguments.one, clock)
         print(json.dumps(found))
         return 0
     print(
-        f"{'processor time, ' if arguments.cpu else ''}medians of {ROUNDS} rounds of "
-        f"{arguments.runs} runs, {os.cpu_count()} cores, numpy {np.__version__}; "
+        f"{'processor time, ' if arguments.cpu else ''}medians of {arguments.runs} "
+        f"processes, {os.cpu_count()} cores, numpy {np.__version__}; "
         "× is how many times longer than twistcore"
     )
-    print(f"warm() takes {_start():.2f} s once a process")
-    _table("uniform decimals", tiled(FRAMES, uniform=True), arguments)
-    _table("mixed decimals", tiled(FRAMES, uniform=False), arguments)
+    for title in FORMS:
+        _table(title, arguments)
     return 0
 
 

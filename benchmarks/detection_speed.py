@@ -22,9 +22,10 @@ from typing import Any
 
 import numpy as np
 
+from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain, find_chains
-from twistcore.detection import consistency, detect
+from twistcore.detection import consistency
 from twistcore.detection.consistency import ChainAnalysis, ConsistencyDetector
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import quaternion_from_euler

@@ -18,9 +18,9 @@ import numpy as np
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
+from twistcore.analysis import analyse, detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
-from twistcore.detection import detect
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.natural_events import FLIP, NaturalEvent, natural_events
 from twistcore.motion import Motion
@@ -73,7 +73,8 @@ def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
     for path in sorted(folder.glob("*.bvh")):
         motion = read_bvh(path).motion
         names = motion.skeleton.names
-        events = natural_events(motion, find_chains(motion))
+        given = analyse(motion)
+        events = natural_events(given.chains, given.by())
         found += [(path.stem, names[e.joint], motion, e) for e in events if e.kind == FLIP]
     return found
 
@@ -92,11 +93,10 @@ def flip_figure(found: list[tuple[str, str, Motion, NaturalEvent]], path: Path) 
         joint = max(dict.fromkeys(joints), key=joints.count)
         events = [(m, e) for _, j, m, e in own if j == joint]
         motion = events[0][0]
-        panel.plot(
-            np.arange(1, motion.frames), turns(motion, events[0][1].joint), color=SOFT, lw=0.8
-        )
-        at = [e.start for _, e in events]
-        panel.plot(at, [e.turn for _, e in events], "v", color=BEFORE, ms=4, mfc="none")
+        turned = turns(motion, events[0][1].joint)
+        panel.plot(np.arange(1, motion.frames), turned, color=SOFT, lw=0.8)
+        at = np.array([e.start for _, e in events])
+        panel.plot(at, turned[at - 1], "v", color=BEFORE, ms=4, mfc="none")
         panel.set_title(f"{clip} {joint}", fontsize=8, loc="left")
         panel.set_ylim(0, 190)
         panel.set_xlim(max(0, min(at) - 60), min(motion.frames, max(at) + 60))

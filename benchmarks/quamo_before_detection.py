@@ -16,9 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
+from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
-from twistcore.detection import Interval, detect
+from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.motion import Motion
 from twistcore.quamo.track_clip import track_by_hand

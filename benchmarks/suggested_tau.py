@@ -19,8 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
+from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
+from twistcore.refinement import applied_unasked
 from twistcore.rotation import Array
 from twistcore.tuning import GRID, TauCurve, clip_tuning, tau_curve
 from twistcore.tuning.tau_curve import PROTOCOLS
@@ -43,23 +45,12 @@ def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
     """All chains of a clip."""
     motion = read_bvh(path).motion
     tuning = clip_tuning(motion, path.name, method=method)
-    as_is = DETECTORS[method].analyse(motion, tuning.chains)
+    as_is = analyse(motion).by(method)
     out = []
-    for chain in (c for c in tuning.chains if c.name in tuning.names):
-        trials = {
-            p: tau_curve(
-                tuning.motion,
-                tuning.chains,
-                chain,
-                name=path.name,
-                clean=tuning.analysis,
-                method=method,
-                seeds=seeds,
-                protocols=(p,),
-            )
-            for p in PROTOCOLS
-        }
-        alarms = [sum(not i.open for i in as_is.intervals(chain.name, t)) for t in GRID]
+    for chain in map(tuning.clean.chain, tuning.names):
+        given = {"name": path.name, "method": method, "seeds": seeds}
+        trials = {p: tau_curve(tuning.clean, chain, **given, protocols=(p,)) for p in PROTOCOLS}
+        alarms = [len(applied_unasked(as_is.intervals(chain.name, t))) for t in GRID]
         out.append(Tried(chain.name, tuning.curve(chain.name), trials, np.array(alarms)))
     return out
 

@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ os.environ.setdefault("QT_API", "pyside6")
 if os.environ.get("WAYLAND_DISPLAY") and os.environ.get("DISPLAY"):
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QFont, QSurfaceFormat
 from PySide6.QtWidgets import QApplication
 
@@ -84,13 +85,9 @@ def _say(window: MainWindow, complaint: str) -> None:
     """Say it now and, since a clip that is opened has sentences of its own, behind these."""
     print(complaint, file=sys.stderr)
     window.bar.show_message(complaint, True)
-    opened = window.document.opened
-
-    def again() -> None:
-        opened.disconnect(again)
-        QTimer.singleShot(0, window, lambda: window.bar.show_message(complaint, True))
-
-    opened.connect(again)
+    again = partial(window.bar.show_message, complaint, True)
+    later = partial(QTimer.singleShot, 0, window, again)
+    window.document.opened.connect(later, Qt.ConnectionType.SingleShotConnection)
 
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:

@@ -6,7 +6,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 from unittest.mock import patch
@@ -38,35 +38,31 @@ def main() -> int:
     make_application()
     from inspector.window.main_window import MainWindow
 
-    def skin(window: MainWindow) -> None:
-        window.actions_by_id["skin"].trigger()
-        window.actions_by_id["side_by_side"].trigger()
-
     def trails(window: MainWindow) -> None:
-        window.actions_by_id["trails"].trigger()
-        window.view_iso()
+        act(window, "trails")
+        window.viewport.set_view("iso")
 
     def queue(window: MainWindow) -> None:
         window.queue.open(SAMPLE.parent)
-        window.clips_dock.show()
+        window.docks["clips"].show()
         while window.queue.running:
             QTest.qWait(50)
 
     def teaching(window: MainWindow) -> None:
-        window.show_teaching()
+        act(window, "show_teaching")
         while not window.teaching.typesetter.done:
             QTest.qWait(20)
         window.document.select_chain("RightUpLeg")
         window.document.go_to(100)
         window.lesson.set_what_if(WhatIf(twist=1.1, counter=True, bend=0.9))
-        window.focus_chain()
+        act(window, "focus_chain")
 
     def lit(window: MainWindow) -> None:
         teaching(window)
         window.lesson.light("theta_p")
 
     def tuning(window: MainWindow) -> None:
-        window.show_tuning()
+        act(window, "show_tuning")
         while len(window.tuning.costs.curves) < len(window.tuning.costs.names):
             QTest.qWait(50)
         window.tuning.set_tau_degrees(5.0)
@@ -74,19 +70,13 @@ def main() -> int:
     def profiles(window: MainWindow) -> None:
         tuning(window)
         with tempfile.TemporaryDirectory() as folder:
-            window.save_profile_to(Path(folder) / "office.toml")
-            window.undo()
-            window.compare_with([Path(folder) / "office.toml"])
+            window.tuning_actions.save_profile_to(Path(folder) / "office.toml")
+            window.document.undo()
+            window.tuning_actions.compare_with([Path(folder) / "office.toml"])
         window.bar.hide()
 
-    def detectors(window: MainWindow) -> None:
-        window.actions_by_id["both_detectors"].trigger()
-
-    def presentation(window: MainWindow) -> None:
-        window.actions_by_id["presentation"].trigger()
-
     def quality(window: MainWindow) -> None:
-        window.show_quality()
+        act(window, "show_quality")
         while window.quality.evidence.known is None:
             wait(50)
         window.document.select_chain("LeftForeArm")
@@ -96,23 +86,20 @@ def main() -> int:
         window.quality.choose("LeftForeArm", "LeftArm", "LeftHand")
         wait(50)
         window.quality.page.learned.setChecked(True)
-        window.track_joints()
+        act(window, "track_joints")
         while window.quality.tracked.result is None:
             wait(50)
         window.document.go_to(150)
 
-    def nothing(window: MainWindow) -> None:
-        del window
-
     pictures: tuple[tuple[str, str, Callable[[MainWindow], None]], ...] = (
-        ("inspector", "light", nothing),
-        ("inspector-dark", "dark", nothing),
-        ("skin-side-by-side", "dark", skin),
+        ("inspector", "light", lambda w: act(w)),
+        ("inspector-dark", "dark", lambda w: act(w)),
+        ("skin-side-by-side", "dark", lambda w: act(w, "skin", "side_by_side")),
         ("trails", "light", trails),
         ("folder", "light", queue),
-        ("both-detectors", "light", detectors),
-        ("presentation", "dark", presentation),
-        ("without-opengl", "light", nothing),
+        ("both-detectors", "light", lambda w: act(w, "both_detectors")),
+        ("presentation", "dark", lambda w: act(w, "presentation")),
+        ("without-opengl", "light", lambda w: act(w)),
         ("teaching", "light", teaching),
         ("teaching-lit", "dark", lit),
         ("tuning", "light", tuning),
@@ -124,7 +111,8 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         clip = Path(shutil.copy(SAMPLE, folder))
         for name, theme, prepare in pictures:
-            with without_opengl() if name == "without-opengl" else nullcontext():
+            none = patch.object(opengl, "renderer_name", return_value="")
+            with none if name == "without-opengl" else nullcontext():
                 window = MainWindow(Settings(theme=theme), None)
             window.resize(*_SIZE)
             window.show()
@@ -132,22 +120,20 @@ def main() -> int:
             while window.document.data is None:
                 QTest.qWait(20)
             QTest.qWait(_SETTLE_MS)
-            window.next_interval()
-            window.accept()
-            window.accept()
+            act(window, "next_interval", "accept", "accept")
             judged = window.document.interval
             assert judged is not None
             window.document.go_to((judged.interval.start + judged.interval.stop) // 2)
             prepare(window)
             if prepare is not trails:
-                window.focus_chain()
+                act(window, "focus_chain")
             save(window, name)
             window.document.review.mark_saved()
             window.close()
             QTest.qWait(50)
         window = MainWindow(Settings(theme="light", turn_ms=0), None)
-        window.why_quaternions()
-        lesson = window.five_trackers
+        act(window, "why_quaternions")
+        lesson = window.teaching_actions.five_trackers
         assert lesson is not None
         wait(_SETTLE_MS)
         keep(lesson.grab().toImage(), "why-quaternions")
@@ -160,39 +146,40 @@ def main() -> int:
     return 0
 
 
-def without_opengl() -> AbstractContextManager[object]:
-    """What is built meanwhile finds no OpenGL."""
-    return patch.object(opengl, "renderer_name", lambda: "")
-
-
 def lead(window: MainWindow) -> None:
     """Pictures of every step of the tour, done, and of an exercise with its score."""
-    window.tour()
-    while window.guided_tour.at < 0:
+    tour, exercise = window.teaching_actions.guided_tour, window.teaching_actions.hidden_errors
+    act(window, "tour")
+    while tour.at < 0:
         QTest.qWait(20)
     while not window.teaching.typesetter.done:
-        window.show_teaching()
+        act(window, "show_teaching")
         QTest.qWait(20)
-    window.intervals_dock.raise_()
-    for step in window.guided_tour.steps:
-        window.guided_tour.show_me.click()
+    window.docks["intervals"].raise_()
+    for step in tour.steps:
+        tour.show_me.click()
         save(window, f"tour-{step.name}", small=True)
-        window.guided_tour.forward.click()
-    window.exercise()
-    window.hidden_errors.seed.setValue(_SEED)
-    window.hidden_errors.start.click()
-    while not window.hidden_errors.score_button.isEnabled():
+        tour.forward.click()
+    act(window, "exercise")
+    exercise.seed.setValue(_SEED)
+    exercise.start.click()
+    while not exercise.score_button.isEnabled():
         QTest.qWait(20)
-    window.next_interval()
-    data = window.document.data
-    assert data is not None
+    act(window, "next_interval")
+    assert window.document.data is not None
     for judged in window.document.intervals[:-2]:
-        lively = data.signals[judged.interval.chain].strength
+        lively = window.document.data.signals[judged.interval.chain].strength
         real = lively[judged.interval.start] > np.radians(5.0)
-        (window.accept if real else window.reject)()
-    window.hidden_errors.score_button.click()
+        act(window, "accept" if real else "reject")
+    exercise.score_button.click()
     save(window, "exercise", small=True)
-    window.leave_guide()
+    window.teaching_actions.leave_guide()
+
+
+def act(window: MainWindow, *names: str) -> None:
+    """Do what actions do, by their ids."""
+    for name in names:
+        window.actions_by_id[name].trigger()
 
 
 def wait(milliseconds: int) -> None:

@@ -7,12 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from twistcore import compiled
 from twistcore.bvh import Clip, read_bvh
-
-# All tests together read enough for the compiled loops to begin: never in the midst of one that
-# measures something. Who tests them calls warm().
-compiled.BREAK_EVEN = 10**15
 
 # A copy: reviews leave sessions and journals beside their clips, and assets/ is not for that.
 ASSETS = Path(tempfile.mkdtemp(prefix="twist-assets-"))

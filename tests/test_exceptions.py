@@ -24,7 +24,7 @@ EXAMPLES = {
     "twistcore.progress.Cancelled": ((), {}),
     "inspector.video.video_reader.VideoError": (("a.mp4: no video",), {}),
 }
-EXTRAS = {"numba", "torch", "av"}  # a module that needs an extra may not be importable
+EXTRAS = {"torch", "av"}  # a module that needs an extra may not be importable
 
 
 def exceptions():

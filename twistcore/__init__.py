@@ -1,24 +1,44 @@
 """Axial twist errors in skeleton motion: find, judge, remove.
 
 The order of the data:
-read_bvh → find_chains → twist_signals → detect → Review → refine → write_bvh.
+read_bvh → find_chains → analyse, detect → Review → refine → write_bvh.
 """
 
-from twistcore.bvh import read_bvh, write_bvh
-from twistcore.chain import find_chains
-from twistcore.detection import detect
+from twistcore.analysis import ClipAnalysis, Detection, analyse, detect
+from twistcore.batch import ClipSurvey, survey_folder
+from twistcore.bvh import Clip, read_bvh, write_bvh, write_motion
+from twistcore.chain import Chain, find_chains
+from twistcore.detection import Interval
+from twistcore.errors import TwistError
+from twistcore.motion import Motion, Skeleton
 from twistcore.refinement import refine
-from twistcore.review import Review
-from twistcore.signals import twist_signals
+from twistcore.review import Decision, Review, read_session, write_session
+from twistcore.signals import TwistSignals, twist_signals
 from twistcore.version import __version__
 
 __all__ = [
+    "Chain",
+    "Clip",
+    "ClipAnalysis",
+    "ClipSurvey",
+    "Decision",
+    "Detection",
+    "Interval",
+    "Motion",
     "Review",
+    "Skeleton",
+    "TwistError",
+    "TwistSignals",
     "__version__",
+    "analyse",
     "detect",
     "find_chains",
     "read_bvh",
+    "read_session",
     "refine",
+    "survey_folder",
     "twist_signals",
     "write_bvh",
+    "write_motion",
+    "write_session",
 ]

@@ -90,6 +90,11 @@ def is_standard_output(path: Path) -> bool:
         return False
 
 
+def same_file(a: Path, b: Path) -> bool:
+    """Whether both lead to one file that is there, by links of either kind or other spellings."""
+    return a.exists() and b.exists() and a.samefile(b)
+
+
 def descriptor_number(end: Path) -> int | None:
     """Of an open descriptor of this process by its path without links, else None."""
     if end == STANDARD_OUTPUT:

@@ -4,36 +4,54 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, resolve_tau
+from twistcore.detection import DEFAULT_METHOD, Interval
+from twistcore.processes import each, reason
+from twistcore.refinement import applied_unasked
 from twistcore.tuning import Profile
 
 
 @dataclass(frozen=True)
 class ClipSurvey:
-    """A clip at a glance: frames, frames a second, intervals found, and their severity."""
+    """A clip at a glance: frames, frames a second, intervals found, and their severity.
+
+    problem: why it could not be looked at, else ''.
+    """
 
     path: Path
-    frames: int
-    fps: float
-    intervals: int
-    severity: float
+    frames: int = 0
+    fps: float = 0.0
+    intervals: int = 0
+    severity: float = 0.0
+    problem: str = ""
 
 
 def survey(path: Path, profile: Profile | None = None) -> ClipSurvey:
     """Read and analyse a clip, at a profile's τ where there is one; raises TwistError."""
-    motion = read_bvh(path).motion
-    chains = find_chains(motion)
-    method = (profile.method if profile else "") or DEFAULT_METHOD
-    analysis = DETECTORS[method].analyse(motion, chains)
-    tau = resolve_tau(analysis, chains, profile.tau if profile else None)
-    found = [i for name, t in tau.items() for i in analysis.intervals(name, t)]
-    return ClipSurvey(path, motion.frames, motion.fps, len(found), severity(found, motion.frames))
+    clip, profile = read_bvh(path), profile or Profile({})
+    analysis = analyse(clip)
+    tau = profile.of(analysis.chains)
+    found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
+    frames, fps = clip.motion.frames, clip.motion.fps
+    return ClipSurvey(path, frames, fps, len(found), severity(found, frames))
+
+
+def survey_folder(
+    folder: Path | str, profile: Profile | None = None, workers: int = 1
+) -> list[ClipSurvey]:
+    """All BVH files of a folder, worst first; those that cannot be read, last, say why."""
+    paths = sorted(p for p in Path(folder).iterdir() if p.suffix.lower() == ".bvh")
+    found = [
+        ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r
+        for path, r in each(partial(survey, profile=profile), paths, workers)
+    ]
+    return sorted(found, key=lambda s: (bool(s.problem), -s.severity, s.path))
 
 
 def severity(intervals: Iterable[Interval], frames: int) -> float:
@@ -43,7 +61,6 @@ def severity(intervals: Iterable[Interval], frames: int) -> float:
     """
     total = sum(
         float(np.degrees(np.abs(i.offset)).sum()) * (1.0 if i.confidence is None else i.confidence)
-        for i in intervals
-        if not i.open
+        for i in applied_unasked(intervals)
     )
     return total / max(frames, 1)

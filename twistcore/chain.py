@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from twistcore.joint_names import FEET, HANDS, TOES, JointName, is_helper, understood
-from twistcore.motion import Motion, Skeleton
+from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array, normalise
 
 SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
@@ -43,6 +43,10 @@ class Chain:
     segment: str = ""
     warnings: tuple[str, ...] = field(default=())
 
+    def __repr__(self) -> str:
+        joints = (j for j in (self.parent, self.child, self.grandchild) if j >= 0)
+        return f"<Chain {self.name}: joints {' → '.join(map(str, joints))}>"
+
     @property
     def label(self) -> str:
         """What a table shows: 'Left ForeArm', or the joint's name where the limb is unknown."""
@@ -54,6 +58,7 @@ def find_chains(motion: Motion) -> tuple[Chain, ...]:
 
     Empty where no joint has a child and a grandchild at a distance.
     """
+    check_motion(motion)
     skeleton = motion.skeleton
     named = _limb_joints(skeleton)
     found: list[Chain] = []

@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.compiled import loops
 from twistcore.rotation import Array
 
 _ELEMENTS = 1 << 16  # numbers of one kind in a block
@@ -28,6 +27,10 @@ class Skeleton:
     offsets: Array
     ends: tuple[tuple[int, tuple[float, float, float]], ...] = ()
     rotatable: NDArray[np.bool_] | None = None
+
+    def __repr__(self) -> str:
+        roots = (name for name, parent in zip(self.names, self.parents, strict=True) if parent < 0)
+        return f"<Skeleton: {len(self)} joints from {', '.join(roots)}>"
 
     def __len__(self) -> int:
         return len(self.names)
@@ -89,6 +92,9 @@ class Motion:
     positions: Array
     frame_time: float
 
+    def __repr__(self) -> str:
+        return f"<Motion: {self.frames} frames at {self.fps:g} fps, {len(self.skeleton)} joints>"
+
     @property
     def frames(self) -> int:
         """Number of frames."""
@@ -98,6 +104,11 @@ class Motion:
     def fps(self) -> float:
         """Frames a second."""
         return 1.0 / self.frame_time
+
+    @property
+    def times(self) -> Array:
+        """When the frames are, seconds from the first, (frames,)."""
+        return np.arange(self.frames, dtype=np.float64) * self.frame_time
 
     def translation(self, joint: int) -> Array:
         """Translation from the parent: (3,) from OFFSET, (frames, 3) from position channels."""
@@ -117,17 +128,18 @@ class Motion:
         )
 
 
+def check_motion(thing: object) -> None:
+    """TypeError where something else came, as a clip, whose motion is a part of it."""
+    if not isinstance(thing, Motion):
+        inside = isinstance(getattr(thing, "motion", None), Motion)
+        its = ": its .motion is one" if inside else ""
+        raise TypeError(f"expected a Motion, found {thing!r:.80}{its}")
+
+
 def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
     """Global rotations (frames, joints, 4) and positions (frames, joints, 3) of every joint."""
     joints = len(motion.skeleton)
     positions = np.empty((motion.frames, joints, 3))
-    if compiled := loops():
-        rotations = motion.rotations.copy()
-        positions[:] = motion.skeleton.offsets
-        if motion.positioned:
-            positions[:, list(motion.positioned)] = motion.positions
-        compiled.descend(rotations, positions, motion.skeleton.parents)
-        return rotations, positions
     rotations = np.empty((motion.frames, joints, 4))
     offsets = np.ascontiguousarray(motion.skeleton.offsets.T)[..., None]
     # Blocks of frames, components and joints in front: all passes run along contiguous frames

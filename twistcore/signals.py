@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.chain import Chain
-from twistcore.motion import Motion
+from twistcore.motion import Motion, check_motion
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array, rotate, twist_angle, twist_reliability, wrap
 
@@ -31,9 +31,14 @@ class TwistSignals:
     swing_reliability: Array
     azimuth_reliability: Array
 
+    def __repr__(self) -> str:
+        peak = float(np.degrees(self.strength.max(initial=0.0)))
+        return f"<TwistSignals: {len(self.strength)} frames, m up to {peak:.1f}°>"
+
 
 def twist_signals(motion: Motion, chain: Chain) -> TwistSignals:
     """Signals of a chain over the whole clip [Choi26 Eq. 8-13]."""
+    check_motion(motion)
     axis = chain.axis
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     theta_p = twist_angle(q_p, axis)

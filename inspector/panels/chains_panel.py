@@ -12,7 +12,6 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
 
 from inspector.session.document import Document
-from inspector.session.opening import Analysed
 from inspector.widgets.building import hint
 from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
@@ -160,7 +159,7 @@ class ChainsPanel(QWidget):
 
     def _reset(self) -> None:
         data = self._document.data
-        self._fixed = {c.name: _of_clip(data, c) for c in data.chains} if data else {}
+        self._fixed = {c.name: _of_clip(self._document, c) for c in data.chains} if data else {}
         self._refresh()
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
@@ -177,7 +176,9 @@ class ChainsPanel(QWidget):
             self._document.select_chain(self._model.things[current.row()].chain)
 
 
-def _of_clip(data: Analysed, chain: Chain) -> _Shown:
+def _of_clip(document: Document, chain: Chain) -> _Shown:
+    data = document.data
+    assert data is not None
     stuck = uncorrectable_joints(data.motion, chain)
     beside = children_off_axis(data.motion, chain)
     notes = list(chain.warnings)
@@ -190,9 +191,9 @@ def _of_clip(data: Analysed, chain: Chain) -> _Shown:
         label=f"{chain.label} (fixed)" if stuck else chain.label,
         decided=0,
         found=0,
-        peak=float(np.degrees(data.analysis.strength(chain.name).max())),
+        peak=float(np.degrees(document.detector.strength(chain.name).max())),
         tau=0.0,
-        reliability=data.reliability[chain.name],
+        reliability=data.analysis.reliability[chain.name],
         notes=tuple(notes),
         ticked=True,
     )

@@ -123,7 +123,7 @@ class TrackPage(QWidget):
         data = self._document.data
         able = data is not None and knows_learned(data.motion)
         self.learned.setEnabled(able)
-        tracking = data.review.state.tracking if data else None
+        tracking = self._document.review.state.tracking if data else None
         if data is not None:
             self._show_usual(Gains.by_hand(data.motion.frame_time))
         (self.learned if tracking and tracking.learned and able else self.hand).setChecked(True)

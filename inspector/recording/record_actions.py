@@ -1,41 +1,40 @@
-"""What the actions of recording do: methods of the main window, by the actions' ids."""
+"""What the actions of recording do."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QMainWindow
+from PySide6.QtWidgets import QWidget
 
 from inspector.recording.record_dialog import RecordDialog
-from inspector.recording.recorder import RecordChoice, Recorder, RecordingBar, save_picture
+from inspector.recording.recorder import RecordChoice, Recorder, save_picture
 from inspector.recording.stage import Stage
 from inspector.session.document import Document
 from inspector.teaching.lesson import Lesson
-from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.message_bar import MessageBar
-from inspector.widgets.theme import Theme
+from inspector.widgets.typeset import Typesetter
 
 
-class RecordActions(QMainWindow):
+@dataclass(eq=False)
+class RecordActions:
     """Films and pictures of what the window shows."""
 
     document: Document
+    recorder: Recorder
     viewport: Viewport
     timeline: Timeline
     lesson: Lesson
-    teaching: TeachingPanel
-    theme: Theme
+    typesetter: Typesetter
     bar: MessageBar
+    window: QWidget
 
-    def _build_recording(self) -> None:
-        """How far a film is stands in the status bar."""
-        self.recorder = Recorder(self)
+    def __post_init__(self) -> None:
         self.recorder.finished.connect(self._recorded)
         self.recorder.failed.connect(self._not_recorded)
-        self.statusBar().addPermanentWidget(RecordingBar(self.recorder))
 
     def record_dialog(self) -> None:
         """Ask what to record, and record it."""
@@ -44,7 +43,7 @@ class RecordActions(QMainWindow):
         elif self.recorder.running:
             self.bar.show_message("A film is being made; wait for it or cancel it.", False)
         else:
-            dialog = RecordDialog(self.document, self.timeline.visible.ends, self)
+            dialog = RecordDialog(self.document, self.timeline.visible.ends, self.window)
             dialog.accepted.connect(lambda: self.record(dialog.choice()))
             dialog.open()
 
@@ -56,14 +55,8 @@ class RecordActions(QMainWindow):
         if self.viewport.view is None:
             self.bar.show_message("Without the 3D view there is nothing to record.", True)
             return
-        stage = Stage(
-            self.lesson,
-            self.viewport,
-            self.teaching.typesetter,
-            self.theme,
-            QSize(*choice.size),
-            curves=choice.curves,
-        )
+        size, curves = QSize(*choice.size), choice.curves
+        stage = Stage(self.lesson, self.viewport, self.typesetter, size, curves=curves)
         if choice.film:
             self.recorder.start(stage, choice)
             return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
@@ -31,18 +32,10 @@ class RecordDialog(WriteDialog):
         wanted = clip.with_name(f"{clip.stem}_{document.chain or 'clip'}.mp4")
         super().__init__("Record", wanted, parent)
         self._document = document
-        self.format = QComboBox()
-        for suffix, text in _FORMATS.items():
-            self.format.addItem(text, suffix)
-        self.range = QComboBox()
-        for text, span in self._ranges(seen):
-            self.range.addItem(text, span)
-        self.speed = QComboBox()
-        for text, speed in _SPEEDS.items():
-            self.speed.addItem(text, speed)
-        self.size_box = QComboBox()
-        for width, height in _SIZES:
-            self.size_box.addItem(f"{width} × {height}", (width, height))
+        self.format = _box((text, suffix) for suffix, text in _FORMATS.items())
+        self.range = _box(self._ranges(seen))
+        self.speed = _box(_SPEEDS.items())
+        self.size_box = _box((f"{width} × {height}", (width, height)) for width, height in _SIZES)
         self.curves = QCheckBox("With the curves below the 3D view")
         self.curves.setChecked(True)
         self.length = QLabel()
@@ -118,3 +111,11 @@ class RecordDialog(WriteDialog):
         """Files of the chosen format."""
         suffix = str(self.format.currentData())
         return f"{_FORMATS[suffix]} (*{suffix})"
+
+
+def _box(choices: Iterable[tuple[str, object]]) -> QComboBox:
+    """One of the choices, each a text and what it stands for."""
+    box = QComboBox()
+    for text, value in choices:
+        box.addItem(text, value)
+    return box

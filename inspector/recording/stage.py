@@ -15,7 +15,6 @@ from inspector.teaching.gizmo_drawing import GizmoGuest
 from inspector.teaching.lesson import Lesson
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
 _SHARE = 0.58  # of the height for the 3D view where there are curves
@@ -29,13 +28,13 @@ class Stage(QWidget):
         lesson: Lesson,
         viewport: Viewport,
         typesetter: Typesetter,
-        theme: Theme,
         size: QSize,
         *,
         curves: bool,
     ) -> None:
         """As the window shows the clip now; of `size`, with the curves or without."""
         super().__init__()
+        theme = viewport.theme
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
         self.document: Document = lesson.document.snapshot(self)
         self.viewport = Viewport(self.document, theme)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from inspector.session.opening import Analysed, ClipMissingError, analyse, analyse_session
 from inspector.widgets.background import Task
+from twistcore.analysis import ClipAnalysis
+from twistcore.detection import Analysis
 from twistcore.progress import Tell
 from twistcore.tuning import Profile
 
@@ -19,9 +22,9 @@ _WONDER_S = 1.0  # seconds until a person begins to wonder how far it is
 class ClipOpener(QObject):
     """Reads and analyses one clip at a time: whatever is opened next takes its place."""
 
-    began = Signal(str)  # a clip is being read: its name
+    began = Signal(str)  # what is being done
     share = Signal(float)  # how far that is, 0…1, where a person would begin to wonder
-    over = Signal()  # it is open, cannot be opened or was cancelled
+    over = Signal()  # it is done, cannot be done or was cancelled
     analysed = Signal(object)  # the clip, as Analysed
     message = Signal(str, bool)
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
@@ -39,11 +42,26 @@ class ClipOpener(QObject):
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
         """Open a clip; profile: τ for one that has no session yet."""
-        self._start(path, lambda tell: analyse(path, profile, tell))
+        self._open(path, lambda tell: analyse(path, profile, tell))
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
         """Open a session and its clip, which may have moved to `clip`."""
-        self._start(path, lambda tell: analyse_session(path, clip, tell))
+        self._open(path, lambda tell: analyse_session(path, clip, tell))
+
+    def _open(self, path: Path, work: Callable[[Tell], Analysed]) -> None:
+        self._start(f"Opening {path.name}", work, self.analysed.emit)
+
+    def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
+        """Let a detector analyse the open clip; at once where it has done so before."""
+        if clip.kept(method) is not None:
+            then()
+            return
+
+        def done(_: Analysis) -> None:
+            self._end()
+            then()
+
+        self._start(f"Detecting in {clip.name}", lambda tell: clip.by(method, tell), done)
 
     def cancel(self) -> None:
         """Give up what is being opened."""
@@ -51,15 +69,15 @@ class ClipOpener(QObject):
             self._task.cancel()
             self._end()
 
-    def _start(self, path: Path, work: Callable[[Tell], Analysed]) -> None:
+    def _start(self, what: str, work: Callable[[Tell], Any], then: Callable[[Any], object]) -> None:
         if self._task is not None:
             self._task.cancel()
         self._task = task = Task(lambda: work(task.tell), self)
-        task.finished.connect(self.analysed)
+        task.finished.connect(then)
         task.failed.connect(self._fail)
         task.progress.connect(self._tell_share)
         self._since = time.monotonic()
-        self.began.emit(path.name)
+        self.began.emit(what)
         task.start()
 
     def _tell_share(self, share: float) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
@@ -13,18 +12,18 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from inspector.session.clip_opener import ClipOpener
-from inspector.session.corrections import Corrections
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
-from inspector.session.redetection import as_reviewed, at_tau, by_method, by_profile
+from inspector.session.redetection import at_tau, by_method
 from twistcore.chain import Chain
-from twistcore.detection import Interval
-from twistcore.review import Command, Decide, Decision, Edit, Judged, Review
+from twistcore.detection import Analysis, Interval
+from twistcore.refinement import Corrected
+from twistcore.review import Command, Decide, Decision, Edit, Insert, Judged, Review
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
+from twistcore.review.proposal import proposed_interval
 from twistcore.rotation import Array
-from twistcore.signals import TwistSignals
 from twistcore.tuning import Profile
 
 
@@ -55,7 +54,8 @@ class Document(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.data: Analysed | None = None
+        self.data: Analysed | None = None  # what does not change while the clip is open
+        self.method = ""  # the detector in use
         self.chain = ""
         self.interval_id: int | None = None
         self.frame = 0
@@ -74,7 +74,8 @@ class Document(QObject):
         self.reviewer = ""
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
-        self._corrections: Corrections | None = None
+        self._review: Review | None = None
+        self._corrected: Corrected | None = None
         self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
 
     # -- one clip after the other ------------------------------------------------------------------
@@ -87,7 +88,9 @@ class Document(QObject):
         self.data = data
         self.frame = 0
         self.interval_id = None
-        self._corrections = Corrections(data.motion, data.chains)
+        self._review = aside.review if aside else data.review
+        self.method = self.review.state.method
+        self._corrected = Corrected(data.analysis)
         self.hidden = frozenset()
         if aside is not None:
             self.keeper.go_on(aside)
@@ -98,7 +101,7 @@ class Document(QObject):
         self.chain = intervals[0].interval.chain if intervals else ""
         if not self.chain and data.chains:
             self.chain = data.chains[0].name
-        self._corrections.update(data.review.state)
+        self._corrected.take(self.review.state.chosen(undecided=True))
         self.opened.emit()
         if aside is None:
             for text, wrong in opening_notes(data, self.keeper.away, self.keeper.notes):
@@ -109,9 +112,10 @@ class Document(QObject):
         """A document with the same clip, review and selection, and nothing behind it on disk."""
         other = Document(parent)
         if self.data is not None:
-            other.data = replace(self.data, review=Review(self.review.state))
-            other._corrections = Corrections(self.data.motion, self.data.chains)
-            other._corrections.update(self.review.state)
+            other.data, other.method = self.data, self.method
+            other._review = Review(self.review.state)
+            other._corrected = Corrected(self.data.analysis)
+            other._corrected.take(self.review.state.chosen(undecided=True))
         other.chain, other.interval_id, other.frame = self.chain, self.interval_id, self.frame
         other.show, other.hidden, other.first_frame = self.show, self.hidden, self.first_frame
         return other
@@ -126,8 +130,14 @@ class Document(QObject):
     @property
     def review(self) -> Review:
         """The review of the open clip."""
+        assert self._review is not None
+        return self._review
+
+    @property
+    def detector(self) -> Analysis:
+        """What the detector in use knows of the open clip."""
         assert self.data is not None
-        return self.data.review
+        return self.data.analysis.by(self.method)
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
@@ -156,23 +166,23 @@ class Document(QObject):
 
     def offset(self, chain: str) -> Array:
         """Twist error of a chain's parent by all intervals not rejected, radians, (frames,)."""
-        return self._corrections.offset(chain) if self._corrections else np.zeros(0)
+        return self._corrected.offset(chain) if self._corrected else np.zeros(0)
+
+    @property
+    def corrected(self) -> Corrected:
+        """The clip with every interval corrected that is not rejected.
+
+        So that an undecided one can be judged by what accepting it would do.
+        """
+        assert self._corrected is not None
+        return self._corrected
 
     def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
-        """Global rotations (joints, 4) and positions (joints, 3) of a frame.
-
-        After: with every interval corrected that is not rejected, so that an undecided one can be
-        judged by what accepting it would do.
-        """
+        """Global rotations (joints, 4) and positions (joints, 3) of a frame; after: `corrected`."""
         assert self.data is not None
-        assert self._corrections is not None
-        corrected = self._corrections.pose(frame) if after else None
-        return corrected or (self.data.rotations[frame], self.data.positions[frame])
-
-    def signals_after(self, chain: str) -> TwistSignals:
-        """The chain's signals with every interval corrected that is not rejected."""
-        assert self._corrections is not None
-        return self._corrections.signals(self.find_chain(chain))
+        if after:
+            return self.corrected.pose(frame)
+        return self.data.rotations[frame], self.data.positions[frame]
 
     # -- cursor and selection -----------------------------------------------------------------
 
@@ -322,6 +332,17 @@ class Document(QObject):
         if start < stop and (drag or not same):
             self.do(Edit(interval_id, resized(interval, start, stop), drag))
 
+    def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
+        """Add a hand-made interval and select it: the one given, or one proposed around a frame."""
+        if self.data is None or not self.chain:
+            return
+        if interval is None:
+            signals, fps = self.data.signals[self.chain], self.data.motion.fps
+            interval = proposed_interval(self.chain, signals, frame, fps)
+        number = self.review.state.next_id
+        if self.do(Insert(interval)):
+            self.select_interval(number)
+
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
         """Set τ, radians, of a chain (the selected one if none is named) and detect again."""
         if name := chain or self.chain:
@@ -329,32 +350,48 @@ class Document(QObject):
 
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
         """Set τ, radians, of several chains and detect again: one step of the history."""
-        if self.data and tau:
-            self.do(at_tau(self.data, tau, drag))
+        if self.data and tau and self._follows_review():
+            self.do(at_tau(self.detector, tau, drag))
 
     def use_profile(self, profile: Profile) -> None:
         """Detect with a profile's τ, and with its detector if it names one: one step."""
-        if self.data and (command := by_profile(self.data, profile)):
-            self.do(command)
+        if self.data is None or not self._may_change():
+            return
+        clip, state = self.data.analysis, self.review.state
+        own = profile.of(clip.chains)
+        if profile.method in ("", state.method):
+            self.set_taus(own)
+        else:
+            method = profile.method
+            self.opener.ask(clip, method, lambda: self.do(by_method(clip, method, own)))
 
     def use_method(self, method: str) -> None:
         """Detect with another detector, at its own τ; what a person decided stays."""
         if self.data is not None and method != self.review.state.method:
-            self.do(by_method(self.data, method, {}))
+            self.use_profile(Profile({}, method))
 
     def _use_review(self, review: Review) -> None:
-        assert self.data is not None
-        self.data = replace(self.data, review=review)
+        self._review = review
         self._review_changed()
 
     def _review_changed(self) -> None:
-        assert self.data is not None
-        assert self._corrections is not None
-        self._corrections.update(self.review.state)
-        if (followed := as_reviewed(self.data)) is not self.data:
-            self.data = followed
-            self.method_changed.emit()
+        self.corrected.take(self.review.state.chosen(undecided=True))
+        self._follows_review()
         if self.interval_id is not None and self.interval is None:
             self.interval_id = None
             self.interval_changed.emit()
         self.intervals_changed.emit()
+
+    def _follows_review(self) -> bool:
+        """Whether the detector in use is the one that the review names; if not, it will be.
+
+        An undo may have gone back to another one: its curve belongs to its τ.
+        """
+        method = self.review.state.method
+        if self.data is not None and self.method != method and not self.opener.busy:
+            self.opener.ask(self.data.analysis, method, self._use_detector)
+        return self.method == method
+
+    def _use_detector(self) -> None:
+        self.method = self.review.state.method
+        self.method_changed.emit()

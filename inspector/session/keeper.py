@@ -95,6 +95,12 @@ class Keeper(QObject):
             elif review.saved:  # it is in the session file, or there is nothing in it
                 self.forget(leftover)
 
+    @property
+    def review(self) -> Review:
+        """The review that it watches over."""
+        assert self._review is not None
+        return self._review
+
     def put_aside(self) -> PutAside | None:
         """What is needed to go on later, once another clip was open meanwhile."""
         if self._clip is None or self._review is None:

@@ -3,51 +3,70 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from inspector.session.clip_on_disk import Stamp, stamp_of
 from inspector.session.session_files import REPLAY_SUFFIX, kept_sessions, set_aside
+from twistcore import analysis as core
+from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip, read_bvh
-from twistcore.chain import Chain, find_chains, uncorrectable_joints
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, resolve_tau
+from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import check_belongs
-from twistcore.motion import Motion, forward_kinematics
+from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
-from twistcore.review import Judged, Review, Session, start_review
+from twistcore.review import Judged, Review, Session
 from twistcore.review.session import read_session_file
 from twistcore.rotation import Array
-from twistcore.signals import TwistSignals, signals_of_chains
+from twistcore.signals import TwistSignals
 from twistcore.tuning import Profile
 
 
 @dataclass(frozen=True, eq=False)
 class Analysed:
-    """Everything about a clip that does not change while it is reviewed."""
+    """A clip as it was opened: what is known of it, and the review that it begins with.
+
+    session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
+    another version of this clip; stamp: of the clip's file before it was read, None if it was in
+    memory.
+    """
 
     clip: Clip
-    chains: tuple[Chain, ...]
-    analysis: Analysis
-    signals: dict[str, TwistSignals]
-    reliability: dict[str, float]  # median of a chain's ‖v⊥‖/‖v‖, 0…1
-    rotations: Array  # global, (frames, joints, 4)
-    positions: Array  # (frames, joints, 3)
+    analysis: ClipAnalysis
     review: Review
-    method: str = DEFAULT_METHOD
-    session: Path | None = None  # the file the review was read from,
-    session_sha256: str = ""  # and its bytes'
-    earlier: tuple[Judged, ...] = ()  # a review of another version of this clip
+    session: Path | None = None
+    session_sha256: str = ""
+    earlier: tuple[Judged, ...] = ()
     notes: tuple[str, ...] = ()
-    stamp: Stamp | None = None  # of the clip's file before it was read; None if it was in memory
+    stamp: Stamp | None = None
 
     @property
     def motion(self) -> Motion:
         """The motion as read."""
         return self.clip.motion
+
+    @property
+    def chains(self) -> tuple[Chain, ...]:
+        """Its chains."""
+        return self.analysis.chains
+
+    @property
+    def signals(self) -> Mapping[str, TwistSignals]:
+        """Signals of every chain by name."""
+        return self.analysis.signals
+
+    @property
+    def rotations(self) -> Array:
+        """Global rotations as captured, (frames, joints, 4)."""
+        return self.analysis.poses[0]
+
+    @property
+    def positions(self) -> Array:
+        """Positions as captured, (frames, joints, 3)."""
+        return self.analysis.poses[1]
 
 
 class ClipMissingError(TwistError):
@@ -96,25 +115,16 @@ def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) ->
     profile = profile or Profile({})
     method = profile.method or DEFAULT_METHOD
     tell(0.0)
-    chains = find_chains(clip.motion)
-    analysis = DETECTORS[method].analyse(clip.motion, chains, part(tell, 0.0, _DETECTED))
+    analysis = core.analyse(clip)
+    analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
-    tau = resolve_tau(analysis, chains, profile.tau)
-    found = [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
-    rotations, positions = forward_kinematics(clip.motion)
-    signals = signals_of_chains(clip.motion, chains, part(tell, _MOVED, 1.0))
-    assert clip.sha256  # hashed here, off the GUI thread: a large file takes a while
-    return Analysed(
-        clip=clip,
-        chains=chains,
-        analysis=analysis,
-        signals=signals,
-        reliability={k: float(np.median(s.azimuth_reliability)) for k, s in signals.items()},
-        rotations=rotations,
-        positions=positions,
-        review=Review(start_review(method, tau, found, [c.name for c in chains])),
-        method=method,
-    )
+    found = analysis.detect(method, tau_radians=profile.of(analysis.chains))
+    # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
+    ready: list[object] = [clip.sha256, analysis.poses]
+    tell(_MOVED)
+    ready += [analysis.signals, analysis.reliability]
+    assert all(ready) or not analysis.chains
+    return Analysed(clip, analysis, Review.of(found))
 
 
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:

@@ -113,7 +113,7 @@ class Recovery(QObject):
     @property
     def _touched(self) -> bool:
         """Whether anything has been done to the open review, or was restored into it."""
-        review = self._open().review
+        review = self._keeper.review
         return bool(review.position) or not review.saved
 
     def _open(self) -> Analysed:
@@ -142,7 +142,7 @@ class Recovery(QObject):
         carry = CarryOver(_fitting(earlier, self._open().motion.frames), leftover.same_clip)
         if not (self._do(carry) and self._keeper.journal.on_disk):
             return False  # it stays until this is as safe as it is
-        lost, of = missing(leftover, self._open().review.state)
+        lost, of = missing(leftover, self._keeper.review.state)
         if not lost:
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):

@@ -15,8 +15,9 @@ from inspector.teaching.guide_pages import read_page
 from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import Task
 from twistcore.bvh import read_bvh, write_bvh
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, resolve_tau
-from twistcore.review import Review, start_review
+from twistcore.chain import find_chains
+from twistcore.detection import Interval
+from twistcore.review import Review
 from twistcore.study.exercise import Score, decoys, hide_errors, score
 from twistcore.synthesis import InjectedError
 
@@ -28,19 +29,17 @@ def make_exercise(
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
     """A copy of a clip with hidden errors, as a review to begin with; safe in any thread."""
     source = read_bvh(clip)
-    clean = analysed(source)
-    dirty, errors = hide_errors(source.motion, clean.chains, seed)
+    motion, chains = source.motion, find_chains(source.motion)
+    dirty, errors = hide_errors(motion, chains, seed)
     path = folder / f"exercise_{seed}.bvh"
     write_bvh(source, dirty, path)
     data = analysed(read_bvh(path))
     listed: list[Interval] = []
     if kind == "Judge":
         listed = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
-        listed += decoys(clean.motion, clean.chains, errors, seed)
-    tau = resolve_tau(DETECTORS[DEFAULT_METHOD].analyse(data.motion, data.chains), data.chains)
-    names = [c.name for c in data.chains]
-    state = start_review(DEFAULT_METHOD, tau, listed, names)
-    return replace(data, review=Review(state)), errors
+        listed += decoys(motion, chains, errors, seed)
+    found = replace(data.analysis.detect(), intervals=tuple(listed))
+    return replace(data, review=Review.of(found)), errors
 
 
 class Exercise(QObject):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from inspector.session.document import Document
@@ -39,7 +40,8 @@ class Aside:
         document = self._document
         document.leaving.emit()
         if self._kept is None and document.data is not None and not self._borrowed():
-            self._kept = document.data, document.keeper.put_aside()
+            kept = replace(document.data, review=document.review)
+            self._kept = kept, document.keeper.put_aside()
             self._place = (document.frame, document.chain, document.interval_id)
         if self._borrowed():
             document.review.mark_saved()

@@ -1,102 +1,59 @@
-"""What the actions of teaching do: methods of the main window, by the actions' ids."""
+"""What the actions of teaching do."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow
 
 from inspector.bundled import EXERCISES, SAMPLE
-from inspector.session.document import Document
-from inspector.session.settings import Settings
 from inspector.teaching.five_trackers_dialog import FiveTrackers
-from inspector.teaching.guide_card import GuideCard
 from inspector.teaching.guided_exercise import Exercise
 from inspector.teaching.guided_program import GuidedProgram
-from inspector.teaching.interrupted_review import Aside
-from inspector.teaching.lesson import Lesson
-from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.teaching.tour import Tour
-from inspector.timeline.timeline import Timeline
-from inspector.viewport.viewport import Viewport
-from inspector.widgets.theme import Theme
+from inspector.widgets.fronts import bring_to_front
 
 _GUIDE_WIDTH = 345  # pixels
 
 
-class TeachActions(QMainWindow):
-    """The teaching tab, the tour, the exercise."""
+@dataclass(eq=False)
+class TeachingActions:
+    """The tour, the exercise and the five trackers.
 
-    document: Document
-    viewport: Viewport
-    timeline: Timeline
-    actions_by_id: Mapping[str, QAction]
-    settings: Settings
-    theme: Theme
-    five_trackers: FiveTrackers | None = None
+    dock: the guide's, shown while it leads, below the one `above`.
+    """
 
-    def _dock(self, title: str, content: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
-        raise NotImplementedError
+    program: GuidedProgram
+    dock: QDockWidget
+    above: QDockWidget
+    window: QMainWindow
+    five_trackers: FiveTrackers | None = field(default=None, init=False)
 
-    def _build_teaching(self, intervals: QDockWidget, beside: QDockWidget) -> None:
-        """The tab, behind another one, and the guide's card, hidden until it leads."""
-        self.intervals_dock = intervals
-        self.lesson = Lesson(self.document, self)
-        shown = [self.actions_by_id[name] for name in ("tour", "exercise", "record_dialog")]
-        self.teaching = TeachingPanel(self.lesson, self.viewport, self.timeline, shown)
-        self.teaching_dock = self._dock(
-            "Teaching", self.teaching, Qt.DockWidgetArea.RightDockWidgetArea
-        )
-        self.tabifyDockWidget(beside, self.teaching_dock)
-        self.aside = Aside(self.document)
-        self.guide = GuideCard()
-        self.guide_dock = self._dock("Guide", self.guide, Qt.DockWidgetArea.LeftDockWidgetArea)
-        self.guide_dock.hide()
-        program = GuidedProgram(
-            document=self.document,
-            lesson=self.lesson,
-            viewport=self.viewport,
-            settings=self.settings,
-            guide=self.guide,
-            aside=self.aside,
-            actions=self.actions_by_id,
-            show_intervals=intervals.raise_,
-            show_teaching=self.show_teaching,
-        )
-        self.guided_tour = Tour(program, SAMPLE, self)
-        self.hidden_errors = Exercise(program, EXERCISES, self)
+    def __post_init__(self) -> None:
+        self.guided_tour = Tour(self.program, SAMPLE, self.window)
+        self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
         self.guided_tour.ended.connect(self._led)
         self.hidden_errors.ended.connect(self._led)
-        self.guide.linked.connect(self.hidden_errors.go_to)
-        self.teaching_dock.visibilityChanged.connect(self.teaching.set_shown)
-        self.teaching.moved_far.connect(lambda: self.viewport.focus_chain(self.settings.turn_ms))
-
-    def show_teaching(self) -> None:
-        """Bring the teaching tab to the front."""
-        self.teaching_dock.show()
-        self.teaching_dock.raise_()
+        self.program.guide.linked.connect(self.hidden_errors.go_to)
 
     def tour(self) -> None:
         """Begin the guided tour."""
-        self.leave_guide()
         self._lead("Tour")
         self.guided_tour.begin()
 
     def exercise(self) -> None:
         """Begin an exercise."""
-        self.leave_guide()
         self._lead("Exercise")
         self.hidden_errors.begin()
 
     def why_quaternions(self) -> None:
         """One joint through ±180° with five trackers, in a window of its own."""
+        theme = self.program.viewport.theme
         if self.five_trackers is None:
-            self.five_trackers = FiveTrackers(self.theme, self)
-        self.five_trackers.set_theme(self.theme)
-        self.five_trackers.show()
-        self.five_trackers.raise_()
+            self.five_trackers = FiveTrackers(theme, self.window)
+        self.five_trackers.set_theme(theme)
+        bring_to_front(self.five_trackers)
         self.five_trackers.activateWindow()
 
     def leave_guide(self) -> None:
@@ -107,14 +64,12 @@ class TeachActions(QMainWindow):
             self.hidden_errors.end()
 
     def _lead(self, title: str) -> None:
-        self.guide_dock.setWindowTitle(title)
-        self.guide_dock.show()
-        self.guide_dock.raise_()
-        chains = self.findChild(QDockWidget, "chains")
-        if chains is not None:
-            self.resizeDocks([chains, self.guide_dock], [1, 3], Qt.Orientation.Vertical)
-        self.resizeDocks([self.guide_dock], [_GUIDE_WIDTH], Qt.Orientation.Horizontal)
+        self.leave_guide()
+        self.dock.setWindowTitle(title)
+        bring_to_front(self.dock)
+        self.window.resizeDocks([self.above, self.dock], [1, 3], Qt.Orientation.Vertical)
+        self.window.resizeDocks([self.dock], [_GUIDE_WIDTH], Qt.Orientation.Horizontal)
 
     def _led(self) -> None:
-        self.guide_dock.hide()
-        self.aside.put_back()
+        self.dock.hide()
+        self.program.aside.put_back()

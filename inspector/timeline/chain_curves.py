@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inspector.session.document import Document
-from inspector.timeline.curve_values import After, Corrected, centre_of, degrees_about
+from inspector.timeline.curve_values import centre_of, degrees_about
 from inspector.timeline.pane import Pane
+from twistcore.refinement import Angles
 from twistcore.rotation import Array, wrap
 
 _ANGLES = (("p", "theta_p"), ("c", "theta_c"))
@@ -27,12 +28,11 @@ class ChainCurves:
         self._document = document
         self._chain = document.find_chain(document.chain)
         self._before = data.signals[self._chain.name]
-        self._corrected = Corrected(data, self._chain)
-        self._strength = np.degrees(data.analysis.strength(self._chain.name))
+        self._strength = np.degrees(document.detector.strength(self._chain.name))
         self._peak = float(self._strength.max(initial=0.0))
-        self._method = document.review.state.method
+        self._method = document.method
         self._centres = {k: centre_of(getattr(self._before, name)) for k, name in _ANGLES}
-        self._after: After | None = None
+        self._after: Angles | None = None
         self._ranges: dict[str, tuple[float, float]] = {}
         self._reach = (0.0, 1.0)
 
@@ -52,11 +52,7 @@ class ChainCurves:
     def show_review(self, panes: Mapping[str, Pane]) -> None:
         """The curves after correction by the review's intervals, and the offset."""
         document = self._document
-        after = self._corrected.after(document.offset) if self._corrected.exact else None
-        if after is None:
-            exact = document.signals_after(self._chain.name)
-            after = After(exact.theta_p, exact.theta_c, exact.dtheta_p, exact.dtheta_c)
-        self._after = after
+        self._after = after = document.corrected.angles(self._chain)
         for k, name in _ANGLES:
             was, now = getattr(self._before, name), getattr(after, name)
             y, seams = degrees_about(now, self._centres[k])

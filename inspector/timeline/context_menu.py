@@ -10,8 +10,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from inspector.session.document import Document
 from inspector.timeline.tau_line import set_tau_degrees
 from inspector.timeline.visible_range import VisibleRange
-from twistcore.review import Decision, Insert, Judged
-from twistcore.review.proposal import proposed_interval
+from twistcore.review import Decision, Judged
 
 
 def context_menu(
@@ -37,14 +36,10 @@ def context_menu(
         return action
 
     there = judged or document.interval
-    add(
-        "Zoom to interval",
-        lambda: visible.zoom_to_interval(there),
-        enabled=there is not None,
-    )
+    add("Zoom to interval", lambda: visible.zoom_to_interval(there), enabled=there is not None)
     add("Show all", visible.show_all)
     menu.addSeparator()
-    add(f"New interval at frame {at}", lambda: insert_interval(document, at))
+    add(f"New interval at frame {at}", lambda: document.insert_interval(at))
     if degrees > 0.0:
         add(f"Set τ to {degrees:.1f}°", lambda: set_tau_degrees(document, degrees))
     menu.addSeparator()
@@ -59,15 +54,3 @@ def context_menu(
             enabled=there is not None and there.decision != decision,
         )
     return menu
-
-
-def insert_interval(document: Document, frame: int) -> None:
-    """A new interval around a frame, selected at once."""
-    if document.data is None or not document.chain:
-        return
-    signals = document.data.signals[document.chain]
-    fps = document.data.motion.fps
-    state = document.review.state
-    document.do(Insert(proposed_interval(document.chain, signals, frame, fps)))
-    if document.review.state.next_id != state.next_id:
-        document.select_interval(state.next_id)

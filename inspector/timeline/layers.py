@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pyqtgraph as pg
+from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
@@ -33,7 +34,7 @@ class Scenery:
     frame: int = 0
     intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
     selected: int | None = None
-    unreliable: Array = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    unreliable: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     starts: Array = field(default_factory=lambda: np.zeros(0))
     stops: Array = field(default_factory=lambda: np.zeros(0))
     _regions: dict[object, Regions] = field(default_factory=dict)

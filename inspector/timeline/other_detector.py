@@ -7,14 +7,14 @@ import pyqtgraph as pg
 from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
-from inspector.session.opening import Analysed
 from inspector.timeline.gestures import Gestures, Hit, Part
 from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.tau_line import colour_tau
 from inspector.widgets.background import Task
 from inspector.widgets.theme import Theme
-from twistcore.detection import DETECTORS, Analysis
+from twistcore.analysis import ClipAnalysis
+from twistcore.detection import DETECTORS
 from twistcore.review import Judged
 
 _NAMES = {"paper": "Paper's detector", "consistency": "Our detector"}
@@ -43,8 +43,7 @@ class OtherDetector(Pane):
         super().__init__(
             "other", (CurveStyle("strength", "before"),), self.scenery, root=True, parent=parent
         )
-        self._data: Analysed | None = None  # what the analysis is of
-        self._analysis: Analysis | None = None
+        self._clip: ClipAnalysis | None = None  # what the task is about
         self._task: Task | None = None
         self._line = pg.InfiniteLine(
             angle=0, label="", labelOpts={"position": 0.985, "anchors": [(1.0, 1.15), (1.0, 1.15)]}
@@ -54,7 +53,7 @@ class OtherDetector(Pane):
     @property
     def method(self) -> str:
         """The detector that is not in use."""
-        return next(m for m in DETECTORS if m != self._document.review.state.method)
+        return next(m for m in DETECTORS if m != self._document.method)
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
@@ -77,12 +76,12 @@ class OtherDetector(Pane):
         data = self._document.data
         if data is None or not self._document.chain:
             return
-        if self._data is not data:
-            self._begin(data)
-        if self._analysis is None:
+        analysis = data.analysis.kept(self.method)
+        if analysis is None:
+            self._begin(data.analysis)
             self.show_title([(f"{_NAMES[self.method]} … ", "soft")])
             return
-        chain, analysis = self._document.chain, self._analysis
+        chain = self._document.chain
         tau = analysis.automatic_tau(chain)
         found = analysis.intervals(chain, tau)
         self.scenery.frames, self.scenery.frame = self._document.frames, self._document.frame
@@ -98,25 +97,23 @@ class OtherDetector(Pane):
         self.show_title([*title, (f"   {count}", "text"), ("   √ scale", "soft")])
         self.touch()
 
-    def _begin(self, data: Analysed) -> None:
+    def _begin(self, clip: ClipAnalysis) -> None:
+        if self._clip is clip:
+            return
         self.forget()
-        self._data = data
-        detector = DETECTORS[self.method]
-        self._task = task = Task(
-            lambda: detector.analyse(data.motion, data.chains, task.tell), self
-        )
+        self._clip, method = clip, self.method
+        self._task = task = Task(lambda: clip.by(method, task.tell), self)
         self._task.finished.connect(self._finished)
         self._task.start()
 
-    def _finished(self, analysis: Analysis) -> None:
-        self._task = None
-        self._analysis = analysis
+    def _finished(self) -> None:
+        self._task = self._clip = None
         self.refresh()
 
     def forget(self) -> None:
         """Let the clip go; an analysis under way is not waited for."""
         if self._task is not None:
             self._task.cancel()
-        self._task = self._data = self._analysis = None
+        self._task = self._clip = None
         self.scenery.set_intervals(())
         self.set_curve("strength", np.zeros(0))

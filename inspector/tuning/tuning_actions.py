@@ -1,17 +1,19 @@
-"""What the actions of tuning do: methods of the main window, by the actions' ids."""
+"""What the actions of tuning do."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDockWidget, QFileDialog, QMainWindow
+from PySide6.QtWidgets import QDockWidget, QWidget
 
 from inspector.session.document import Document
 from inspector.session.queue import FolderQueue
 from inspector.tuning.tau_table import Column
-from inspector.tuning.tuning_panel import Scope, TuningPanel
+from inspector.tuning.tuning_panel import TuningPanel
+from inspector.widgets.file_dialog import ask_files, ask_where
+from inspector.widgets.fronts import bring_to_front
 from inspector.widgets.message_bar import MessageBar
 from twistcore.errors import TwistError
 from twistcore.tuning import Profile, read_profile, write_profile
@@ -19,46 +21,20 @@ from twistcore.tuning import Profile, read_profile, write_profile
 _PATTERN = "Profiles (*.toml);;All files (*)"
 
 
-class TuningActions(QMainWindow):
-    """τ by suggestion and by profile, for this clip and for the folder."""
+@dataclass(eq=False)
+class TuningActions:
+    """τ by profile, for this clip and for the folder."""
 
     document: Document
     queue: FolderQueue
     bar: MessageBar
     tuning: TuningPanel
-    tuning_dock: QDockWidget
-
-    def show_tuning(self) -> None:
-        """Bring the tuning tab to the front."""
-        self.tuning_dock.show()
-        self.tuning_dock.raise_()
-
-    def suggest_tau(self) -> None:
-        """What the measured curves speak for."""
-        self.tuning.suggest()
-
-    def tau_for_chain(self, on: bool) -> None:
-        """τ is set for the selected chain."""
-        if on:
-            self.tuning.set_scope(Scope.CHAIN)
-
-    def tau_for_segment(self, on: bool) -> None:
-        """τ is set for the selected chain's segment on both sides."""
-        if on:
-            self.tuning.set_scope(Scope.SEGMENT)
-
-    def tau_for_all(self, on: bool) -> None:
-        """τ is set for all chains."""
-        if on:
-            self.tuning.set_scope(Scope.ALL)
-
-    # -- profiles -----------------------------------------------------------------------------
+    dock: QDockWidget
+    window: QWidget
 
     def load_profile(self) -> None:
         """Ask for a profile and take its τ."""
-        dialog = self._profile_dialog("Load profile", QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(lambda name: self.load_profile_from(Path(name)))
-        dialog.open()
+        ask_files(self.window, "Load profile", _PATTERN, lambda p: self.load_profile_from(p[0]))
 
     def load_profile_from(self, path: Path) -> None:
         """Take a profile's τ; a damaged one changes nothing."""
@@ -84,12 +60,9 @@ class TuningActions(QMainWindow):
         if self.document.data is None:
             self.bar.show_message("Open a clip first.", False)
             return
-        dialog = self._profile_dialog("Save profile", QFileDialog.FileMode.AnyFile)
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setDefaultSuffix("toml")
-        dialog.selectFile(str(self.document.data.clip.path.with_suffix(".toml")))
-        dialog.fileSelected.connect(lambda name: self.save_profile_to(Path(name)))
-        dialog.open()
+        wanted = self.document.data.clip.path.with_suffix(".toml")
+        title, then = "Save profile", self.save_profile_to
+        ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def save_profile_to(self, path: Path) -> None:
         """Write the present τ of every chain, with what it costs; all of the file or nothing."""
@@ -109,9 +82,7 @@ class TuningActions(QMainWindow):
 
     def compare_profiles(self) -> None:
         """Ask for one profile to see beside the present τ, or for two to see side by side."""
-        dialog = self._profile_dialog("Compare profiles", QFileDialog.FileMode.ExistingFiles)
-        dialog.filesSelected.connect(lambda names: self.compare_with([Path(n) for n in names]))
-        dialog.open()
+        ask_files(self.window, "Compare profiles", _PATTERN, self.compare_with, several=True)
 
     def compare_with(self, paths: Sequence[Path]) -> None:
         """Show one profile beside the present τ, or two side by side."""
@@ -122,7 +93,7 @@ class TuningActions(QMainWindow):
         columns = [Column(p.name, profile) for p, profile in read if profile]
         if len(columns) == len(paths):
             self.tuning.show_beside(columns)
-            self.show_tuning()
+            bring_to_front(self.dock)
 
     def take_profile(self) -> None:
         """Take the τ of the profile on the right."""
@@ -130,22 +101,12 @@ class TuningActions(QMainWindow):
             column = self.tuning.model.others[-1]
             self._take(column.profile, column.name)
 
-    def close_comparison(self) -> None:
-        """Only the present τ."""
-        self.tuning.show_beside(())
-
     def _read(self, path: Path) -> Profile | None:
         try:
             return read_profile(path)
         except TwistError as error:
             self.bar.show_message(f"{error}. Nothing was changed.", True)
             return None
-
-    def _profile_dialog(self, title: str, mode: QFileDialog.FileMode) -> QFileDialog:
-        dialog = QFileDialog(self, title, "", _PATTERN)
-        dialog.setFileMode(mode)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        return dialog
 
     # -- the folder ---------------------------------------------------------------------------
 

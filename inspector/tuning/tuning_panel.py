@@ -201,9 +201,9 @@ class TuningPanel(QWidget):
         self.title.setText(f"<b>{chain.label}</b>")
         own = document.review.state.method == "paper"
         m = None if own else np.degrees(data.signals[chain.name].strength)
-        self._strength = np.degrees(data.analysis.strength(chain.name))
+        self._strength = np.degrees(self._document.detector.strength(chain.name))
         self.histogram.show_strength(self._strength, m)
-        self._floor = float(np.degrees(data.analysis.automatic_tau(chain.name)))
+        self._floor = float(np.degrees(self._document.detector.automatic_tau(chain.name)))
         for plot in (self.histogram, self.cost):
             plot.show_floor(self._floor)
         self.cost.show_curve(self.costs.curves.get(chain.name))
@@ -299,7 +299,7 @@ class TuningPanel(QWidget):
             if curve := self.costs.curves.get(name):
                 out[name] = tuned(curve, tau)
             else:
-                floor = float(np.degrees(data.analysis.automatic_tau(name)))
+                floor = float(np.degrees(self._document.detector.automatic_tau(name)))
                 out[name] = Tuned(float(np.degrees(tau)), floor, np.nan, np.nan)
         return out
 

@@ -5,8 +5,6 @@ A correction of twist moves no joint [Choi26 §3.2]; two lines that coincide sho
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
@@ -16,8 +14,7 @@ from inspector.viewport.bone_colours import mix, rgb
 from inspector.viewport.mesh_actor import Piece
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
-from twistcore.motion import Motion, forward_kinematics
-from twistcore.refinement import remove_twist
+from twistcore.motion import Motion
 from twistcore.rotation import Array
 
 REACH = 1.0  # seconds before and after the frame
@@ -30,24 +27,6 @@ def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64
     if not found:
         found = {joint for joint, _ in motion.skeleton.ends}
     return np.array(sorted(found), dtype=np.int64)
-
-
-def ways(
-    document: Document, joints: NDArray[np.int64], start: int, stop: int
-) -> tuple[Array, Array]:
-    """Places of joints before and after in frames [start, stop), each (frames, joints, 3).
-
-    After is computed from the corrected rotations, not taken for granted.
-    """
-    data = document.data
-    assert data is not None
-    before = data.positions[start:stop, joints]
-    offsets = {c.name: document.offset(c.name)[start:stop] for c in data.chains}
-    if not any(o.any() for o in offsets.values()):
-        return before, before
-    chains = [c if c.axis.ndim == 1 else replace(c, axis=c.axis[start:stop]) for c in data.chains]
-    corrected = remove_twist(data.motion.sliced(start, stop), chains, offsets)
-    return before, forward_kinematics(corrected)[1][:, joints]
 
 
 class Trails:
@@ -110,7 +89,11 @@ class Trails:
         low, high = max(frame - self._length, 0), min(frame + self._length + 1, frames)
         if self._known is None or not (self._known[0] <= low and high <= self._known[1]):
             start, stop = max(low - self._length, 0), min(high + 4 * self._length, frames)
-            self._known = start, stop, *ways(self._document, self._joints, start, stop)
+            data = self._document.data
+            assert data is not None
+            before = data.positions[start:stop, self._joints]
+            after = self._document.corrected.ways(self._joints, start, stop)
+            self._known = start, stop, before, after
         start, _, before, after = self._known
         at = np.clip(np.arange(frame - self._length, frame + self._length + 1), 0, frames - 1)
         return before[at - start], after[at - start]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 from inspector.session.export_files import ExportChoice
 from inspector.session.queue import ClipState
 from inspector.window.main_window import MainWindow
+from twistcore.review import Decision
 
 _SETTLE_MS = 350  # the views redraw once an event-loop turn; give them a few
 _LOOK_MS = 200  # between two looks for a dialog that nobody will answer
@@ -134,9 +136,10 @@ class Screenshot(Script):
 
     def steps(self) -> list[Callable[[], None]]:
         """See the class."""
-        window = self.window
-        to_interval = [window.next_interval, window.focus_chain] if window.document.data else []
-        return [*to_interval, lambda: self.shoot(self._picture)]
+        review, shoot = self.window.review_actions, partial(self.shoot, self._picture)
+        if self.window.document.data is None:
+            return [shoot]
+        return [partial(review.step_interval, +1), review.look, shoot]
 
 
 class Demo(Script):
@@ -148,17 +151,20 @@ class Demo(Script):
 
     def steps(self) -> list[Callable[[], None]]:
         """See the class."""
-        window = self.window
+        review = self.window.review_actions
         return [
-            window.next_interval,
-            window.accept,
-            window.accept,
+            partial(review.step_interval, +1),
+            self._accept,
+            self._accept,
             self._to_middle,
-            window.focus_chain,
+            review.look,
             lambda: self.shoot(self._folder / "inspector.png"),
             self._accept_rest,
             self._export,
         ]
+
+    def _accept(self) -> None:
+        self.window.review_actions.decide(Decision.ACCEPTED)
 
     def _to_middle(self) -> None:
         if judged := self.window.document.interval:
@@ -166,14 +172,14 @@ class Demo(Script):
 
     def _accept_rest(self) -> None:
         for _ in self.window.document.intervals:
-            self.window.accept()
+            self._accept()
 
     def _export(self) -> None:
         data = self.window.document.data
         assert data is not None
         self._folder.mkdir(parents=True, exist_ok=True)
         path = self._folder / f"{data.clip.path.stem}_refined.bvh"
-        self.window.export(ExportChoice(path, replace=True))  # of an earlier run
+        self.window.files.export(ExportChoice(path, replace=True))  # of an earlier run
         self.window.exporter.finish()
         if not self.code:
             print(self.window.bar.label.text())

@@ -1,15 +1,15 @@
-"""What the actions on files do: methods of the main window, by the actions' ids."""
+"""What the actions on files do."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QDragEnterEvent, QDropEvent, QKeySequence
+from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QDockWidget, QFileDialog, QMainWindow, QMenu, QMessageBox
 
-from inspector.bundled import SAMPLE
 from inspector.panels.detail_card import DetailCard
 from inspector.session.document import Document
 from inspector.session.export_files import ExportChoice
@@ -17,14 +17,19 @@ from inspector.session.exporter import Exporter
 from inspector.session.queue import FolderQueue
 from inspector.session.session_files import SESSION_SUFFIX, is_session, session_path
 from inspector.session.settings import Settings
-from inspector.teaching.interrupted_review import Aside
-from inspector.video.video_reader import SUFFIXES
+from inspector.teaching.teaching_actions import TeachingActions
+from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.message_bar import MessageBar
 from inspector.window.export_dialog import ExportDialog
 
 
-class FileActions(QMainWindow):
-    """Opening, saving and exporting; folders, recent files, files that are dropped."""
+@dataclass(eq=False)
+class FileActions:
+    """Opening, saving and exporting; folders and recent files.
+
+    cancel: the action that is enabled while something is being opened; tell_saved: called when
+    the session is on disk.
+    """
 
     document: Document
     settings: Settings
@@ -32,23 +37,33 @@ class FileActions(QMainWindow):
     queue: FolderQueue
     bar: MessageBar
     detail: DetailCard
-    aside: Aside
+    teaching: TeachingActions
     clips_dock: QDockWidget
     recent_menu: QMenu
-    actions_by_id: Mapping[str, QAction]
-    _being_opened = ""
-    _unasked = False  # closing: what is not saved stays in the journal
-    _wait_for_first = False  # the folder's first clip that is ready opens by itself
-    # The window and its other actions have these:
-    leave_guide: Callable[[], None]
-    show_video: Callable[[Path], None]
-    _review_changed: Callable[[], None]
+    cancel: QAction
+    tell_saved: Callable[[], None]
+    window: QMainWindow
+    _under_way: str = field(default="", init=False)
+    _wait_for_first: bool = field(default=False, init=False)  # it opens by itself
+
+    def __post_init__(self) -> None:
+        opener, recovery = self.document.opener, self.document.recovery
+        opener.locate.connect(self.locate_clip)
+        opener.began.connect(self._opening)
+        opener.share.connect(self._opening_share)
+        opener.over.connect(self._opening_over)
+        recovery.save_elsewhere.connect(self.save_session_as)
+        recovery.open_again.connect(self.open_path)
+        self.document.opened.connect(self._opened)
+        self.queue.changed.connect(self._queue_changed)
+        self.cancel.setEnabled(False)
+        self._show_recent()
 
     # -- opening ------------------------------------------------------------------------------
 
     def open_path(self, path: Path) -> None:
         """Open a clip or a session."""
-        if not self._may_leave():
+        if not self.may_leave():
             return
         if path.is_dir():
             self.open_queue(path)
@@ -61,15 +76,12 @@ class FileActions(QMainWindow):
     def open_dialog(self) -> None:
         """Ask for a file and open it."""
         patterns = f"Motion and sessions (*.bvh *{SESSION_SUFFIX}*)"
-        dialog = QFileDialog(self, "Open", "", f"{patterns};;All files (*)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.fileSelected.connect(lambda name: self.open_path(Path(name)))
-        dialog.open()
+        pattern = f"{patterns};;All files (*)"
+        ask_files(self.window, "Open", pattern, lambda paths: self.open_path(paths[0]))
 
     def open_folder(self) -> None:
         """Ask for a folder and queue its clips."""
-        name = QFileDialog.getExistingDirectory(self, "Open folder")
+        name = QFileDialog.getExistingDirectory(self.window, "Open folder")
         if name:
             self.open_path(Path(name))
 
@@ -95,43 +107,34 @@ class FileActions(QMainWindow):
         else:
             self.open_path(path)
 
-    def open_sample(self) -> None:
-        """Open the bundled walk with known errors."""
-        self.open_path(SAMPLE)
-
-    def cancel_opening(self) -> None:
-        """Give up what is being opened."""
-        self.document.opener.cancel()
-
-    def _opening(self, name: str) -> None:
+    def _opening(self, what: str) -> None:
         self.bar.clear()
-        self._being_opened = name
-        self.statusBar().showMessage(f"Opening {name} …")
-        self.actions_by_id["cancel_opening"].setEnabled(True)
+        self._under_way = what
+        self.window.statusBar().showMessage(f"{what} …")
+        self.cancel.setEnabled(True)
 
     def _opening_share(self, share: float) -> None:
-        action = self.actions_by_id["cancel_opening"]
-        key = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+        key = self.cancel.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
         how = f"   {key} cancels." if key else ""
-        self.statusBar().showMessage(f"Opening {self._being_opened} … {100.0 * share:.0f} %{how}")
+        text = f"{self._under_way} … {100.0 * share:.0f} %{how}"
+        self.window.statusBar().showMessage(text)
 
     def _opening_over(self) -> None:
-        self.statusBar().clearMessage()
-        self.actions_by_id["cancel_opening"].setEnabled(False)
+        self.window.statusBar().clearMessage()
+        self.cancel.setEnabled(False)
 
     def _opened(self) -> None:
         data = self.document.data
         assert data is not None
-        if not self.aside.open:
+        if not self.teaching.program.aside.open:
             self.settings.remember(data.clip.path)
         self._show_recent()
         motion = data.motion
-        self.statusBar().showMessage(
+        self.window.statusBar().showMessage(
             f"{data.clip.name}: {motion.frames} frames at {motion.fps:.4g} fps, "
             f"{len(motion.skeleton)} joints",
             8000,
         )
-        self._review_changed()
 
     def _show_recent(self) -> None:
         self.recent_menu.clear()
@@ -141,20 +144,6 @@ class FileActions(QMainWindow):
             action.triggered.connect(lambda _=False, n=name: self.open_path(Path(n)))
             self.recent_menu.addAction(action)
         self.recent_menu.setEnabled(bool(self.settings.recent))
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """A file may be dropped."""
-        if any(url.isLocalFile() for url in event.mimeData().urls()):
-            event.acceptProposedAction()
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        """Open the first file that was dropped; a video goes beside the present clip."""
-        files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
-        if files:
-            event.acceptProposedAction()
-            path = Path(files[0])
-            video = path.suffix.lower() in SUFFIXES
-            self.show_video(path) if video else self.open_path(path)
 
     # -- saving and exporting -----------------------------------------------------------------
 
@@ -167,13 +156,13 @@ class FileActions(QMainWindow):
         if self.document.data is None:
             self.bar.show_message("Open a clip first.", False)
             return
-        dialog = QFileDialog(self, "Save session as", "", f"Sessions (*{SESSION_SUFFIX})")
-        dialog.setFileMode(QFileDialog.FileMode.AnyFile)
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.selectFile(str(session_path(self.document.data.clip.path)))
-        dialog.fileSelected.connect(lambda name: self._save(_named_session(Path(name))))
-        dialog.open()
+        ask_where(
+            self.window,
+            "Save session as",
+            f"Sessions (*{SESSION_SUFFIX})",
+            lambda path: self._save(_named_session(path)),
+            wanted=session_path(self.document.data.clip.path),
+        )
 
     def _save(self, path: Path | None) -> bool:
         self.detail.commit()
@@ -181,27 +170,26 @@ class FileActions(QMainWindow):
         if saved:
             if changed := self.document.recovery.check_clip():
                 told += f" {changed} The session belongs to the version that is open."
-            self._review_changed()
+            self.tell_saved()
             if self.document.data is not None:
                 self.queue.refresh(self.document.data.clip.path)
             if file := self.document.keeper.session_file:
-                self.statusBar().showMessage(f"Saved {file}", 4000)
+                self.window.statusBar().showMessage(f"Saved {file}", 4000)
         if told:
             self.bar.show_message(told.strip(), True)
         return saved
 
     def locate_clip(self, session: Path) -> None:
         """Ask where the clip of a session went, and open both."""
-        name, _ = QFileDialog.getOpenFileName(self, "Locate the clip", str(session.parent), "*.bvh")
-        if name:
-            self.document.opener.open_session(session, Path(name))
+        title, reopen = "Locate the clip", partial(self.document.opener.open_session, session)
+        ask_files(self.window, title, "*.bvh", lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self) -> None:
         """Ask where to and export."""
         if self.document.data is None:
             self.bar.show_message("Open a clip first.", False)
             return
-        dialog = ExportDialog(self.document, self)
+        dialog = ExportDialog(self.document, self.window)
         dialog.accepted.connect(lambda: self.export(dialog.choice()))
         dialog.open()
 
@@ -210,15 +198,15 @@ class FileActions(QMainWindow):
         self.detail.commit()
         self.exporter.start(choice)
 
-    def _may_leave(self) -> bool:
-        """True once unsaved decisions are saved or knowingly given up."""
-        self.leave_guide()
+    def may_leave(self, *, ask: bool = True) -> bool:
+        """True once unsaved decisions are saved or knowingly given up, or wait in the journal."""
+        self.teaching.leave_guide()
         self.detail.commit()
-        if self._unasked or self.document.data is None or self.document.review.saved:
+        if not ask or self.document.data is None or self.document.review.saved:
             return True
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
-            self,
+            self.window,
             "Twist Inspector",
             f"{self.document.data.clip.name} has decisions that are not saved.",
             button.Save | button.Discard | button.Cancel,

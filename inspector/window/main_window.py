@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, Qt
-from PySide6.QtGui import QCloseEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QApplication,
     QDockWidget,
@@ -24,130 +26,131 @@ from inspector.panels.detail_card import DetailCard
 from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.transport import Transport
-from inspector.quality.quality_actions import QualityActions
+from inspector.quality.quality_panel import QualityPanel
 from inspector.recording.record_actions import RecordActions
+from inspector.recording.recorder import Recorder, RecordingBar
 from inspector.session.document import Document
 from inspector.session.exporter import Exporter
 from inspector.session.player import Player
 from inspector.session.queue import FolderQueue
 from inspector.session.settings import Settings, save_settings
-from inspector.teaching.teaching_actions import TeachActions
+from inspector.teaching.guide_card import GuideCard
+from inspector.teaching.guided_program import GuidedProgram
+from inspector.teaching.interrupted_review import Aside
+from inspector.teaching.lesson import Lesson
+from inspector.teaching.teaching_actions import TeachingActions
+from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
 from inspector.tuning.tuning_actions import TuningActions
 from inspector.tuning.tuning_panel import TuningPanel
 from inspector.video.video_actions import VideoActions
 from inspector.video.video_panel import VideoPanel
+from inspector.video.video_reader import SUFFIXES
 from inspector.viewport.viewport import Viewport
 from inspector.widgets import theme as themes
 from inspector.widgets.background import Task
+from inspector.widgets.fronts import bring_to_front
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface
+from inspector.window.action_table import MENUS, OF_THE_FIGURE
 from inspector.window.actions import build_actions
 from inspector.window.file_actions import FileActions
-from inspector.window.go_actions import GoActions
-from inspector.window.preferences import apply_keys
+from inspector.window.parts import Parts
 from inspector.window.presentation import Presentation
 from inspector.window.program_actions import ProgramActions
 from inspector.window.review_actions import ReviewActions
-from inspector.window.view_actions import OF_THE_FIGURE, ViewActions
 from twistcore.review import Decision
 
 _STATE_VERSION = 2
 _LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
-_PRESENTED = ("curves", "teaching")  # docks that stay in a presentation
+_Area = Qt.DockWidgetArea
 
 
-class MainWindow(
-    ViewActions,
-    ReviewActions,
-    GoActions,
-    TuningActions,
-    TeachActions,
-    RecordActions,
-    VideoActions,
-    QualityActions,
-    ProgramActions,
-    FileActions,
-):
-    """The program's window."""
+class MainWindow(QMainWindow):
+    """The program's window; docks: by their object names."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
         """`settings_file`: where to keep the settings at the end; None: nowhere."""
         super().__init__()
         self.settings, self._settings_file = settings, settings_file
+        self._unasked = False  # closing: what is not saved stays in the journal
         self.document = Document(self)
         self.exporter = Exporter(self.document, self)
-        self._take_settings()
         self.player = Player(self.document, self)
         self.queue = FolderQueue(parent=self)
-        self.theme = self._wanted_theme()
+        self.recorder = Recorder(self)
         self.setAcceptDrops(True)
         self.setWindowTitle("Twist Inspector")
         self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.AllowNestedDocks)
-        self.actions_by_id, self._menus = build_actions(self, self.menuBar())
-        apply_keys(self.actions_by_id, settings)
-        self._build()
+        self.actions_by_id, self._menus = build_actions(MENUS, self, self.menuBar())
+        self.program = ProgramActions(
+            self.document, settings, MENUS, self.actions_by_id, self.apply_theme, self
+        )
+        self.program.take_settings()
+        self.docks: dict[str, QDockWidget] = {}
+        self._build_views(self.program.wanted_theme())
+        self._build_docks()
+        self._build_bars()
+        self._build_features()
         self._connect()
-        self.apply_theme(self.theme)  # some views have no colours until they are told
+        self.program.colour()  # some views have no colours until they are told
         self._restore()
 
     # -- building -----------------------------------------------------------------------------
 
-    def _build(self) -> None:
+    def _build_views(self, theme: themes.Theme) -> None:
+        document, actions = self.document, self.actions_by_id
         self.bar = MessageBar()
-        self.viewport = Viewport(self.document, self.theme)
-        self.transport = Transport(self.document, self.player, self.actions_by_id)
-        centre = QWidget()
-        layout = QVBoxLayout(centre)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self.bar)
-        layout.addWidget(self.viewport, 1)
-        layout.addWidget(self.transport)
-        self.setCentralWidget(centre)
+        self.viewport = Viewport(document, theme)
+        self.transport = Transport(document, self.player, actions)
+        self.setCentralWidget(_column({self.bar: 0, self.viewport: 1, self.transport: 0}))
         own_surface(self.viewport)
-        self.chains = ChainsPanel(self.document, self.theme)
-        self.intervals = IntervalsPanel(self.document, self.theme)
-        self.detail = DetailCard(self.document)
-        self.timeline = Timeline(self.document, self.theme)
-        right = QWidget()
-        column = QVBoxLayout(right)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.intervals, 1)
-        column.addWidget(self.detail)
-        self._dock("Curves", self.timeline, Qt.DockWidgetArea.BottomDockWidgetArea)
-        self.video = VideoPanel(self.document, self.theme, self.settings, self.actions_by_id)
-        self.video_dock = self._dock("Video", self.video, Qt.DockWidgetArea.BottomDockWidgetArea)
-        self.video_dock.hide()
-        self.clips = ClipsPanel(self.queue, self.document, self.theme)
-        self.clips_dock = self._dock("Clips", self.clips, Qt.DockWidgetArea.LeftDockWidgetArea)
-        self.clips_dock.hide()
-        left = self._dock("Chains", self.chains, Qt.DockWidgetArea.LeftDockWidgetArea)
-        rest = self._dock("Intervals", right, Qt.DockWidgetArea.RightDockWidgetArea)
-        history = self._dock(
-            "History", HistoryPanel(self.document), Qt.DockWidgetArea.RightDockWidgetArea
-        )
-        self.tuning = TuningPanel(self.document, self.theme, self.actions_by_id)
-        area = Qt.DockWidgetArea.RightDockWidgetArea
-        self.tuning_dock = self._dock("Tuning", self.tuning, area)
-        self.tuning_dock.visibilityChanged.connect(self.tuning.set_seen)
-        self.tabifyDockWidget(rest, history)
-        self.tabifyDockWidget(rest, self.tuning_dock)
-        self._build_teaching(rest, self.tuning_dock)
-        self._build_recording()
-        self._build_quality(self.teaching_dock)
-        rest.raise_()
-        self.resizeDocks([left, rest], [_LEFT_WIDTH, _RIGHT_WIDTH], Qt.Orientation.Horizontal)
-        for name in OF_THE_FIGURE:
-            self.actions_by_id[name].setEnabled(self.viewport.view is not None)
-        self.presenting = Presentation(self, self.viewport, self.timeline, _PRESENTED)
-        leave = self.actions_by_id["presentation"]
-        self.presenting.escaped.connect(lambda: leave.setChecked(False))
-        self.timeline.toggles["other"].toggled.connect(
-            self.actions_by_id["both_detectors"].setChecked
-        )
+        self.chains = ChainsPanel(document, theme)
+        self.intervals = IntervalsPanel(document, theme)
+        self.detail = DetailCard(document)
+        self.timeline = Timeline(document, theme)
+        self.video = VideoPanel(document, theme, self.settings, actions)
+        self.clips = ClipsPanel(self.queue, document, theme)
+        self.tuning = TuningPanel(document, theme, actions)
+        self.lesson = Lesson(document, self)
+        shown = [actions[name] for name in ("tour", "exercise", "record_dialog")]
+        self.teaching = TeachingPanel(self.lesson, self.viewport, self.timeline, shown)
+        self.guide = GuideCard()
+        self.quality = QualityPanel(document, theme, actions)
+        self.viewport.accompany(self.quality.tracked)
+
+    def _build_docks(self) -> None:
+        right = _column({self.intervals: 1, self.detail: 0})
+        self._dock("Curves", self.timeline, _Area.BottomDockWidgetArea)
+        self._dock("Video", self.video, _Area.BottomDockWidgetArea).hide()
+        self._dock("Clips", self.clips, _Area.LeftDockWidgetArea).hide()
+        chains = self._dock("Chains", self.chains, _Area.LeftDockWidgetArea)
+        intervals = self._dock("Intervals", right, _Area.RightDockWidgetArea)
+        history = self._dock("History", HistoryPanel(self.document), _Area.RightDockWidgetArea)
+        tuning = self._dock("Tuning", self.tuning, _Area.RightDockWidgetArea)
+        self.tabifyDockWidget(intervals, history)
+        self.tabifyDockWidget(intervals, tuning)
+        teaching = self._dock("Teaching", self.teaching, _Area.RightDockWidgetArea)
+        self.tabifyDockWidget(tuning, teaching)
+        self._dock("Guide", self.guide, _Area.LeftDockWidgetArea).hide()
+        quality = self._dock("Quality", self.quality, _Area.RightDockWidgetArea)
+        self.tabifyDockWidget(teaching, quality)
+        tuning.visibilityChanged.connect(self.tuning.set_seen)
+        teaching.visibilityChanged.connect(self.teaching.set_shown)
+        quality.visibilityChanged.connect(self.quality.set_seen)
+        intervals.raise_()
+        widths = [_LEFT_WIDTH, _RIGHT_WIDTH]
+        self.resizeDocks([chains, intervals], widths, Qt.Orientation.Horizontal)
+
+    def _dock(self, title: str, content: QWidget, area: _Area) -> QDockWidget:
+        dock = self.docks[title.lower()] = QDockWidget(title, self)
+        dock.setObjectName(title.lower())
+        dock.setWidget(content)
+        self.addDockWidget(area, dock)
+        return dock
+
+    def _build_bars(self) -> None:
         tools = QToolBar("Tools")
         tools.setObjectName("tools")
         tools.setMovable(False)
@@ -156,63 +159,85 @@ class MainWindow(
             "open_dialog", "export_dialog", "", "undo", "redo", "", "previous_interval",
             "next_interval", "accept", "reject", "reset", "", "cycle_show", "focus_chain",
         ):  # fmt: skip
-            if name:
-                tools.addAction(self.actions_by_id[name])
-            else:
-                tools.addSeparator()
+            tools.addAction(self.actions_by_id[name]) if name else tools.addSeparator()
         self.addToolBar(tools)
         view = self._menus["View"]
         view.addSeparator()
-        for dock in self.findChildren(QDockWidget):
+        for dock in self.docks.values():
             view.addAction(dock.toggleViewAction())
         self.recent_menu = QMenu("Recent", self)
         self._menus["File"].insertMenu(self.actions_by_id["save_session"], self.recent_menu)
         self.position = SteadyLabel()
         self.decided = SteadyLabel()
-        for label in (self.position, self.decided):
-            self.statusBar().addPermanentWidget(label)
+        for widget in (RecordingBar(self.recorder), self.position, self.decided):
+            self.statusBar().addPermanentWidget(widget)
 
-    def _dock(self, title: str, content: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
-        dock = QDockWidget(title, self)
-        dock.setObjectName(title.lower())
-        dock.setWidget(content)
-        self.addDockWidget(area, dock)
-        return dock
+    def _build_features(self) -> None:
+        """What actions do, and the actions' way to it."""
+        document, actions, docks, bar = self.document, self.actions_by_id, self.docks, self.bar
+        self.presentation = Presentation(self, docks, self.viewport, self.timeline)
+        program = GuidedProgram(
+            document=document,
+            lesson=self.lesson,
+            viewport=self.viewport,
+            settings=self.settings,
+            guide=self.guide,
+            aside=Aside(document),
+            actions=actions,
+            show_intervals=docks["intervals"].raise_,
+            show_teaching=partial(bring_to_front, docks["teaching"]),
+        )
+        self.teaching_actions = TeachingActions(program, docks["guide"], docks["chains"], self)
+        self.files = FileActions(
+            document, self.settings, self.exporter, self.queue, bar, self.detail,
+            self.teaching_actions, docks["clips"], self.recent_menu, actions["cancel_opening"],
+            self._review_changed, self,
+        )  # fmt: skip
+        look = actions["focus_chain"].trigger
+        self.review_actions = ReviewActions(document, self.intervals, bar, look, self)
+        self.tuning_actions = TuningActions(
+            document, self.queue, bar, self.tuning, docks["tuning"], self
+        )
+        self.record_actions = RecordActions(
+            document, self.recorder, self.viewport, self.timeline, self.lesson,
+            self.teaching.typesetter, bar, self,
+        )  # fmt: skip
+        self.video_actions = VideoActions(document, self.video, docks["video"], self)
+        parts = Parts(
+            self, docks, document, self.player, self.settings, self.viewport, self.timeline,
+            self.tuning, self.video, self.quality, self.presentation, self.program, self.files,
+            self.review_actions, self.tuning_actions, self.teaching_actions, self.record_actions,
+            self.video_actions,
+        )  # fmt: skip
+        for spec in (spec for menu in MENUS.values() for spec in menu if spec is not None):
+            spec.connect(actions[spec.id], parts)
+        for name in OF_THE_FIGURE:
+            actions[name].setEnabled(self.viewport.view is not None)
 
     def _connect(self) -> None:
-        document = self.document
+        document, actions = self.document, self.actions_by_id
         document.message.connect(self.bar.show_message)
         self.exporter.message.connect(self.bar.show_message)
         document.question.connect(self.bar.ask)
         document.withdrawn.connect(self.bar.clear)
-        document.opener.locate.connect(self.locate_clip)
-        document.recovery.save_elsewhere.connect(self.save_session_as)
-        document.recovery.open_again.connect(self.open_path)
-        document.opener.began.connect(self._opening)
-        document.opener.share.connect(self._opening_share)
-        document.opener.over.connect(self._opening_over)
-        self.actions_by_id["cancel_opening"].setEnabled(False)
-        document.message.connect(lambda *_: self.statusBar().clearMessage())
-        document.opened.connect(self._opened)
+        document.message.connect(self.statusBar().clearMessage)
+        document.opened.connect(self._review_changed)
         document.intervals_changed.connect(self._review_changed)
         document.frame_changed.connect(self._show_position)
         document.chain_changed.connect(self._show_position)
-        self.queue.changed.connect(self._queue_changed)
         self.clips.chosen.connect(self.open_path)
-        self.video.restored.connect(self.show_video_dock)
+        self.video.restored.connect(self.video_actions.show_dock)
         self.intervals.activated.connect(self.timeline.visible.zoom_to_interval)
-        self.detail.judged.connect(self._judge)
+        self.detail.judged.connect(self.review_actions.judge)
+        self.teaching.moved_far.connect(actions["focus_chain"].trigger)
+        self.presentation.escaped.connect(lambda: actions["presentation"].setChecked(False))
+        self.timeline.toggles["other"].toggled.connect(actions["both_detectors"].setChecked)
         QApplication.styleHints().colorSchemeChanged.connect(self._scheme_changed)
         self._review_changed()
-        self._show_recent()
 
     def _restore(self) -> None:
         self.resize(1440, 900)
-        self.resizeDocks(
-            [d for d in self.findChildren(QDockWidget) if d.objectName() == "curves"],
-            [330],
-            Qt.Orientation.Vertical,
-        )
+        self.resizeDocks([self.docks["curves"]], [330], Qt.Orientation.Vertical)
         if self.settings.geometry:
             self.restoreGeometry(QByteArray.fromHex(self.settings.geometry.encode()))
         if self.settings.layout:
@@ -220,30 +245,48 @@ class MainWindow(
             self.restoreState(state, _STATE_VERSION)
         self.actions_by_id[f"theme_{self.settings.theme}"].setChecked(True)
 
+    # -- what is asked of it ------------------------------------------------------------------
+
+    def open_path(self, path: Path) -> None:
+        """Open a clip, a session or a folder."""
+        self.files.open_path(path)
+
+    def apply_theme(self, theme: themes.Theme) -> None:
+        """Colour everything."""
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        themes.apply_theme(app, theme)
+        views = (self.viewport, self.timeline, self.clips, self.chains, self.intervals)
+        for view in (*views, self.tuning, self.teaching, self.guide, self.video, self.quality):
+            view.set_theme(theme)
+        if (trackers := self.teaching_actions.five_trackers) is not None:
+            trackers.set_theme(theme)
+
+    def _scheme_changed(self) -> None:  # of the window: Qt disconnects it when it goes
+        self.program.colour()
+
+    def close_unasked(self) -> None:
+        """Close without a question: decisions that are not saved wait in the journal."""
+        self._unasked = True
+        self.close()
+
     # -- what follows the document ------------------------------------------------------------
 
     def _review_changed(self) -> None:
         data = self.document.data
         review = self.document.review if data else None
-        for name, text in (
-            ("undo", review.undo_text if review else ""),
-            ("redo", review.redo_text if review else ""),
-        ):
+        texts = (review.undo_text, review.redo_text) if review else ("", "")
+        for name, text in zip(("undo", "redo"), texts, strict=True):
             action = self.actions_by_id[name]
             title = name.capitalize()
             wanted = f"{title} {text[0].lower()}{text[1:]}" if text else title
-            if (wanted, bool(text)) != (
-                action.text(),
-                action.isEnabled(),
-            ):  # a changed action lays its tool bar out anew
+            # A changed action lays its tool bar out anew.
+            if (wanted, bool(text)) != (action.text(), action.isEnabled()):
                 action.setEnabled(bool(text))
                 action.setText(wanted)
                 action.setIconText(title)
         if review is not None:
-            method = self.actions_by_id[f"use_{review.state.method}"]
-            method.blockSignals(True)
-            method.setChecked(True)
-            method.blockSignals(False)
+            self.actions_by_id[f"use_{review.state.method}"].setChecked(True)
         title = "Twist Inspector"
         look = " (look only)" if self.document.keeper.read_only else ""
         self.setWindowTitle(f"{data.clip.name}[*]{look} – {title}" if data else title)
@@ -267,23 +310,6 @@ class MainWindow(
             f"m {np.degrees(signals.strength[frame]):6.2f}°   offset {off:+7.1f}°"
         )
 
-    def apply_theme(self, theme: themes.Theme) -> None:
-        """Colour everything."""
-        self.theme = theme
-        app = QApplication.instance()
-        assert isinstance(app, QApplication)
-        themes.apply_theme(app, theme)
-        views = (self.viewport, self.timeline, self.clips, self.chains, self.intervals)
-        for view in (*views, self.tuning, self.teaching, self.guide, self.video, self.quality):
-            view.set_theme(theme)
-        if self.five_trackers is not None:
-            self.five_trackers.set_theme(theme)
-
-    def close_unasked(self) -> None:
-        """Close without a question: decisions that are not saved wait in the journal."""
-        self._unasked = True
-        self.close()
-
     # -- Qt events ----------------------------------------------------------------------------
 
     def changeEvent(self, event: QEvent) -> None:
@@ -292,17 +318,31 @@ class MainWindow(
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
             self.document.recovery.look_around()
 
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """A file may be dropped."""
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open the first file that was dropped; a video goes beside the present clip."""
+        files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
+        if files:
+            event.acceptProposedAction()
+            path = Path(files[0])
+            video = path.suffix.lower() in SUFFIXES
+            self.video_actions.show_video(path) if video else self.open_path(path)
+
     def closeEvent(self, event: QCloseEvent) -> None:
         """Finish an export, ask about unsaved decisions, keep the layout, let the 3D view go."""
-        if not self.exporter.finish() or not self._may_leave():
+        if not self.exporter.finish() or not self.files.may_leave(ask=not self._unasked):
             event.ignore()
             return
         for task in self.findChildren(Task):
             task.cancel()
         self.player.pause()
         self.recorder.cancel()
-        if self.five_trackers is not None:
-            self.five_trackers.close()
+        if (trackers := self.teaching_actions.five_trackers) is not None:
+            trackers.close()
         self.actions_by_id["presentation"].setChecked(False)  # the layout to keep is the usual one
         self.document.close_clip()
         self.queue.close()
@@ -317,3 +357,14 @@ class MainWindow(
                 print(trouble, file=sys.stderr)
         self.viewport.close()
         super().closeEvent(event)
+
+
+def _column(content: Mapping[QWidget, int]) -> QWidget:
+    """Widgets under one another without gaps, and which of them takes what is left."""
+    column = QWidget()
+    layout = QVBoxLayout(column)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(0)
+    for widget, stretch in content.items():
+        layout.addWidget(widget, stretch)
+    return column

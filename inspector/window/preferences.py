@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -23,14 +21,15 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.session.settings import STEPS, Settings
-from inspector.window.actions import specs
+from inspector.window.actions import Menus, rows
 
 
 class Preferences(QDialog):
     """A form over the settings; what is chosen is taken with OK."""
 
-    def __init__(self, settings: Settings, parent: QWidget) -> None:
+    def __init__(self, settings: Settings, menus: Menus, parent: QWidget) -> None:
         super().__init__(parent)
+        self._rows = tuple(rows(menus))
         self.setWindowTitle("Preferences")
         self.reviewer = QLineEdit(settings.reviewer)
         self.reviewer.setPlaceholderText("Your name, kept with every decision")
@@ -50,20 +49,20 @@ class Preferences(QDialog):
         header = self.keys.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         header.resizeSection(1, 190)
-        self._edits: dict[str, QKeySequenceEdit] = {}
-        for spec in specs():
-            row = self.keys.rowCount()
-            self.keys.insertRow(row)
-            item = QTableWidgetItem(spec.text)
+        self.edits: dict[str, QKeySequenceEdit] = {}
+        for row in self._rows:
+            place = self.keys.rowCount()
+            self.keys.insertRow(place)
+            item = QTableWidgetItem(row.text)
             item.setFlags(Qt.ItemFlag.ItemIsEnabled)
-            self.keys.setItem(row, 0, item)
-            keys = settings.keys.get(spec.id, list(spec.keys))
+            self.keys.setItem(place, 0, item)
+            keys = settings.keys.get(row.id, list(row.keys))
             edit = QKeySequenceEdit(QKeySequence(keys[0] if keys else ""))
             edit.setClearButtonEnabled(True)
             edit.setMaximumSequenceLength(1)
             edit.keySequenceChanged.connect(self._check)
-            self._edits[spec.id] = edit
-            self.keys.setCellWidget(row, 1, edit)
+            self.edits[row.id] = edit
+            self.keys.setCellWidget(place, 1, edit)
         self.conflict = QLabel()
         self.conflict.setWordWrap(True)
         self.buttons = QDialogButtonBox(
@@ -85,32 +84,19 @@ class Preferences(QDialog):
         settings.first_frame = self.first.currentIndex()
         settings.step = self.step.value()
         changed = {}
-        for spec in specs():
-            key = self._edits[spec.id].keySequence().toString()
-            first = QKeySequence(spec.keys[0]).toString() if spec.keys else ""
+        for row in self._rows:
+            key = self.edits[row.id].keySequence().toString()
+            first = QKeySequence(row.keys[0]).toString() if row.keys else ""
             if key != first:
-                changed[spec.id] = [key] if key else []
+                changed[row.id] = [key] if key else []
         settings.keys = changed
-
-    def set_key(self, action: str, key: str) -> None:
-        """Type a key for an action."""
-        self._edits[action].setKeySequence(QKeySequence(key))
 
     def _check(self) -> None:
         used: dict[str, list[str]] = {}
-        for spec in specs():
-            key = self._edits[spec.id].keySequence().toString()
+        for row in self._rows:
+            key = self.edits[row.id].keySequence().toString()
             if key:
-                used.setdefault(key, []).append(spec.text)
+                used.setdefault(key, []).append(row.text)
         twice = [f"{key}: {', '.join(names)}" for key, names in used.items() if len(names) > 1]
         self.conflict.setText(f"Used twice: {'; '.join(twice)}" if twice else "")
         self.buttons.button(QDialogButtonBox.StandardButton.Ok).setEnabled(not twice)
-
-
-def apply_keys(actions: Mapping[str, QAction], settings: Settings) -> None:
-    """Give the actions the keys of the table, or those the person has chosen instead."""
-    for spec in specs():
-        keys = settings.keys.get(spec.id, list(spec.keys))
-        actions[spec.id].setShortcuts([QKeySequence(k) for k in keys])
-        shown = f" ({keys[0]})" if keys else ""
-        actions[spec.id].setToolTip(f"{spec.tip or spec.text}{shown}")

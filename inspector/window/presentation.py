@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStatusBar, QToolBar
@@ -9,25 +11,24 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QStatusBar, QToolBar
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 
+_KEPT = ("curves", "teaching")  # docks that stay if they are seen
 _SCALE = 1.7  # of type and lines
 _CURVES_SHARE = 0.42  # of the window's height
 
 
 class Presentation:
-    """Takes everything out of the window but figure, transport and curves, and puts it back.
-
-    kept: object names of docks that stay if they are seen.
-    """
+    """Takes everything out of the window but figure, transport and curves, and puts it back."""
 
     def __init__(
         self,
         window: QMainWindow,
+        docks: Mapping[str, QDockWidget],
         viewport: Viewport,
         timeline: Timeline,
-        kept: tuple[str, ...],
     ) -> None:
-        self._window, self._viewport, self._timeline = window, viewport, timeline
-        self._kept = kept
+        """`docks`: by their object names."""
+        self._window, self._docks = window, docks
+        self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None
         self._full = False
         self._escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), window)
@@ -36,20 +37,15 @@ class Presentation:
         self._escape.setEnabled(False)
         self.escaped = self._escape.activated
 
-    @property
-    def on(self) -> bool:
-        """Whether the window is in presentation."""
-        return self._layout is not None
-
     def enter(self) -> None:
         """Large type, full screen."""
-        if self.on:
+        if self._layout is not None:
             return
         window = self._window
         self._layout, self._full = window.saveState(), window.isFullScreen()
-        for dock in window.findChildren(QDockWidget):
+        for name, dock in self._docks.items():
             # A dock behind the tab of another is 'visible' too; only its region tells.
-            if dock.objectName() not in self._kept or dock.visibleRegion().isEmpty():
+            if name not in _KEPT or dock.visibleRegion().isEmpty():
                 dock.hide()
         for bar in (*window.findChildren(QToolBar), *window.findChildren(QStatusBar)):
             bar.hide()
@@ -57,9 +53,8 @@ class Presentation:
         self._scale(_SCALE)
         self._escape.setEnabled(True)
         window.showFullScreen()
-        curves = [d for d in window.findChildren(QDockWidget) if d.objectName() == "curves"]
         height = round(_CURVES_SHARE * window.height())
-        window.resizeDocks(curves, [height], Qt.Orientation.Vertical)
+        window.resizeDocks([self._docks["curves"]], [height], Qt.Orientation.Vertical)
 
     def leave(self) -> None:
         """The window as it was."""
@@ -74,6 +69,11 @@ class Presentation:
         if not self._full:
             window.setWindowState(window.windowState() & ~Qt.WindowState.WindowFullScreen)
         window.restoreState(layout)
+
+    def set_full_screen(self, on: bool) -> None:
+        """The whole screen or not; a window that was maximised before is so afterwards."""
+        full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
+        self._window.setWindowState(now | full if on else now & ~full)
 
     def _scale(self, scale: float) -> None:
         self._timeline.set_scale(scale)

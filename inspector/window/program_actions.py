@@ -1,89 +1,85 @@
-"""What the actions of the program itself do: methods of the main window, by the actions' ids."""
+"""What the actions of the program itself do."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMainWindow, QMessageBox, QTextBrowser
+from PySide6.QtWidgets import QMessageBox, QTextBrowser, QWidget
 
 from inspector.session.document import Document
 from inspector.session.settings import Settings
 from inspector.widgets import theme as themes
-from inspector.window.actions import shortcuts_markdown
+from inspector.window.actions import Menus, apply_keys, shortcuts_markdown
 from inspector.window.palette import CommandPalette
-from inspector.window.preferences import Preferences, apply_keys
+from inspector.window.preferences import Preferences
 from twistcore.version import __version__
 
 
-class ProgramActions(QMainWindow):
+@dataclass(eq=False)
+class ProgramActions:
     """Theme, preferences, palette, help."""
 
     document: Document
     settings: Settings
-    actions_by_id: Mapping[str, QAction]
+    menus: Menus
+    actions: Mapping[str, QAction]
     apply_theme: Callable[[themes.Theme], None]
+    window: QWidget
 
-    def theme_system(self, on: bool) -> None:
-        """Colours as the system has them."""
-        self._choose_theme("system", on)
-
-    def theme_light(self, on: bool) -> None:
-        """Light colours."""
-        self._choose_theme("light", on)
-
-    def theme_dark(self, on: bool) -> None:
-        """Dark colours."""
-        self._choose_theme("dark", on)
-
-    def _choose_theme(self, name: str, on: bool) -> None:
-        if on and name != self.settings.theme:
+    def choose_theme(self, name: str) -> None:
+        """Colours as the system has them, light or dark ones."""
+        if name != self.settings.theme:
             self.settings.theme = name
-            self.apply_theme(self._wanted_theme())
+            self.colour()
 
-    def _scheme_changed(self) -> None:
-        self.apply_theme(self._wanted_theme())
+    def colour(self) -> None:
+        """Colour everything as the settings, or the system where they leave it to it, say now."""
+        self.apply_theme(self.wanted_theme())
 
-    def _wanted_theme(self) -> themes.Theme:
+    def wanted_theme(self) -> themes.Theme:
+        """The theme of the settings."""
         fixed = {"light": themes.LIGHT, "dark": themes.DARK}
         return fixed.get(self.settings.theme) or themes.system_theme()
 
-    def _take_settings(self) -> None:
+    def take_settings(self) -> None:
+        """Let what a person may prefer be so."""
         self.document.reviewer = self.settings.reviewer
         self.document.set_first_frame(self.settings.first_frame)
+        apply_keys(self.menus, self.actions, self.settings)
 
     def preferences(self) -> None:
         """Reviewer, how frames are counted, keys."""
-        dialog = Preferences(self.settings, self)
+        dialog = Preferences(self.settings, self.menus, self.window)
         dialog.accepted.connect(lambda: self._preferred(dialog))
         dialog.open()
 
     def _preferred(self, dialog: Preferences) -> None:
         dialog.take(self.settings)
-        self._take_settings()
-        apply_keys(self.actions_by_id, self.settings)
+        self.take_settings()
 
     def command_palette(self) -> None:
         """Any action by a part of its name."""
-        palette = CommandPalette(self.actions_by_id, self)
+        palette = CommandPalette(self.actions, self.window)
         palette.show()
         palette.line.setFocus()
 
     def show_shortcuts(self) -> None:
         """Keys and mouse in a window of their own."""
-        page = QTextBrowser(self)
+        page = QTextBrowser(self.window)
         page.setWindowFlag(Qt.WindowType.Tool)
         page.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         page.setWindowTitle("Keyboard and mouse")
-        page.setMarkdown(shortcuts_markdown())
+        page.setMarkdown(shortcuts_markdown(self.menus))
         page.resize(520, 640)
         page.show()
 
     def show_about(self) -> None:
         """Version, method and data."""
         QMessageBox.about(
-            self,
+            self.window,
             "Twist Inspector",
             f"<b>Twist Inspector {__version__}</b><p>Finds intervals in which a joint and its "
             "child twist against each other, after Choi, Jang and Kim, J. Sens. Sci. Technol. "

@@ -1,96 +1,84 @@
-"""What the actions of the review do: methods of the main window, by the actions' ids."""
+"""What the actions of the review do."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
 import numpy as np
-from PySide6.QtWidgets import QInputDialog, QMainWindow
+from PySide6.QtWidgets import QInputDialog, QWidget
 
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.document import Document
 from inspector.session.redetection import faint_intervals
-from inspector.timeline.timeline import Timeline
 from inspector.widgets.message_bar import MessageBar
 from twistcore.detection import Interval
-from twistcore.review import Decide, Decision, Insert, Judged, Remove
+from twistcore.review import Decide, Decision, Remove
 from twistcore.review.model import flattened, following, resized
-from twistcore.review.proposal import proposed_interval
 
 
-class ReviewActions(QMainWindow):
-    """Verdicts, edges, hand-made intervals, what was missed."""
+@dataclass(eq=False)
+class ReviewActions:
+    """Verdicts, edges, hand-made intervals, what was missed, and the way from one to the next.
+
+    look: turns the camera to where the selected limb's roll shows best.
+    """
 
     document: Document
     intervals: IntervalsPanel
-    timeline: Timeline
     bar: MessageBar
-    _faint: Interval | None = None
+    look: Callable[[], None]
+    window: QWidget
+    _faint: Interval | None = field(default=None, init=False)
 
-    def _judge(self, decision: Decision) -> None:
+    def judge(self, decision: Decision) -> None:
+        """Judge the selected intervals; the camera stays."""
         if self.document.data is not None:
             order = self.intervals.shown_ids()
             self.document.decide(decision, self.intervals.selected_ids(), order)
 
-    def accept(self) -> None:
-        """Accept the selected intervals."""
-        self._judge(Decision.ACCEPTED)
+    def decide(self, decision: Decision) -> None:
+        """Judge the selected intervals, and look at the next undecided."""
+        self.judge(decision)
+        self._look()
 
-    def reject(self) -> None:
-        """Reject the selected intervals."""
-        self._judge(Decision.REJECTED)
+    def step_interval(self, direction: int) -> None:
+        """Go to the next interval (+1) or the previous one (−1)."""
+        self.document.step_interval(direction, order=self.intervals.shown_ids())
+        self._look()
 
-    def reset(self) -> None:
-        """Take the verdict back."""
-        self._judge(Decision.UNDECIDED)
+    def _look(self) -> None:
+        if self.document.interval is not None:
+            self.look()
 
     def accept_confident(self) -> None:
         """Ask for a confidence and accept all undecided intervals at or above it, in one step."""
         value, chosen = QInputDialog.getDouble(
-            self, "Accept the sure ones", "Confidence of at least", 0.95, 0.0, 1.0, 2
+            self.window, "Accept the sure ones", "Confidence of at least", 0.95, 0.0, 1.0, 2
         )
         if chosen:
             self.accept_at_least(value)
 
     def accept_at_least(self, confidence: float) -> None:
         """Accept all undecided intervals with at least this confidence, in one step."""
-        ids = tuple(
-            j.id
-            for j in self.document.intervals
-            if j.decision == Decision.UNDECIDED
-            and not j.interval.open
-            and (j.interval.confidence or 0.0) >= confidence
-        )
-        if not ids:
-            self.bar.show_message(
-                f"No undecided interval has a confidence of {confidence:.2f} or more.", False
-            )
+        document = self.document
+        ids = document.review.state.unasked(confidence) if document.data else ()
+        if ids:
+            document.do(Decide(ids, Decision.ACCEPTED, document.reviewer, document.now()))
+        else:
+            text = f"No undecided interval has a confidence of {confidence:.2f} or more."
+            self.bar.show_message(text, False)
+
+    def move_edge(self, *, start: bool) -> None:
+        """The selected interval starts at the playhead, or ends with its frame."""
+        if (judged := self.document.interval) is None:
             return
-        self.document.do(
-            Decide(ids, Decision.ACCEPTED, self.document.reviewer, self.document.now())
-        )
-
-    def undo(self) -> None:
-        """Take the last command back."""
-        self.document.undo()
-
-    def redo(self) -> None:
-        """Do it again."""
-        self.document.redo()
-
-    def start_here(self) -> None:
-        """The selected interval starts at the playhead."""
-        if judged := self.document.interval:
-            self._resize(judged, self.document.frame, judged.interval.stop)
-
-    def stop_here(self) -> None:
-        """The selected interval ends with the playhead's frame."""
-        if judged := self.document.interval:
-            self._resize(judged, judged.interval.start, self.document.frame + 1)
-
-    def _resize(self, judged: Judged, start: int, stop: int) -> None:
-        if stop <= start:
+        frame, interval = self.document.frame, judged.interval
+        first, stop = (frame, interval.stop) if start else (interval.start, frame + 1)
+        if stop <= first:
             self.bar.show_message("The playhead is on the wrong side of the interval.", False)
         else:
-            self.document.edit(judged.id, resized(judged.interval, start, stop))
+            self.document.edit(judged.id, resized(interval, first, stop))
 
     def make_level(self) -> None:
         """The selected interval gets one offset in all its frames."""
@@ -105,18 +93,9 @@ class ReviewActions(QMainWindow):
 
     def insert_interval(self) -> None:
         """A hand-made interval: the suspicious moment gone to, or one around the playhead."""
-        document = self.document
-        if document.data is None or not document.chain:
-            return
-        faint = self._faint
-        if faint and faint.chain == document.chain and faint.start <= document.frame < faint.stop:
-            interval = faint
-        else:
-            signals = document.data.signals[document.chain]
-            fps = document.data.motion.fps
-            interval = proposed_interval(document.chain, signals, document.frame, fps)
-        document.do(Insert(interval))
-        document.select_interval(document.review.state.next_id - 1)
+        chain, frame, faint = self.document.chain, self.document.frame, self._faint
+        there = faint and faint.chain == chain and faint.start <= frame < faint.stop
+        self.document.insert_interval(frame, faint if there else None)
 
     def remove_interval(self) -> None:
         """Remove the selected interval if it was made by hand."""
@@ -126,14 +105,14 @@ class ReviewActions(QMainWindow):
     def next_faint(self) -> None:
         """Go to the next candidate between half of τ and τ: what was missed is invisible."""
         data = self.document.data
-        found = faint_intervals(data) if data else []
+        found = faint_intervals(data.analysis, self.document.review.state) if data else []
         if data is None or not found:
             self.bar.show_message("Nothing suspicious down to half of τ.", False)
             return
         order = [c.name for c in data.chains]
         found = sorted(found, key=lambda i: (i.start, order.index(i.chain)))
-        self._faint = next((i for i in found if i.start > self.document.frame), found[0])
-        faint = self._faint
+        faint = next((i for i in found if i.start > self.document.frame), found[0])
+        self._faint = faint
         self.document.select_interval(None)
         self.document.select_chain(faint.chain)
         self.document.go_to(faint.start)
@@ -144,13 +123,15 @@ class ReviewActions(QMainWindow):
             f"below τ. Insert makes it an interval. ({len(found)} such)",
             False,
         )
+        self.look()
 
-    def use_consistency(self, on: bool) -> None:
-        """Detect with our detector."""
-        if on:
-            self.document.use_method("consistency")
-
-    def use_paper(self, on: bool) -> None:
-        """Detect with the paper's detector."""
-        if on:
-            self.document.use_method("paper")
+    def go_to_frame(self) -> None:
+        """Ask for a frame."""
+        if not self.document.frames:
+            return
+        first = self.document.first_frame
+        now, last = self.document.frame + first, self.document.frames - 1 + first
+        title, text = "Go to frame", f"Frame ({first} – {last})"
+        frame, chosen = QInputDialog.getInt(self.window, title, text, now, first, last)
+        if chosen:
+            self.document.go_to(frame - first)

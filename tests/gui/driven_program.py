@@ -40,36 +40,36 @@ class Driver:
         ]
         (first, *_) = (i for k, i in undecided if not place or k == int(place))
         self.window.document.select_interval(first)
-        self.window.accept()
+        self.window.actions_by_id["accept"].trigger()
 
     def note(self, size: str) -> None:
         first = self.window.document.intervals[0]
         self.window.document.do(Annotate(first.id, "x" * int(size)))
 
     def undo(self) -> None:
-        self.window.undo()
+        self.window.actions_by_id["undo"].trigger()
 
     def save(self) -> None:
-        self.window.save_session()
+        self.window.files.save_session()
 
     def export(self, replace: str = "") -> None:
         clip = self.window.document.data.clip.path
         path = clip.with_name(f"{clip.stem}_refined.bvh")
-        self.window.export(ExportChoice(path, replace=bool(replace)))
+        self.window.files.export(ExportChoice(path, replace=bool(replace)))
         self.window.exporter.finish()
 
     def tour(self) -> None:
-        self.window.tour()
-        while self.window.guided_tour.at < 0:
+        self.window.actions_by_id["tour"].trigger()
+        while self.window.teaching_actions.guided_tour.at < 0:
             QTest.qWait(5)
 
     def leave(self) -> None:
-        self.window.leave_guide()
+        self.window.teaching_actions.leave_guide()
 
     def tour_and_leave(self) -> None:
         """Before the tour's clip is there."""
-        self.window.tour()
-        self.window.leave_guide()
+        self.window.actions_by_id["tour"].trigger()
+        self.window.teaching_actions.leave_guide()
 
     def open(self, name: str) -> None:
         clip = self.window.document.data.clip.path

@@ -53,6 +53,10 @@ def defects(window: QWidget):
         yield "the menu bar does not fit"
 
 
+def act(window, name: str) -> None:
+    window.actions_by_id[name].trigger()
+
+
 def look(window: QWidget, where: str) -> None:
     QTest.qWait(400)
     for defect in defects(window):
@@ -60,42 +64,42 @@ def look(window: QWidget, where: str) -> None:
 
 
 def teach(window) -> None:
-    window.show_teaching()
+    act(window, "show_teaching")
     while not window.teaching.typesetter.done:
         QTest.qWait(10)
     window.document.select_chain("LeftForeArm")
     window.lesson.set_what_if(WhatIf(twist=1.2, counter=True))
     look(window, "teaching")
-    window.tour()
-    while window.guided_tour.at < 0:
+    act(window, "tour")
+    while window.teaching_actions.guided_tour.at < 0:
         QTest.qWait(10)
-    for step in window.guided_tour.steps:
-        window.guided_tour.show_me.click()
+    for step in window.teaching_actions.guided_tour.steps:
+        window.teaching_actions.guided_tour.show_me.click()
         look(window, f"tour {step.name}")
-        window.guided_tour.forward.click()
-    window.exercise()
+        window.teaching_actions.guided_tour.forward.click()
+    act(window, "exercise")
     look(window, "exercise")
-    window.leave_guide()
+    window.teaching_actions.leave_guide()
 
 
 def assess(window) -> None:
-    window.show_quality()
+    act(window, "show_quality")
     while window.quality.evidence.known is None:
         QTest.qWait(10)
     look(window, "quality")
     window.quality.choose("LeftForeArm", "LeftHand", "LeftArm")
     QTest.qWait(50)
     window.quality.page.learned.setChecked(True)
-    window.track_joints()
+    act(window, "track_joints")
     look(window, "quality, tracking")
     until = 600
     while window.quality.tracked.result is None and until:
         QTest.qWait(20)
         until -= 1
     look(window, "quality, tracked")
-    window.why_quaternions()
-    look(window.five_trackers, "why quaternions")
-    window.five_trackers.close()
+    act(window, "why_quaternions")
+    look(window.teaching_actions.five_trackers, "why quaternions")
+    window.teaching_actions.five_trackers.close()
 
 
 def main() -> None:
@@ -109,19 +113,19 @@ def main() -> None:
     window.open_path(Path(clip))
     while window.document.data is None:
         QTest.qWait(10)
-    window.next_interval()
-    window.accept()
+    act(window, "next_interval")
+    act(window, "accept")
     look(window, "review")
     if (window.width(), window.height()) != (int(width), int(height)):
         print(f"the window needs {window.width()}×{window.height()}")
     window.grab().save(png)
-    window.show_tuning()
+    act(window, "show_tuning")
     while len(window.tuning.costs.curves) < len(window.tuning.costs.names):
         QTest.qWait(10)
     look(window, "tuning, curves")
     profile = Path(clip).with_name("a_profile_with_a_long_name.toml")
-    window.save_profile_to(profile)
-    window.compare_with([profile, profile])
+    window.tuning_actions.save_profile_to(profile)
+    window.tuning_actions.compare_with([profile, profile])
     look(window, "tuning, profiles")
     assess(window)
     teach(window)

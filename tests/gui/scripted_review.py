@@ -57,7 +57,7 @@ def main() -> None:
 
     tell()
     for _ in range(commands):
-        window.next_interval()
+        window.actions_by_id["next_interval"].trigger()
         what = rng.choice(COMMANDS)
         if what in ("edit", "drag"):
             if judged := document.interval:
@@ -69,11 +69,11 @@ def main() -> None:
         elif what == "tau":
             document.set_tau(rng.uniform(0.02, 0.3))
         elif what == "save":
-            window.save_session()
+            window.files.save_session()
         elif what == "export":
-            window.export(ExportChoice(clip.with_name("out.bvh"), replace=True))
+            window.files.export(ExportChoice(clip.with_name("out.bvh"), replace=True))
         else:
-            getattr(window, what)()
+            window.actions_by_id[what].trigger()
         tell()
         QTest.qWait(1)
     window.exporter.finish()

@@ -5,14 +5,17 @@ import pytest
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from inspector.session.opening import analyse
-from inspector.timeline.curve_values import Corrected, degrees_about, thinned, unreliable_spans
+from inspector.timeline.curve_values import degrees_about, thinned, unreliable_spans
 from inspector.timeline.regions import Regions
 from inspector.widgets.theme import LIGHT
 from tests.gui.pictures import INJECTED
 from twistcore.detection.interval import Interval
+from twistcore.refinement import refine
+from twistcore.refinement.corrected import _has_closed_form
 from twistcore.review import Insert, Judged
 from twistcore.review.model import constant
 from twistcore.rotation import wrap
+from twistcore.signals import twist_signals
 
 NO_SEAMS = np.zeros(0, dtype=np.int64)
 
@@ -31,10 +34,11 @@ def test_signals_after_from_offsets_equal_those_of_the_corrected_motion(open_doc
             stop = start + int(rng.integers(1, 50))
             delta = float(rng.uniform(-np.pi, np.pi))
             document.do(Insert(constant(chain.name, start, stop, delta)))
-    for chain in document.data.chains:
-        corrected = Corrected(document.data, chain)
-        assert corrected.exact
-        quick, full = corrected.after(document.offset), document.signals_after(chain.name)
+    clip = document.data
+    whole = refine(clip.motion, clip.chains, document.review.state.chosen(undecided=True))
+    for chain in clip.chains:
+        assert _has_closed_form(clip.analysis, chain, {c.name for c in clip.chains})
+        quick, full = document.corrected.angles(chain), twist_signals(whole, chain)
         sure = (full.swing_reliability > 1e-2) & (full.azimuth_reliability > 1e-2)
         sure &= np.roll(sure, 1)
         for name in ("theta_p", "dtheta_p", "dtheta_c"):

@@ -11,7 +11,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
-from tests.gui.windows import wait_until_active
+from tests.gui.windows import act, wait_until_active
 from twistcore.bvh import write_bvh
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
@@ -59,14 +59,14 @@ def held(monkeypatch):
 def test_the_window_is_usable_and_told_how_far_it_is(qtbot, window, held, tmp_path):
     out = tmp_path / "out.bvh"
     state = window.document.review.state
-    window.export(ExportChoice(out))
+    window.files.export(ExportChoice(out))
     qtbot.waitUntil(lambda: window.bar.label.text() == "Writing out.bvh … 50 %", timeout=5_000)
     assert held.where is not threading.main_thread()
     assert not out.exists()
     window.document.go_to(40)
-    window.undo()  # what is written is the review as it was when the person asked
+    act(window, "undo")  # what is written is the review as it was when the person asked
     assert window.document.review.state.tracking is None
-    window.export(ExportChoice(tmp_path / "other.bvh"))
+    window.files.export(ExportChoice(tmp_path / "other.bvh"))
     assert "still being written" in window.bar.label.text()
     held.set()
     qtbot.waitUntil(lambda: not window.exporter.running, timeout=10_000)
@@ -82,19 +82,19 @@ def test_what_goes_wrong_is_told_and_the_next_export_works(qtbot, window, held, 
     held.error = TwistError("no such gains")
     held.set()
     out = tmp_path / "out.bvh"
-    window.export(ExportChoice(out))
+    window.files.export(ExportChoice(out))
     assert not window.exporter.finish()
     assert window.bar.label.text() == f"{out}: not written: no such gains"
     assert not out.exists()
     held.error = None
-    window.export(ExportChoice(out))
+    window.files.export(ExportChoice(out))
     assert window.exporter.finish()
     assert out.exists()
 
 
 def test_closing_waits_for_the_file(qtbot, window, held, tmp_path):
     out = tmp_path / "out.bvh"
-    window.export(ExportChoice(out))
+    window.files.export(ExportChoice(out))
     window.document.review.mark_saved()
     QTimer.singleShot(100, held.set)
     assert window.close()
@@ -104,7 +104,7 @@ def test_closing_waits_for_the_file(qtbot, window, held, tmp_path):
 
 def test_the_window_stays_open_if_the_file_could_not_be_written(qtbot, window, held, tmp_path):
     held.error = OSError(28, "No space left on device")
-    window.export(ExportChoice(tmp_path / "out.bvh"))
+    window.files.export(ExportChoice(tmp_path / "out.bvh"))
     window.document.review.mark_saved()
     QTimer.singleShot(100, held.set)
     assert not window.close()

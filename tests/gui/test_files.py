@@ -18,7 +18,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import export, open_clip, press, wait_until_active
+from tests.gui.windows import act, export, open_clip, press, wait_until_active
 from twistcore.bvh import read_bvh
 
 
@@ -173,7 +173,7 @@ def test_a_joint_without_three_rotations_is_shown_but_not_written(qtbot, window,
     path.write_bytes(head + b"MOTION\n" + b"\n".join([*lines[1:3], *body]) + b"\n")
     open_clip(qtbot, window, path)
     window.intervals.table.selectAll()
-    window.accept()
+    act(window, "accept")
     export(window, ExportChoice(tmp_path / "out.bvh"))
     before, after = read_bvh(path), read_bvh(tmp_path / "out.bvh")
     changed = (before.values != after.values).any(axis=0)
@@ -204,8 +204,8 @@ def test_a_source_that_has_gone_is_not_written_anew(qtbot, window, tmp_path):
 def test_an_export_replaces_its_own_file_and_no_other(opened, tmp_path):
     out = tmp_path / "out.bvh"
     export(opened, ExportChoice(out))
-    opened.next_interval()
-    opened.accept()
+    act(opened, "next_interval")
+    act(opened, "accept")
     export(opened, ExportChoice(out))  # as it was written: no question
     assert "changed by up to" in opened.bar.label.text()
     out.write_bytes(b"somebody else's by now")
@@ -254,7 +254,7 @@ def test_a_tick_to_replace_is_for_the_file_it_was_given_for(opened, tmp_path):
     one, other = tmp_path / "one.bvh", tmp_path / "other.bvh"
     for path in (one, other):
         path.write_text("there")
-    opened.export_dialog()
+    act(opened, "export_dialog")
     dialog = opened.findChild(ExportDialog)
     dialog.path.setText(str(one))
     dialog.replace.setChecked(True)
@@ -270,9 +270,9 @@ def test_an_export_into_nowhere_is_told(opened, tmp_path):
 
 
 def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
-    opened.next_interval()
-    opened.accept()
-    opened.export_dialog()
+    act(opened, "next_interval")
+    act(opened, "accept")
+    act(opened, "export_dialog")
     dialog = opened.findChild(ExportDialog)
     wait_until_active(dialog)
     dialog.path.setText(str(tmp_path / "by_dialog.bvh"))

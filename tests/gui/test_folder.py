@@ -8,6 +8,7 @@ from PySide6.QtCore import QElapsedTimer, QTimer
 
 from inspector.session.queue import ClipState, FolderQueue
 from tests.conftest import ASSETS
+from tests.gui.windows import act
 from twistcore.batch import severity
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
 from twistcore.chain import find_chains
@@ -107,18 +108,18 @@ def test_the_window_opens_a_folder_reviews_and_goes_on(qtbot, show_window, tmp_p
     window = show_window()
     with qtbot.waitSignal(window.document.opened, timeout=60_000):
         window.open_path(tmp_path)
-    assert window.clips_dock.isVisible()
+    assert window.docks["clips"].isVisible()
     qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
     window.document.accept_undecided()
-    assert window.save_session()
+    assert window.files.save_session()
     first = window.document.data.clip.path
     assert window.queue.clips[first].done
     with qtbot.waitSignal(window.document.opened, timeout=60_000):
-        window.next_clip()
+        act(window, "next_clip")
     assert window.document.data.clip.path != first
     window.document.accept_undecided()
-    window.save_session()
-    window.next_clip()
+    window.files.save_session()
+    act(window, "next_clip")
     assert "No other clip" in window.bar.label.text()
 
 

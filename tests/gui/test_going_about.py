@@ -48,9 +48,13 @@ def test_suspicious_moments_lie_between_half_of_tau_and_tau(faint_walk):
     document = faint_walk
     (known,) = document.review.state.intervals
     assert (known.interval.start, known.interval.stop) == (200, 230)
-    (faint,) = faint_intervals(document.data)
+
+    def faint_ones():
+        return faint_intervals(document.data.analysis, document.review.state)
+
+    (faint,) = faint_ones()
     assert (faint.chain, faint.start, faint.stop) == ("LeftForeArm", 100, 130)
     document.set_tau(np.radians(6.5), "LeftForeArm")
-    assert faint_intervals(document.data) == []  # 3° is less than half of it
+    assert faint_ones() == []  # 3° is less than half of it
     document.set_tau(np.radians(2.0), "LeftForeArm")
-    assert faint_intervals(document.data) == []  # and found where τ is below it
+    assert faint_ones() == []  # and found where τ is below it

@@ -14,7 +14,7 @@ from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.widgets import theme as themes
 from inspector.widgets.theme import DARK, LIGHT
 from tests.conftest import ASSETS
-from tests.gui.windows import open_clip
+from tests.gui.windows import act, open_clip
 
 CHECK = Path(__file__).with_name("layout_check.py")
 
@@ -106,17 +106,17 @@ def test_a_new_window_has_the_colours_of_the_system(
 ):
     monkeypatch.setattr(themes, "system_theme", lambda: theme)
     window = show_window(Settings())
-    assert window.theme is theme
+    assert window.viewport.theme is theme
     as_made = style_sheets(window)
     window.apply_theme(theme)
     assert style_sheets(window) == as_made, "a view was made without its colours"
     open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
     window.document.select_chain("LeftForeArm")
-    window.show_teaching()
+    act(window, "show_teaching")
     equations = window.teaching.equations
     qtbot.waitUntil(lambda: colours(equations) >= symbol_colours(theme) | {theme.surface})
-    window.tour()
-    qtbot.waitUntil(lambda: window.guided_tour.at == 0)
+    act(window, "tour")
+    qtbot.waitUntil(lambda: window.teaching_actions.guided_tour.at == 0)
     assert "Space" in window.guide.task.text()
     assert theme.accent in window.guide.task.styleSheet()
 
@@ -125,8 +125,8 @@ def test_a_new_window_has_the_colours_of_the_system(
 def test_a_window_takes_the_theme_that_was_chosen(show_window, monkeypatch, name):
     monkeypatch.setattr(themes, "system_theme", lambda: DARK)
     window = show_window(Settings(theme=name))
-    assert window.theme is (LIGHT if name == "light" else DARK)
+    assert window.viewport.theme is (LIGHT if name == "light" else DARK)
     assert window.actions_by_id[f"theme_{name}"].isChecked()
-    window.actions_by_id["theme_light"].trigger()
-    assert window.theme is LIGHT
+    act(window, "theme_light")
+    assert window.viewport.theme is LIGHT
     assert window.settings.theme == "light"

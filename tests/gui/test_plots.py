@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QApplication
 
 from inspector.session.document import Document
 from inspector.session.opening import analyse
-from inspector.timeline.context_menu import insert_interval
 from inspector.timeline.tau_line import set_tau_degrees
 from inspector.timeline.timeline import Timeline
 from inspector.widgets.axes import root_scale
@@ -109,10 +108,10 @@ def test_dragging_the_line_changes_tau_and_intervals_in_one_undo_step(qtbot, tim
         spot(timeline, "strength", frame, 0.03),
     )
     tau = np.degrees(document.review.state.tau[document.chain])
-    peak = np.degrees(document.data.analysis.strength(document.chain).max())
+    peak = np.degrees(document.detector.strength(document.chain).max())
     assert tau > 20.0
     assert timeline.tau_line.value() == pytest.approx(float(root_scale(tau)), abs=0.05)
-    expected = document.data.analysis.intervals(document.chain, np.radians(tau))
+    expected = document.detector.intervals(document.chain, np.radians(tau))
     assert len(document.review.state.of_chain(document.chain)) == len(expected)
     if tau > peak:
         assert not expected
@@ -317,7 +316,7 @@ def test_menu_never_deletes_and_judges_what_it_was_opened_on(qtbot, timeline, do
 def test_new_interval_is_selected_and_by_hand(qtbot, timeline, document):
     set_tau_degrees(document, 180.0)
     count = len(document.intervals)
-    insert_interval(document, 150)
+    document.insert_interval(150)
     assert len(document.intervals) == count + 1
     assert document.interval.by_hand
     assert document.interval.interval.start <= 150 < document.interval.interval.stop

@@ -12,7 +12,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.teaching.five_trackers import followers, turning
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED, changed, picture
-from tests.gui.windows import open_clip, wait_until_active
+from tests.gui.windows import act, open_clip, wait_until_active
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.export.tracking import DEMONSTRATION, tracked_motion
@@ -31,7 +31,7 @@ def window(qtbot, show_window, tmp_path):
 
 @pytest.fixture
 def quality(qtbot, window):
-    window.show_quality()
+    act(window, "show_quality")
     qtbot.waitUntil(lambda: window.quality.evidence.known is not None, timeout=10_000)
     qtbot.wait(50)
     return window.quality
@@ -132,12 +132,12 @@ def test_tracking_is_a_step_of_the_review_that_undo_takes_back(qtbot, window, qu
     rotations, positions = forward_kinematics(expected)
     np.testing.assert_array_equal(quality.tracked.result.rotations, rotations)
     np.testing.assert_array_equal(quality.tracked.result.positions, positions)
-    window.undo()
+    act(window, "undo")
     assert window.document.review.state.tracking is None
     assert quality.tracked.result is None
-    window.redo()
+    act(window, "redo")
     qtbot.waitUntil(lambda: quality.tracked.result is not None, timeout=10_000)
-    window.stop_tracking()
+    act(window, "stop_tracking")
     assert window.document.review.state.tracking is None
 
 
@@ -165,7 +165,8 @@ def test_cancelled_it_changes_nothing(qtbot, window, quality):
     quality.choose("LeftForeArm")
     quality.track()
     assert quality.tracked.running
-    window.cancel_tracking()
+    quality.refresh()  # now the action may be done
+    act(window, "cancel_tracking")
     qtbot.wait(400)
     assert window.document.review.state.tracking is None
     assert quality.tracked.result is None
@@ -220,9 +221,9 @@ def test_the_third_figure_is_drawn_and_goes_with_before(qtbot, window, quality):
     assert magenta.sum() > 200
     assert changed(without, pixels).sum() >= magenta.sum() * 0.8
     assert "tracked" in window.viewport.overlays.legend.text()
-    window.cycle_show()
+    act(window, "cycle_show")
     while window.document.show != "before":
-        window.cycle_show()
+        act(window, "cycle_show")
     before = picture(qtbot, window.viewport)
     left = (before[..., 0] > 120) & (before[..., 1] < 90) & (before[..., 2] > 80)
     assert left.sum() == 0
@@ -232,7 +233,7 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
     window.document.accept_undecided()
     track(qtbot, quality, "LeftForeArm", "RightLeg")
     out = tmp_path / "out.bvh"
-    window.export(ExportChoice(out, report=False))
+    window.files.export(ExportChoice(out, report=False))
     assert window.exporter.finish()
     again = tmp_path / "again.bvh"
     session = tmp_path / "out.replay.json"
@@ -246,8 +247,8 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
 
 
 def test_five_trackers_follow_a_joint_through_the_seam(qtbot, window):
-    window.actions_by_id["why_quaternions"].trigger()
-    lesson = window.five_trackers
+    act(window, "why_quaternions")
+    lesson = window.teaching_actions.five_trackers
     wait_until_active(lesson)
     furthest = {name: f.distance.max() for name, f in lesson.found.items()}
     assert list(furthest) == list(lesson.plots)

@@ -14,6 +14,7 @@ from inspector.recording.film import FilmWriter
 from inspector.recording.record_dialog import RecordDialog
 from inspector.recording.recorder import FPS, RecordChoice, film_frames
 from tests.conftest import ASSETS
+from tests.gui.windows import act
 
 SIZE = (640, 360)
 
@@ -24,7 +25,7 @@ def window(at_forearm):
 
 
 def made(qtbot, window, choice):
-    window.record(choice)
+    window.record_actions.record(choice)
     qtbot.waitUntil(lambda: not window.recorder.running, timeout=120_000)
     return window.bar.label.text()
 
@@ -54,7 +55,7 @@ def test_five_seconds_play_back(qtbot, window, tmp_path):
 
 
 def test_a_gif_shows_the_gizmo_while_the_lesson_is_on(qtbot, window, tmp_path):
-    window.show_teaching()
+    act(window, "show_teaching")
     qtbot.waitUntil(lambda: window.teaching.typesetter.done, timeout=30_000)
     choice = RecordChoice(tmp_path / "few.gif", 90, 122, 1.0, SIZE)
     made(qtbot, window, choice)
@@ -69,11 +70,11 @@ def test_the_window_is_usable_meanwhile_and_is_not_filmed(qtbot, window, tmp_pat
     timer = QTimer()
     timer.timeout.connect(lambda: turns.append(1))
     timer.start(0)
-    window.record(RecordChoice(tmp_path / "a.mp4", 0, 120, 1.0, SIZE))
+    window.record_actions.record(RecordChoice(tmp_path / "a.mp4", 0, 120, 1.0, SIZE))
     window.document.go_to(200)
     window.document.select_chain("RightArm")
-    window.next_interval()
-    window.accept()
+    act(window, "next_interval")
+    act(window, "accept")
     qtbot.waitUntil(lambda: not window.recorder.running, timeout=60_000)
     timer.stop()
     assert len(turns) >= 30  # the event loop turned between any two pictures
@@ -84,7 +85,7 @@ def test_the_window_is_usable_meanwhile_and_is_not_filmed(qtbot, window, tmp_pat
 
 def test_cancel_and_close_leave_nothing(qtbot, window, tmp_path):
     for end in (window.recorder.cancel, window.close):
-        window.record(RecordChoice(tmp_path / "b.mp4", 0, 300, 0.1, SIZE))
+        window.record_actions.record(RecordChoice(tmp_path / "b.mp4", 0, 300, 0.1, SIZE))
         qtbot.wait(150)
         assert window.recorder.running
         end()
@@ -96,25 +97,25 @@ def test_cancel_and_close_leave_nothing(qtbot, window, tmp_path):
 def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
     told = made(qtbot, window, RecordChoice(tmp_path / "none" / "c.mp4", 0, 20, 1.0, SIZE))
     assert "not written" in told
-    window.record(RecordChoice(tmp_path / "none" / "c.png", size=SIZE))
+    window.record_actions.record(RecordChoice(tmp_path / "none" / "c.png", size=SIZE))
     assert "not written" in window.bar.label.text()
     there = tmp_path / "there.png"
     there.write_bytes(b"mine")
-    window.record(RecordChoice(there, size=SIZE))
+    window.record_actions.record(RecordChoice(there, size=SIZE))
     assert "there is such a file" in window.bar.label.text()
     assert there.read_bytes() == b"mine"
 
 
 def test_pictures_for_slides(qtbot, window, tmp_path):
-    window.record(RecordChoice(tmp_path / "p.png", size=SIZE))
+    window.record_actions.record(RecordChoice(tmp_path / "p.png", size=SIZE))
     image = QImage(str(tmp_path / "p.png"))
     assert (image.width(), image.height()) == SIZE
-    window.record(RecordChoice(tmp_path / "p.svg", size=(960, 540)))
+    window.record_actions.record(RecordChoice(tmp_path / "p.svg", size=(960, 540)))
     text = (tmp_path / "p.svg").read_text()
     assert QSvgRenderer(str(tmp_path / "p.svg")).isValid()
     assert text.count("<polyline") > 50  # curves are lines
     assert "Twist" in text  # and words are letters
-    window.record(RecordChoice(tmp_path / "bare.svg", size=SIZE, curves=False))
+    window.record_actions.record(RecordChoice(tmp_path / "bare.svg", size=SIZE, curves=False))
     assert (tmp_path / "bare.svg").read_text().count("<polyline") == 0
 
 
@@ -129,7 +130,7 @@ def test_frames_of_a_film_keep_time():
 
 
 def test_the_form_says_what_it_will_make(qtbot, window):
-    window.next_interval()
+    act(window, "next_interval")
     dialog = RecordDialog(window.document, (10.0, 60.0), window)
     qtbot.addWidget(dialog)
     assert dialog.range.count() == 3
@@ -170,7 +171,7 @@ def test_a_film_goes_where_a_link_leads(tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="no FIFOs")
 def test_a_film_into_a_fifo_is_refused_and_said(qtbot, window, tmp_path):
     os.mkfifo(tmp_path / "film.mp4")
-    window.record(RecordChoice(tmp_path / "film.mp4", 0, 5, replace=True))
+    window.record_actions.record(RecordChoice(tmp_path / "film.mp4", 0, 5, replace=True))
     assert not window.recorder.running
     assert window.bar.label.text().endswith("not written (is no file, and a film needs one).")
     assert (tmp_path / "film.mp4").is_fifo()

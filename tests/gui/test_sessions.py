@@ -15,7 +15,7 @@ from inspector.session.session_files import kept_sessions, refuge_path, session_
 from inspector.session.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import close_window, decisions, export, open_clip, press
+from tests.gui.windows import act, close_window, decisions, export, open_clip, press
 from twistcore.review import Decision
 
 
@@ -27,8 +27,8 @@ def path(tmp_path):
 
 def test_a_session_is_saved_and_opened_again(qtbot, window, path, tmp_path):
     open_clip(qtbot, window, path)
-    window.next_interval()
-    window.accept()
+    act(window, "next_interval")
+    act(window, "accept")
     assert window.isWindowModified()
     press(qtbot, window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
     assert not window.isWindowModified()
@@ -55,7 +55,7 @@ def test_settings_are_kept_and_damage_is_set_aside(tmp_path):
 
 def test_a_note_still_being_typed_is_saved(qtbot, window, path, tmp_path):
     open_clip(qtbot, window, path)
-    window.next_interval()
+    act(window, "next_interval")
     window.detail.note.setFocus()
     qtbot.keyClicks(window.detail.note, "half a wo")
     press(qtbot, window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
@@ -66,10 +66,10 @@ def test_a_note_still_being_typed_is_saved(qtbot, window, path, tmp_path):
 def test_a_crash_is_offered_to_be_restored(qtbot, show_window, path, tmp_path):
     first = show_window()
     open_clip(qtbot, first, path)
-    first.next_interval()
-    first.accept()
-    first.accept()
-    first.undo()
+    act(first, "next_interval")
+    act(first, "accept")
+    act(first, "accept")
+    act(first, "undo")
     journal = tmp_path / "walk.twist.json.journal"
     kept = journal.read_bytes()
     expected = decisions(first)
@@ -97,8 +97,8 @@ def test_of_two_journals_the_newer_is_offered_and_neither_is_lost(qtbot, show_wi
         window = show_window()
         open_clip(qtbot, window, path)
         for _ in range(steps):
-            window.next_interval()
-            window.accept()
+            act(window, "next_interval")
+            act(window, "accept")
         kept[journal] = beside.read_bytes()
         close_window(qtbot, window)
     elsewhere.parent.mkdir(parents=True)
@@ -130,11 +130,11 @@ def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     other = show_window()
     open_clip(qtbot, other, INJECTED)
     assert "another window" in other.bar.label.text()
-    other.next_interval()
-    other.accept()
+    act(other, "next_interval")
+    act(other, "accept")
     assert Decision.ACCEPTED not in decisions(other)
     assert [b.text() for b in other.bar.buttons()] == ["Take over", "Look only"]
-    assert not other.save_session()
+    assert not other.files.save_session()
     assert "cannot save" in other.bar.label.text()
 
 
@@ -142,8 +142,8 @@ def test_the_lock_follows_the_session_that_was_written_and_no_other(
     qtbot, window, show_window, path, tmp_path
 ):
     open_clip(qtbot, window, path)
-    window.next_interval()
-    window.accept()
+    act(window, "next_interval")
+    act(window, "accept")
     keeper, other = window.document.keeper, tmp_path / "other.twist.json"
     saved, told = keeper.save(tmp_path / "nowhere" / "else.twist.json")
     assert not saved
@@ -159,9 +159,9 @@ def test_the_lock_follows_the_session_that_was_written_and_no_other(
 
 def test_a_session_beside_the_clip_is_gone_on_with(qtbot, window, path):
     open_clip(qtbot, window, path)
-    window.next_interval()
-    window.accept()
-    window.save_session()
+    act(window, "next_interval")
+    act(window, "accept")
+    window.files.save_session()
     open_clip(qtbot, window, ASSETS / "dance.bvh")
     open_clip(qtbot, window, path)
     assert decisions(window)[0] == Decision.ACCEPTED
@@ -184,21 +184,21 @@ def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, path, tmp
 
 def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, monkeypatch, path, tmp_path):
     open_clip(qtbot, window, path)
-    window.next_interval()
+    act(window, "next_interval")
 
     def full(*_args):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
         patch.setattr("os.fsync", full)
-        window.accept()
+        act(window, "accept")
         assert "journal cannot be written" in window.bar.label.text()
-        assert not window.save_session()
+        assert not window.files.save_session()
         export(window, ExportChoice(tmp_path / "out.bvh"))
         assert "No space left" in window.bar.label.text()
     assert not (tmp_path / "out.bvh").exists()
     assert decisions(window)[0] == Decision.ACCEPTED
-    assert window.save_session()
+    assert window.files.save_session()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the folder's permissions are POSIX's")

@@ -95,7 +95,7 @@ def test_a_picture_that_cannot_be_written_ends_in_a_sentence(tmp_path):
 def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, capsys):
     window = show_window()
     script = Screenshot(window, tmp_path / "window.png", shutil.copy(INJECTED, tmp_path))
-    QTimer.singleShot(0, window, window.show_about)
+    QTimer.singleShot(0, window, window.actions_by_id["show_about"].trigger)
     qtbot.waitUntil(lambda: not window.isVisible())
     assert script.code == 2
     assert "nobody to answer" in capsys.readouterr().out

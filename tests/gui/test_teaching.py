@@ -23,6 +23,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK, LIGHT
 from tests.conftest import ASSETS
+from tests.gui.windows import act
 from twistcore.decomposition import WhatIf, decompose
 from twistcore.rotation import multiply, rotate, swing_twist
 from twistcore.signals import twist_signals
@@ -42,7 +43,7 @@ def clips(folder_for_copy):
 
 @pytest.fixture
 def taught(qtbot, at_forearm):
-    at_forearm.show_teaching()
+    act(at_forearm, "show_teaching")
     qtbot.waitUntil(lambda: at_forearm.teaching.typesetter.done, timeout=30_000)
     qtbot.wait(100)
     return at_forearm
@@ -173,7 +174,7 @@ def test_the_what_if_pose_is_seen_while_the_tab_is_and_only_then(qtbot, taught):
     taught.teaching.what_if.sliders["twist"].setValue(900)
     assert np.abs(seen().rotations - captured).max() > 0.3
     assert seen().ghost is not None
-    taught.intervals_dock.raise_()
+    taught.docks["intervals"].raise_()
     qtbot.waitUntil(lambda: not taught.lesson.active)
     whole, _ = taught.document.pose(90, after=True)
     assert np.array_equal(seen().rotations, whole)
@@ -250,7 +251,7 @@ def test_the_gizmo_comes_and_goes_with_the_tab(qtbot, taught):
     inks = [colour(family, DARK) for family in ("swing", "twist", "azimuth")]
     with_it = picture(qtbot, taught.viewport)
     assert min(near(with_it, ink) for ink in inks) > 40
-    taught.intervals_dock.raise_()
+    taught.docks["intervals"].raise_()
     without = picture(qtbot, taught.viewport)
     assert all(near(without, ink) < 0.2 * near(with_it, ink) for ink in inks)
 
@@ -357,7 +358,7 @@ def test_symbols_stay_crisp_and_take_the_themes_colours(qtbot, taught):
 def test_a_view_that_is_hidden_has_no_labels_left(qtbot, taught):
     labels = taught.teaching.gizmo.labels
     assert labels.isVisible()
-    taught.intervals_dock.raise_()
+    taught.docks["intervals"].raise_()
     qtbot.waitUntil(lambda: not labels.isVisible())
     assert taught.viewport.childAt(QPointF(5, 5).toPoint()) is not labels
     assert taught.viewport.size() != QSize()

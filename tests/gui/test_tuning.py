@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import open_clip
+from tests.gui.windows import act, open_clip
 from twistcore.bvh import read_bvh
 from twistcore.review import Decide, Decision
 from twistcore.tuning import Tuned, clip_tuning, read_profile, write_profile
@@ -38,7 +38,7 @@ def window(qtbot, show_window, tmp_path):
 
 @pytest.fixture
 def tuning(qtbot, window):
-    window.show_tuning()
+    act(window, "show_tuning")
     qtbot.waitUntil(lambda: len(window.tuning.costs.curves) == 10, timeout=30_000)
     qtbot.wait(50)
     return window.tuning
@@ -86,7 +86,7 @@ def test_the_curves_are_those_of_the_core(window, tuning):
     np.testing.assert_allclose(10**x, np.degrees(core.tau))
     np.testing.assert_allclose(y, 100.0 * core.fsr)
     assert f"suggested {np.degrees(core.suggested()):.2f}°" in tuning.cost_words.text()
-    strength = np.degrees(window.document.data.analysis.strength("LeftForeArm"))
+    strength = np.degrees(window.document.detector.strength("LeftForeArm"))
     drawn = np.expm1(tuning.histogram.below.getData()[1] + tuning.histogram.above.getData()[1])
     assert round(drawn.sum()) == (strength >= 0.5).sum()
     assert f"{(strength >= np.radians(1.5)).sum()} of 344 reach τ" in tuning.strength_words.text()
@@ -100,20 +100,22 @@ def test_nothing_is_measured_while_nobody_looks(qtbot, window):
 
 def test_the_selected_chain_comes_first(qtbot, window):
     window.document.select_chain("RightLeg")
-    window.show_tuning()
+    act(window, "show_tuning")
     qtbot.waitUntil(lambda: len(window.tuning.costs.curves) > 0, timeout=30_000)
     assert next(iter(window.tuning.costs.curves)) == "RightLeg"
 
 
 @pytest.mark.parametrize("leave", ["another clip", "another tab", "close"])
 def test_a_stale_measurement_ends(qtbot, window, tmp_path, leave):
-    window.show_tuning()
+    act(window, "show_tuning")
     qtbot.waitUntil(lambda: bool(multiprocessing.active_children()), timeout=10_000)
     (process,) = multiprocessing.active_children()
     if leave == "another clip":
         open_clip(qtbot, window, shutil.copy(ASSETS / "dance.bvh", tmp_path))
     elif leave == "another tab":
-        window.tuning_dock.parent().findChild(type(window.tuning_dock), "intervals").raise_()
+        window.docks["tuning"].parent().findChild(
+            type(window.docks["tuning"]), "intervals"
+        ).raise_()
     else:
         window.document.review.mark_saved()
         window.close()
@@ -151,7 +153,7 @@ def test_a_moving_tau_does_not_measure_again(qtbot, window, tuning):
 def test_a_clip_that_changed_on_disk_is_told(qtbot, window):
     path = window.document.data.clip.path
     path.write_bytes(path.read_bytes() + b"\n")
-    window.show_tuning()
+    act(window, "show_tuning")
     qtbot.waitUntil(lambda: window.tuning.costs.trouble != "", timeout=10_000)
     qtbot.wait(50)
     assert "changed on disk" in window.tuning.state.text()
@@ -159,7 +161,7 @@ def test_a_clip_that_changed_on_disk_is_told(qtbot, window):
 
 
 def test_a_killed_measurement_is_told(qtbot, window):
-    window.show_tuning()
+    act(window, "show_tuning")
     qtbot.waitUntil(lambda: bool(multiprocessing.active_children()), timeout=10_000)
     multiprocessing.active_children()[0].kill()
     qtbot.waitUntil(lambda: window.tuning.costs.trouble != "", timeout=10_000)
@@ -168,7 +170,7 @@ def test_a_killed_measurement_is_told(qtbot, window):
 
 def test_the_window_stays_free_while_it_is_measured(qtbot, window):
     """Not a timed test of speed: a stall of half a second would mean work in the GUI thread."""
-    window.show_tuning()
+    act(window, "show_tuning")
     longest, last = 0.0, time.monotonic()
     while len(window.tuning.costs.curves) < 10:
         qtbot.wait(5)
@@ -194,7 +196,7 @@ def test_dragging_the_line_sets_tau_in_one_step(qtbot, window, tuning, plot):
     assert window.timeline.tau_line.value() ** 2 == pytest.approx(taus(window)["LeftForeArm"])
     assert tuning.box.value() == pytest.approx(taus(window)["LeftForeArm"])
     assert window.intervals.table.model().rowCount() == count - 1
-    window.undo()
+    act(window, "undo")
     qtbot.wait(50)
     assert taus(window)["LeftForeArm"] == 1.5
     assert len(window.document.intervals) == count
@@ -232,19 +234,19 @@ def test_tau_and_its_suggestion_for_a_joint_a_segment_or_all(qtbot, window, tuni
     assert set_to > 1.5
     assert {n for n, t in taus(window).items() if t == set_to} == chains
     assert {n for n, t in taus(window).items() if t == before[n]} == set(before) - chains
-    window.suggest_tau()
+    act(window, "suggest_tau")
     for name in chains:
         wanted = np.degrees(tuning.costs.curves[name].suggested())
         assert taus(window)[name] == pytest.approx(wanted)
     assert {n for n, t in taus(window).items() if t == before[n]} == set(before) - chains
-    window.undo()
-    window.undo()
+    act(window, "undo")
+    act(window, "undo")
     assert taus(window) == before
 
 
 def test_a_suggestion_waits_for_its_curve(qtbot, window):
-    window.show_tuning()
-    window.actions_by_id["tau_for_all"].trigger()
+    act(window, "show_tuning")
+    act(window, "tau_for_all")
     assert not window.actions_by_id["suggest_tau"].isEnabled()
     qtbot.waitUntil(lambda: len(window.tuning.costs.curves) == 10, timeout=30_000)
     qtbot.waitUntil(lambda: window.actions_by_id["suggest_tau"].isEnabled())
@@ -264,15 +266,15 @@ def cells(window):
 def test_a_saved_profile_comes_back_in_one_step(qtbot, window, tuning, tmp_path):
     tuning.set_tau_degrees(7.5)
     saved = taus(window)
-    window.save_profile_to(tmp_path / "mine.toml")
+    window.tuning_actions.save_profile_to(tmp_path / "mine.toml")
     profile = read_profile(tmp_path / "mine.toml")
     assert profile.method == "consistency"
     text = (tmp_path / "mine.toml").read_text()
     assert text.count("fsr_percent") == 10
-    window.undo()
-    window.load_profile_from(tmp_path / "mine.toml")
+    act(window, "undo")
+    window.tuning_actions.load_profile_from(tmp_path / "mine.toml")
     assert taus(window) == pytest.approx(saved, abs=1e-4)
-    window.undo()
+    act(window, "undo")
     assert set(taus(window).values()) == {1.5}
 
 
@@ -283,7 +285,7 @@ def test_a_damaged_profile_is_one_sentence_and_changes_nothing(window, tmp_path,
     if text is not None:
         path.write_bytes(text)
     state = window.document.review.state
-    getattr(window, how)(path if how == "load_profile_from" else [path])
+    getattr(window.tuning_actions, how)(path if how == "load_profile_from" else [path])
     assert window.document.review.state is state
     assert window.tuning.model.others == ()
     assert "bad.toml" in window.bar.label.text()
@@ -294,29 +296,29 @@ def test_a_damaged_profile_is_one_sentence_and_changes_nothing(window, tmp_path,
 def test_a_profile_of_other_joints_changes_nothing(window, tmp_path):
     write_profile(tmp_path / "p.toml", {"Tail": Tuned(2, 1, 99, 0)}, "x", "consistency")
     state = window.document.review.state
-    window.load_profile_from(tmp_path / "p.toml")
+    window.tuning_actions.load_profile_from(tmp_path / "p.toml")
     assert window.document.review.state is state
     assert "names no chain" in window.bar.label.text()
 
 
-def test_a_profile_of_the_other_detector_brings_it_along(window, tmp_path):
+def test_a_profile_of_the_other_detector_brings_it_along(qtbot, window, tmp_path):
     write_profile(tmp_path / "p.toml", {"LeftArm": Tuned(6, 1, 99, 0)}, "x", "paper")
-    window.load_profile_from(tmp_path / "p.toml")
-    assert window.document.review.state.method == "paper"
+    window.tuning_actions.load_profile_from(tmp_path / "p.toml")
+    qtbot.waitUntil(lambda: window.document.review.state.method == "paper")
     assert taus(window)["LeftArm"] == 6.0
     assert taus(window)["RightArm"] == 5.0
-    window.undo()
+    act(window, "undo")
     assert window.document.review.state.method == "consistency"
 
 
 def test_a_profile_that_cannot_be_written_leaves_the_old_one(window, tmp_path):
     target = tmp_path / "folder.toml"
     target.mkdir()
-    window.save_profile_to(target)
+    window.tuning_actions.save_profile_to(target)
     assert "not written" in window.bar.label.text()
     clip = window.document.data.clip.path
     bytes_before = clip.read_bytes()
-    window.save_profile_to(clip)
+    window.tuning_actions.save_profile_to(clip)
     assert clip.read_bytes() == bytes_before
 
 
@@ -324,20 +326,20 @@ def test_profiles_side_by_side(qtbot, window, tuning, tmp_path):
     for name, tau in (("a.toml", 4.0), ("b.toml", 12.0)):
         tuned = {"LeftForeArm": Tuned(tau, 1.5, 0, 0), "RightLeg": Tuned(tau, 1.5, 0, 0)}
         write_profile(tmp_path / name, tuned, "x", "consistency")
-    window.compare_with([tmp_path / "b.toml"])
+    window.tuning_actions.compare_with([tmp_path / "b.toml"])
     qtbot.wait(50)
     row = cells(window)[2]
     curve = tuning.costs.curves["LeftForeArm"]
     wanted = [f"{100 * curve.at(np.radians(t))[0]:.1f} %" for t in (1.5, 12.0)]
     assert row == ["Left ForeArm", "1.50°", wanted[0], "0", "12.00°", wanted[1], "0"]
     assert cells(window)[0][4:] == ["–", "–", "–"]
-    window.compare_with([tmp_path / "a.toml", tmp_path / "b.toml"])
+    window.tuning_actions.compare_with([tmp_path / "a.toml", tmp_path / "b.toml"])
     assert [r[1] for r in cells(window)][2] == "4.00°"
     assert tuning.table.model().columnCount() == 7
-    window.take_profile()
+    act(window, "take_profile")
     assert taus(window)["RightLeg"] == 12.0
     assert taus(window)["LeftArm"] == 1.5
-    window.close_comparison()
+    act(window, "close_comparison")
     assert tuning.table.model().columnCount() == 4
     assert cells(window)[9][1] == "12.00°"
 
@@ -348,20 +350,20 @@ def test_a_folder_is_analysed_with_the_present_tau(qtbot, window, tmp_path):
     for name in ("walk", "walk_injected"):
         shutil.copy(ASSETS / f"{name}.bvh", folder)
     path = folder / "walk_injected.bvh"
-    window.profile_to_folder()
+    act(window, "profile_to_folder")
     assert "Open a folder first" in window.bar.label.text()
     window.queue.open(folder)
     qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
     assert window.queue.clips[path].intervals == 8
-    window.show_tuning()
+    act(window, "show_tuning")
     window.tuning.set_tau_degrees(60.0)
-    window.profile_to_folder()
+    act(window, "profile_to_folder")
     qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
     assert window.queue.clips[path].intervals == 7
     window.document.review.mark_saved()  # or the window asks
     open_clip(qtbot, window, path)
     assert taus(window)["LeftForeArm"] == 60.0
     assert len(window.document.intervals) == 7
-    window.automatic_folder()
+    act(window, "automatic_folder")
     qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
     assert window.queue.clips[path].intervals == 8

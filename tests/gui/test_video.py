@@ -17,7 +17,7 @@ from inspector.session.settings import Settings, load_settings
 from inspector.video.video_panel import AFTER, BEFORE, NO_VIDEO
 from inspector.video.video_reader import VideoError, VideoReader
 from tests.conftest import ASSETS
-from tests.gui.windows import close_window, open_clip
+from tests.gui.windows import act, close_window, open_clip
 from tests.videos import number_in, write_video
 
 FPS = 25
@@ -51,7 +51,7 @@ def show_clip(qtbot, show_window, clip, tmp_path):
 @pytest.fixture
 def window(qtbot, show_clip, movie):
     window = show_clip()
-    window.show_video(movie)
+    window.video_actions.show_video(movie)
     settle(qtbot, window)
     return window
 
@@ -90,7 +90,7 @@ def files_open(path):
 def test_the_picture_belongs_to_the_frame_at_any_offset(qtbot, show_clip, tmp_path):
     window = show_clip()
     for fps in (25, 30):
-        window.show_video(write_video(tmp_path / f"{fps}.mp4", 120, fps))
+        window.video_actions.show_video(write_video(tmp_path / f"{fps}.mp4", 120, fps))
         settle(qtbot, window)
         draw = random.Random(fps)
         seen = set()
@@ -179,7 +179,7 @@ def test_outside_its_range_the_video_says_so(qtbot, window):
 def test_video_and_offset_come_back_with_their_clip(qtbot, show_clip, clip, movie, tmp_path):
     window = show_clip()
     other = Path(shutil.copy(clip, tmp_path / "other.bvh"))
-    window.show_video(movie)
+    window.video_actions.show_video(movie)
     settle(qtbot, window)
     window.video.offset.setValue(0.32)
     open_clip(qtbot, window, other)
@@ -191,10 +191,10 @@ def test_video_and_offset_come_back_with_their_clip(qtbot, show_clip, clip, movi
     assert complaint == ""
     again = show_clip(settings, tmp_path / "walk.bvh")
     settle(qtbot, again)
-    assert again.video_dock.isVisible()
+    assert again.docks["video"].isVisible()
     assert again.video.offset.value() == pytest.approx(0.32)
     assert shown(qtbot, again) == 8
-    again.close_video()
+    act(again, "close_video")
     open_clip(qtbot, again, tmp_path / "walk.bvh")
     assert again.video.reader is None
     assert again.settings.videos == {}
@@ -211,7 +211,7 @@ def test_a_damaged_video_is_left_out_of_the_settings(tmp_path, videos):
 
 def test_a_video_that_is_gone_is_told_in_its_place_only(qtbot, show_clip, movie):
     window = show_clip()
-    window.show_video(movie)
+    window.video_actions.show_video(movie)
     settle(qtbot, window)
     window.video.offset.setValue(0.25)
     path = window.document.data.clip.path
@@ -229,7 +229,7 @@ def test_a_broken_video_is_one_sentence_and_the_old_one_stays(qtbot, window, mov
     for number, content in enumerate((b"", b"not a video" * 100, data[: len(data) // 2])):
         broken = tmp_path / f"broken{number}.mp4"
         broken.write_bytes(content)
-        window.show_video(broken)
+        window.video_actions.show_video(broken)
         settle(qtbot, window)
         sentence = window.bar.label.text()
         assert sentence.startswith(f"{broken}: this file cannot be played as a video")
@@ -251,12 +251,12 @@ def test_a_file_with_sound_only_has_no_picture(tmp_path):
 def test_without_pyav_the_action_names_the_extra(qtbot, show_clip, movie, monkeypatch):
     window = show_clip()
     monkeypatch.setitem(sys.modules, "av", None)
-    window.actions_by_id["open_video"].trigger()
+    act(window, "open_video")
     assert "pip install 'twist-inspector[video]'" in window.bar.label.text()
     window.bar.hide()
-    window.show_video(movie)
+    window.video_actions.show_video(movie)
     assert "pip install 'twist-inspector[video]'" in window.bar.label.text()
-    assert not window.video_dock.isVisible()
+    assert not window.docks["video"].isVisible()
 
 
 def test_a_video_dropped_on_the_window_opens_beside_the_clip(qtbot, show_clip, movie):
@@ -268,13 +268,13 @@ def test_a_video_dropped_on_the_window_opens_beside_the_clip(qtbot, show_clip, m
     settle(qtbot, window)
     assert window.video.reader.path == movie
     assert window.document.data.clip.name == "walk.bvh"
-    assert window.video_dock.isVisible()
+    assert window.docks["video"].isVisible()
 
 
 def test_closing_lets_the_file_go(qtbot, window, movie):
     assert files_open(movie) == (1 if sys.platform == "linux" else 0)
     window.document.go_to(200)  # closed while a picture is being decoded
-    window.close_video()
+    act(window, "close_video")
     assert window.settings.videos == {}
     qtbot.waitUntil(lambda: files_open(movie) == 0, timeout=3000)
     assert window.video.display.text == NO_VIDEO
@@ -291,9 +291,9 @@ def test_playing_keeps_real_time_beside_a_decoder_that_is_slow(qtbot, window, mo
 
     monkeypatch.setattr(reader, "picture", slow)
     begun = time.perf_counter()
-    window.toggle_play()
+    act(window, "toggle_play")
     qtbot.wait(1000)
-    window.toggle_play()
+    act(window, "toggle_play")
     passed = time.perf_counter() - begun
     assert window.document.frame / 120 == pytest.approx(passed, abs=0.2)
     assert 3 <= len(asked) <= 8  # pictures were dropped
@@ -302,12 +302,12 @@ def test_playing_keeps_real_time_beside_a_decoder_that_is_slow(qtbot, window, mo
 
 
 def test_out_of_sight_nothing_is_decoded(qtbot, window, monkeypatch):
-    window.video_dock.hide()
+    window.docks["video"].hide()
     before = window.video.shown
     window.document.go_to(200)
     settle(qtbot, window)
     assert window.video.shown is before
-    window.video_dock.show()
+    window.docks["video"].show()
     assert shown(qtbot, window) == expected(window)
 
 

@@ -18,9 +18,9 @@ from inspector.viewport.bone_colours import Role, rgb
 from inspector.viewport.camera import OrbitCamera, between
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.striped_skin import build_skin, drape, roll
-from inspector.viewport.trails import end_effectors, ways
+from inspector.viewport.trails import end_effectors
 from inspector.widgets.theme import DARK, LIGHT
-from inspector.window.view_actions import OF_THE_FIGURE
+from inspector.window.action_table import OF_THE_FIGURE
 from tests.gui.pictures import (
     FRAME,
     INJECTED,
@@ -31,7 +31,7 @@ from tests.gui.pictures import (
     settle,
     show_instead,
 )
-from tests.gui.windows import open_clip
+from tests.gui.windows import act, open_clip
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.motion import forward_kinematics
@@ -214,7 +214,8 @@ def test_trails_tell_that_hands_and_feet_stay(qtbot, document, show_view):
     names = {document.data.motion.skeleton.names[j] for j in joints}
     assert names == {"LeftHand", "RightHand", "LeftFoot", "RightFoot"}
     insert_twist(document, degrees=120.0)
-    before, after = ways(document, joints, FRAME - 20, FRAME + 20)
+    before = document.data.positions[FRAME - 20 : FRAME + 20, joints]
+    after = document.corrected.ways(joints, FRAME - 20, FRAME + 20)
     height = document.data.motion.skeleton.height
     np.testing.assert_allclose(after, before, atol=1e-9 * height)
     rotations = document.pose(FRAME, after=True)[0]
@@ -357,7 +358,7 @@ def test_keys_and_the_next_interval_drive_the_view(qtbot, opened):
     assert np.linalg.norm(view.camera.target - first.target) > 0.1 * view.scene.height
     for key in (Qt.Key.Key_S, Qt.Key.Key_V, Qt.Key.Key_T):
         qtbot.keyClick(window, key)
-    window.actions_by_id["colour_by_offset"].trigger()
+    act(window, "colour_by_offset")
     qtbot.keyClick(window, Qt.Key.Key_H)
     settle(qtbot, view)
     assert view.scene.style == Style.SKIN
@@ -413,9 +414,9 @@ def test_a_review_without_opengl(qtbot, show_window, monkeypatch):
     assert window.viewport.overlays.notice.isVisible()
     for name in OF_THE_FIGURE:
         assert not window.actions_by_id[name].isEnabled(), name
-    window.next_interval()
-    window.accept()
-    window.actions_by_id["both_detectors"].trigger()
-    window.actions_by_id["presentation"].trigger()
-    window.actions_by_id["presentation"].trigger()
+    act(window, "next_interval")
+    act(window, "accept")
+    act(window, "both_detectors")
+    act(window, "presentation")
+    act(window, "presentation")
     assert sum(j.decision == Decision.ACCEPTED for j in window.document.intervals) == 1

@@ -5,16 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QDockWidget
 
 from inspector.panels.history_panel import HistoryPanel
 from inspector.session.document import Show
 from inspector.session.export_files import ExportChoice
+from inspector.window.action_table import MENUS
 from inspector.window.actions import shortcuts_markdown
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import decisions, export, press
+from tests.gui.windows import act, decisions, export, press
 from twistcore.bvh import read_bvh
 from twistcore.cli import main as twistcore
 from twistcore.review import Decision
@@ -64,7 +66,7 @@ def test_a_review_by_keyboard_then_export_equals_apply(qtbot, opened, tmp_path, 
 
 
 def test_buttons_of_the_detail_card_judge(qtbot, opened):
-    opened.next_interval()
+    act(opened, "next_interval")
     qtbot.mouseClick(opened.detail.buttons[Decision.ACCEPTED], Qt.MouseButton.LeftButton)
     assert decisions(opened)[0] == Decision.ACCEPTED
     opened.document.select_interval(opened.document.intervals[0].id)
@@ -73,15 +75,15 @@ def test_buttons_of_the_detail_card_judge(qtbot, opened):
 
 
 def test_exact_numbers_edit_the_interval_and_undo(opened):
-    opened.next_interval()
+    act(opened, "next_interval")
     judged = opened.document.interval
     opened.detail.stop.setValue(judged.interval.stop + 3)
     opened.detail.delta.setValue(45.0)
     now = opened.document.interval.interval
     assert now.stop == judged.interval.stop + 3
     assert np.degrees(now.delta) == pytest.approx(45.0)
-    opened.undo()
-    opened.undo()
+    act(opened, "undo")
+    act(opened, "undo")
     assert opened.document.interval.interval.stop == judged.interval.stop
     assert opened.detail.stop.value() == judged.interval.stop
 
@@ -90,15 +92,15 @@ def test_several_selected_are_judged_in_one_step(qtbot, opened):
     table = opened.intervals.table
     table.selectAll()
     assert len(opened.intervals.selected_ids()) == 8
-    opened.accept()
+    act(opened, "accept")
     assert set(decisions(opened)) == {Decision.ACCEPTED}
-    opened.undo()
+    act(opened, "undo")
     assert set(decisions(opened)) == {Decision.UNDECIDED}
 
 
 def test_the_filter_lists_what_is_left(opened):
-    opened.next_interval()
-    opened.accept()
+    act(opened, "next_interval")
+    act(opened, "accept")
     opened.intervals.filter.setCurrentText("Undecided")
     assert opened.intervals.table.model().rowCount() == 7
     opened.intervals.filter.setCurrentText("Accepted")
@@ -120,7 +122,7 @@ def test_hand_made_intervals_come_and_go(qtbot, opened):
     assert opened.document.interval.interval.start <= 200 < opened.document.interval.interval.stop
     press(qtbot, opened, Qt.Key.Key_Delete)
     assert len(opened.document.intervals) == 8
-    opened.next_interval()
+    act(opened, "next_interval")
     press(qtbot, opened, Qt.Key.Key_Delete)
     assert len(opened.document.intervals) == 8
     assert "hand-made" in opened.bar.label.text()
@@ -153,7 +155,7 @@ def test_before_after_both(qtbot, opened):
 @pytest.mark.parametrize("name", ["light", "dark"])
 def test_the_window_draws_in_both_themes(qtbot, opened, name):
     opened.actions_by_id[f"theme_{name}"].trigger()
-    opened.next_interval()
+    act(opened, "next_interval")
     qtbot.wait(200)
     image = opened.grab().toImage()
     centre = opened.viewport.mapTo(opened, QPoint(0, 0))
@@ -168,11 +170,11 @@ def test_the_window_draws_in_both_themes(qtbot, opened, name):
 
 
 def test_a_note_stays_with_the_interval_it_was_typed_for(qtbot, opened):
-    opened.next_interval()
+    act(opened, "next_interval")
     first = opened.document.interval_id
     opened.detail.note.setFocus()
     qtbot.keyClicks(opened.detail.note, "bad strap")
-    opened.actions_by_id["reject"].trigger()
+    act(opened, "reject")
     assert opened.document.interval_id != first
     judged = opened.document.review.state.find(first)
     assert (judged.decision, judged.note) == (Decision.REJECTED, "bad strap")
@@ -180,7 +182,7 @@ def test_a_note_stays_with_the_interval_it_was_typed_for(qtbot, opened):
 
 
 def test_letters_are_keys_while_a_spin_box_has_the_focus(qtbot, opened):
-    opened.next_interval()
+    act(opened, "next_interval")
     opened.detail.start.setFocus()
     qtbot.keyClick(opened.detail.start, Qt.Key.Key_A)
     assert decisions(opened)[0] == Decision.ACCEPTED
@@ -188,38 +190,38 @@ def test_letters_are_keys_while_a_spin_box_has_the_focus(qtbot, opened):
 
 def test_going_on_follows_what_is_listed(qtbot, opened):
     opened.intervals.filter.setCurrentText("Undecided")
-    opened.next_interval()
+    act(opened, "next_interval")
     for k in range(3):
         assert opened.document.interval is opened.document.intervals[k]
-        opened.accept()
+        act(opened, "accept")
     opened.intervals.filter.setCurrentText("Accepted")
     assert opened.document.interval is None
-    opened.reject()
+    act(opened, "reject")
     assert decisions(opened)[:3] == [Decision.ACCEPTED] * 3
 
 
 def test_edges_at_the_playhead_never_turn_an_interval_over(opened):
-    opened.next_interval()
+    act(opened, "next_interval")
     before = opened.document.interval.interval
     opened.document.go_to(0)
-    opened.stop_here()
+    act(opened, "stop_here")
     opened.document.go_to(343)
-    opened.start_here()
+    act(opened, "start_here")
     assert opened.document.interval.interval is before
     assert "wrong side" in opened.bar.label.text()
     assert opened.document.review.undo_text == ""
 
 
 def test_keys_can_be_changed_and_conflicts_are_told(qtbot, opened):
-    opened.preferences()
+    act(opened, "preferences")
     dialog = opened.findChild(Preferences)
-    dialog.set_key("accept", "R")
+    dialog.edits["accept"].setKeySequence(QKeySequence("R"))
     assert "Used twice" in dialog.conflict.text()
-    dialog.set_key("accept", "X")
+    dialog.edits["accept"].setKeySequence(QKeySequence("X"))
     dialog.first.setCurrentIndex(1)
     dialog.reviewer.setText("Ada")
     dialog.accept()
-    opened.next_interval()
+    act(opened, "next_interval")
     assert opened.detail.start.value() == opened.document.interval.interval.start + 1
     press(qtbot, opened, Qt.Key.Key_X)
     assert decisions(opened)[0] == Decision.ACCEPTED
@@ -228,7 +230,7 @@ def test_keys_can_be_changed_and_conflicts_are_told(qtbot, opened):
 
 
 def test_the_palette_does_what_is_typed(qtbot, opened):
-    opened.command_palette()
+    act(opened, "command_palette")
     palette = opened.findChild(CommandPalette)
     qtbot.keyClicks(palette.line, "next interval")
     qtbot.keyClick(palette.line, Qt.Key.Key_Return)
@@ -236,30 +238,30 @@ def test_the_palette_does_what_is_typed(qtbot, opened):
 
 
 def test_the_sure_ones_are_accepted_in_one_step(opened):
-    opened.accept_at_least(0.5)
+    opened.review_actions.accept_at_least(0.5)
     assert Decision.ACCEPTED in decisions(opened)
-    opened.undo()
+    act(opened, "undo")
     assert set(decisions(opened)) == {Decision.UNDECIDED}
-    opened.accept_at_least(1.1)
+    opened.review_actions.accept_at_least(1.1)
     assert "No undecided" in opened.bar.label.text()
 
 
-def test_another_detector_keeps_what_is_decided_and_undo_brings_its_curve_back(opened):
-    opened.next_interval()
-    opened.accept()
-    opened.actions_by_id["use_paper"].trigger()
-    assert opened.document.data.method == "paper"
+def test_another_detector_keeps_what_is_decided_and_undo_brings_its_curve_back(qtbot, opened):
+    act(opened, "next_interval")
+    act(opened, "accept")
+    act(opened, "use_paper")
+    qtbot.waitUntil(lambda: opened.document.method == "paper")
     assert decisions(opened)[0] == Decision.ACCEPTED
-    opened.undo()
-    assert opened.document.data.method == "consistency"
+    act(opened, "undo")
+    assert opened.document.method == "consistency"  # at once: its analysis was kept
     assert opened.actions_by_id["use_consistency"].isChecked()
 
 
 def test_the_history_goes_back_and_forth(qtbot, opened):
     history = opened.findChild(HistoryPanel)
-    opened.next_interval()
-    opened.accept()
-    opened.reject()
+    act(opened, "next_interval")
+    act(opened, "accept")
+    act(opened, "reject")
     assert [history.list.item(k).text() for k in range(3)] == [
         "As opened",
         "Accept interval",
@@ -273,7 +275,7 @@ def test_the_history_goes_back_and_forth(qtbot, opened):
 
 def test_the_page_of_keys_is_the_table_of_actions():
     page = Path(__file__).parents[2] / "docs" / "shortcuts.md"
-    assert page.read_text(encoding="utf-8") == shortcuts_markdown()
+    assert page.read_text(encoding="utf-8") == shortcuts_markdown(MENUS)
 
 
 def test_a_chain_without_its_tick_is_left_out_of_table_and_strip(qtbot, opened):
@@ -282,10 +284,10 @@ def test_a_chain_without_its_tick_is_left_out_of_table_and_strip(qtbot, opened):
     role = Qt.ItemDataRole.CheckStateRole
     model.setData(model.index(row, 0), Qt.CheckState.Unchecked.value, role)
     assert opened.intervals.table.model().rowCount() == 3
-    opened.next_interval()
+    act(opened, "next_interval")
     for _ in range(4):
         assert opened.document.interval.interval.chain == "LeftForeArm"
-        opened.next_interval()
+        act(opened, "next_interval")
     model.setData(model.index(row, 0), Qt.CheckState.Checked.value, role)
     assert opened.intervals.table.model().rowCount() == 8
 
@@ -294,11 +296,11 @@ def test_a_presentation_leaves_figure_and_curves_and_gives_the_window_back(qtbot
     docks = {d.objectName(): d for d in opened.findChildren(QDockWidget)}
     before = {name: dock.isVisible() for name, dock in docks.items()}
     type_before = opened.timeline.readout.font().pointSizeF()
-    opened.actions_by_id["presentation"].trigger()
+    act(opened, "presentation")
     qtbot.wait(50)
     assert [name for name, dock in docks.items() if dock.isVisible()] == ["curves"]
     assert opened.timeline.readout.font().pointSizeF() > 1.5 * type_before
-    opened.next_interval()  # keys work on
+    act(opened, "next_interval")  # keys work on
     assert opened.document.interval is not None
     qtbot.keyClick(opened, Qt.Key.Key_Escape)
     qtbot.wait(50)

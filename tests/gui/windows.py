@@ -21,7 +21,7 @@ def open_clip(qtbot, window, path):
 
 def close_window(qtbot, window):
     """Close it with nothing asked about decisions that are not saved."""
-    window.leave_guide()
+    window.teaching_actions.leave_guide()
     if window.document.data is not None:
         window.document.review.mark_saved()
     window.close()
@@ -33,11 +33,16 @@ def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
     qtbot.wait(5)
 
 
+def act(window, name):
+    """Do what an action does."""
+    window.actions_by_id[name].trigger()
+
+
 def decisions(window):
     return [j.decision for j in window.document.intervals]
 
 
 def export(window, choice):
     """Export and wait until it is written, or refused."""
-    window.export(choice)
+    window.files.export(choice)
     window.exporter.finish()

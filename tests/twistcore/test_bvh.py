@@ -1,5 +1,7 @@
 """Reading without guessing, writing without touching."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -98,6 +100,27 @@ def test_line_ends_are_kept(newline):
     assert len(before) == len(after)
     differing = [k for k, (x, y) in enumerate(zip(before, after, strict=True)) if x != y]
     assert len(differing) == 3
+
+
+def test_numbers_of_any_form_are_replaced_and_nothing_beside_them(walk):
+    head, word, rows = walk.data.partition(b"Frame Time")
+    rows = rows.replace(b" -", b"\t -").replace(b"1 ", b"1e0 ", 500)
+    clip = parse_bvh(head + word + rows)
+    rng = np.random.default_rng(3)
+    changed = rng.random(clip.motion.rotations.shape[:2]) < 0.05
+    changed &= clip.skeleton.rotatable
+    q = np.where(changed[..., None], np.roll(clip.motion.rotations, 7, 0), clip.motion.rotations)
+    again = parse_bvh(patch_rotations(clip, clip.motion.with_rotations(q), changed))
+    assert geodesic_angle(again.motion.rotations, q).max() < 1e-6
+    numbers = re.compile(rb"[^\s]+")
+    assert numbers.sub(b"", again.data) == numbers.sub(b"", clip.data)
+    assert b"e" not in again.data[again.data_start :].replace(b"e0", b"")
+    kept = np.ones(clip.values.shape, dtype=bool)
+    for joint, layout in enumerate(clip.channels):
+        kept[:, list(layout.rotation)] = ~changed[:, joint, None]
+    before, after = (c.data[c.data_start :].split() for c in (clip, again))
+    same = [x == y for x, y in zip(before, after, strict=True)]
+    assert np.array(same)[kept.ravel()].all()
 
 
 def test_a_slow_turn_is_written_without_jumps():

@@ -8,8 +8,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.strategies import orders, quaternions
-from twistcore.bvh.euler_branch import angle_jumps, continuous_angles
-from twistcore.rotation import euler_from_quaternion, geodesic_angle, quaternion_from_euler
+from twistcore.bvh.euler_branch import _cheapest_path, angle_jumps, continuous_angles
+from twistcore.rotation import (
+    euler_from_quaternion,
+    geodesic_angle,
+    quaternion_from_euler,
+    wrap,
+)
 
 TURNS = 2 * np.pi * np.arange(-3, 4)
 
@@ -65,6 +70,21 @@ def test_no_way_between_the_fixed_edges_is_shorter(order, run, before, after, tu
     assert geodesic_angle(quaternion_from_euler(order, found), q).max() < 1e-6
     least = shortest(np.stack([first, second], axis=1), before, after)
     assert length(np.vstack([before, found, after])) <= least + 1e-6
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(1, 8), st.booleans(), st.booleans(), st.integers(0, 2**32))
+def test_no_branch_has_shorter_steps(n, with_before, with_after, seed):
+    rng = np.random.default_rng(seed)
+    solutions = rng.uniform(-4.0, 4.0, (n, 2, 3))
+    edges = [rng.uniform(-4.0, 4.0, (k, 3)) for k in (int(with_before), int(with_after))]
+
+    def total(branch):
+        path = np.vstack([edges[0], solutions[np.arange(n), list(branch)], edges[1]])
+        return np.abs(wrap(np.diff(path, axis=0))).sum()
+
+    found = _cheapest_path(solutions, *(edge[0] if len(edge) else None for edge in edges))
+    assert total(found) <= min(map(total, itertools.product((0, 1), repeat=n))) + 1e-9
 
 
 def test_a_jump_that_must_stay_is_reported():

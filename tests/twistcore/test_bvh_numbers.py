@@ -6,14 +6,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
+from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.bvh.clip import token_spans
-from twistcore.bvh.numbers import LARGEST, BadNumberError, read_numbers
-from twistcore.rotation import quaternion_from_euler
+from twistcore.bvh.numbers import LARGEST, BadNumberError, _exact, read_numbers
+from twistcore.motion import forward_kinematics
+from twistcore.rotation import multiply, quaternion_from_euler, rotate
 
 decimals = st.decimals(-9999, 9999, allow_nan=False, places=6).map(lambda d: f"{d:.6f}")
+exponents = st.tuples(decimals, st.sampled_from("eE"), st.integers(-330, 90)).map(
+    lambda parts: "{}{}{:+d}".format(*parts)
+)
 any_plain = st.one_of(
     decimals,
+    exponents,
     st.integers(-(10**17), 10**17).map(str),
     st.floats(-LARGEST, LARGEST, exclude_min=True, exclude_max=True).map(repr),
     st.floats(-180, 180).map(lambda v: f"{v:.4f}"),
@@ -43,6 +48,59 @@ def test_any_decimals_are_exact(tokens, data):
     np.testing.assert_array_equal(numbers.values, [float(t) for t in tokens])
     lines = text.decode().replace("\r\n", "\n\n").replace("\r", "\n").split("\n")
     np.testing.assert_array_equal(numbers.lines, np.cumsum([len(x.split()) for x in lines])[:-1])
+
+
+def assert_read_as_by_float(text):
+    """The numbers to the bit and the line breaks, or the same first token that is none."""
+    outcomes = []
+    for read in (lambda: read_numbers(text, 0), lambda: _exact(text, 0, len(text))):
+        try:
+            numbers = read()
+        except BadNumberError as error:
+            outcomes.append(error.args)
+        else:
+            outcomes.append((numbers.values.tobytes(), numbers.lines.tolist()))
+    assert outcomes[0] == outcomes[1]
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.binary(max_size=12), st.text("0123456789.-+eE \n\r\t\x0b\x0c\x1c", max_size=60))
+def test_any_bytes(odd, text):
+    assert_read_as_by_float(b"1.5 " + text.encode() + odd + b"\n2")
+
+
+def numbers_of_every_length():
+    """One of each sign, count of digits before the point and count of decimals."""
+    rng = np.random.default_rng(5)
+    for sign in ("", "-", "+"):
+        for whole in range(10):
+            for behind in range(11):
+                digits = "".join(map(str, rng.integers(0, 10, whole + behind)))
+                if digits:
+                    yield f"{sign}{digits[:whole]}.{digits[whole:]}"
+                    yield f"{sign}{digits[:whole]}{digits[whole:]}"
+
+
+@pytest.mark.parametrize("usual", ["1.5", "-23.123456"])
+@pytest.mark.parametrize("gap", [" ", "\n", "\r\n", "\t", "  ", "\v"])
+def test_numbers_of_every_length_among_usual_ones(usual, gap):
+    tokens = [t for odd in numbers_of_every_length() for t in (usual, odd, usual)]
+    assert_read_as_by_float(gap.join(tokens).encode())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"1.5 -23.123456 7.000001\n0.25 1.125 ",
+        b"12.34567812 -1.0 123456.5\t9.9 0.0 0.5 ",
+        b"1.500 -23.125\r\n0.250 -0.000 ",
+    ],
+)
+def test_any_byte_anywhere_in_a_usual_number(text):
+    for at in range(len(text)):
+        for byte in range(256):
+            damaged = text[:at] + bytes([byte]) + text[at + 1 :]
+            assert_read_as_by_float(damaged + b"1.500 " * 9)
 
 
 @pytest.mark.parametrize(
@@ -81,9 +139,37 @@ def test_token_spans_are_those_of_split(monkeypatch):
         assert [text[a:b] for a, b in zip(starts, ends, strict=True)] == text.split()
 
 
-def test_rotations_are_those_of_the_reference_to_the_bit():
-    clip = read_bvh(ASSETS / "walk.bvh")
+MIXED = b"""HIERARCHY
+ROOT a { OFFSET 1 2 3 CHANNELS 5 Zrotation Xposition Yposition Zposition Xrotation
+  JOINT b { OFFSET 0 1 0 CHANNELS 0
+    JOINT c { OFFSET 0 1.5 0 CHANNELS 3 Yrotation Xrotation Zrotation } }
+  JOINT d { OFFSET 1 0 0 CHANNELS 1 Yrotation } }
+ROOT e { OFFSET 0 0 9 CHANNELS 4 Xrotation Yrotation Xrotation Zposition }
+MOTION
+Frames: 3
+Frame Time: .01
+1 2 3 4 5.5 -60 70 80.25 9 10 -11 12 13
+1 2 3 4 5.5 -60 70 80.25 9 1e1 -11 12 13
++1 2 3 4 5.5 -60 70 80.25 9 10 -11 12 -0
+"""
+
+
+@pytest.mark.parametrize("clip", [read_bvh(ASSETS / "walk.bvh"), parse_bvh(MIXED)])
+def test_rotations_are_those_of_the_reference_to_the_bit(clip):
     for joint, layout in enumerate(clip.channels):
         angles = np.radians(clip.values[:, list(layout.rotation)])
         expected = quaternion_from_euler(layout.order, angles)
         np.testing.assert_array_equal(clip.motion.rotations[:, joint], expected)
+
+
+@pytest.mark.parametrize("clip", [read_bvh(ASSETS / "dance.bvh"), parse_bvh(MIXED)])
+def test_kinematics_are_those_of_one_joint_after_another(clip):
+    motion = clip.motion
+    rotations, positions = forward_kinematics(motion)
+    for joint, parent in enumerate(motion.skeleton.parents):
+        q, p = motion.rotations[:, joint], motion.translation(joint)
+        if parent >= 0:
+            q = multiply(rotations[:, parent], q)
+            p = positions[:, parent] + rotate(rotations[:, parent], p)
+        np.testing.assert_allclose(rotations[:, joint], q, atol=1e-12)
+        np.testing.assert_allclose(positions[:, joint], np.broadcast_to(p, q[:, :3].shape), 1e-12)

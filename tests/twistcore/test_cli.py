@@ -127,6 +127,13 @@ def test_refine_applies_what_is_confident_and_closed(capsys, tmp_path, doubtful)
         out.unlink()
 
 
+@pytest.mark.parametrize(("least", "corrected"), [("0", 8), ("0.99", 0)])
+def test_where_no_confidence_is_known_none_is_relied_on(capsys, tmp_path, least, corrected):
+    words = ["--method", "paper", "--min-confidence", least]
+    told = run(capsys, "refine", DIRTY, "-o", tmp_path / "out.bvh", *words)[1]
+    assert f": {corrected} of 8 intervals corrected" in told
+
+
 def test_a_child_beside_the_axis_is_told_to_move(capsys, tmp_path):
     path = tmp_path / "share.bvh"
     lines = DIRTY.read_text("utf-8").split("\n")

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from twistcore.analysis import detect
 from twistcore.chain import Chain, find_chains
-from twistcore.detection import coupling, detect
+from twistcore.detection import coupling
 from twistcore.detection.best_runs import best_runs
 from twistcore.detection.coupling import (
     ANOTHER_ACTIVE,

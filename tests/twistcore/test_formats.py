@@ -90,9 +90,9 @@ def quamo_documents(folder, printed):
 
 
 def session_documents(path, folder):
+    from twistcore.analysis import detect
     from twistcore.bvh import read_bvh
     from twistcore.chain import find_chains
-    from twistcore.detection import detect
     from twistcore.export.replay import accepted_motion
     from twistcore.export.report import Report, write_report
     from twistcore.review import Review, Track, Tracking, session_bytes, start_review

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
+from twistcore.analysis import detect
 from twistcore.bvh import patch_rotations, read_bvh
 from twistcore.bvh.patch import changed_rotations
-from twistcore.detection import Interval, detect
+from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.export.replay import accepted_motion, check_belongs
 from twistcore.review import (
@@ -44,7 +45,7 @@ from twistcore.review.model import (
 
 def redetect(chain, degrees, drag=0):
     tau = float(np.radians(degrees))
-    found = detect(CLIP.motion, [c for c in CHAINS if c.name == chain], tau=tau)
+    found = detect(CLIP.motion, [c for c in CHAINS if c.name == chain], tau_radians=tau)
     return Redetect({chain: tau}, found, drag=drag)
 
 

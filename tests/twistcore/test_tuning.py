@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from twistcore.analysis import analyse, detect
 from twistcore.batch import survey
 from twistcore.chain import connected, find_chains
 from twistcore.cli import main
-from twistcore.detection import DETECTORS, detect
+from twistcore.detection import DETECTORS
 from twistcore.errors import FormatError
 from twistcore.rotation import (
     geodesic_angle,
@@ -125,7 +126,7 @@ def test_what_a_person_calls_natural_is_a_false_alarm(dirty_walk, method):
     assert curve.curve(found[0].chain).alarms[0] >= 1.0
     # Named an error it is taken out instead, whatever the detector thinks of it.
     shifted = found[0].with_offset(found[0].start, 0.5 * found[0].offset)
-    half = cleaned(motion, chains, Verdicts(errors=(shifted,)))
+    half = cleaned(analyse(motion), Verdicts(errors=(shifted,)))
     parent = next(c.parent for c in chains if c.name == found[0].chain)
     turned = geodesic_angle(motion.rotations[:, parent], half.rotations[:, parent])
     at = slice(found[0].start, found[0].stop)
@@ -153,7 +154,7 @@ def test_a_noisy_capture_gets_a_larger_tau(walk):
         clip_tuning(m, "walk", seeds=(0,)).curve("LeftForeArm").suggested() for m in (motion, noisy)
     )
     assert loud > 1.5 * quiet
-    assert loud >= clip_tuning(noisy, "walk").analysis.automatic_tau("LeftForeArm")
+    assert loud >= clip_tuning(noisy, "walk").clean.by().automatic_tau("LeftForeArm")
 
 
 def test_a_profile_says_what_it_was_tuned_for(tmp_path, capsys):

@@ -1,6 +1,7 @@
 """BVH files: reading without guessing, writing without touching what was not judged."""
 
 from twistcore.bvh.clip import BvhWarning, Clip, JointChannels
+from twistcore.bvh.compose import write_motion
 from twistcore.bvh.lower_rate import thinned
 from twistcore.bvh.patch import (
     EulerJump,
@@ -25,4 +26,5 @@ __all__ = [
     "read_bvh",
     "thinned",
     "write_bvh",
+    "write_motion",
 ]

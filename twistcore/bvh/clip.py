@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.compiled import Loops, loops
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array
 
+SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
 _BLOCK = 1 << 18  # bytes
 _ELEMENTS = 1 << 14  # numbers of one kind in a block
 
@@ -66,6 +66,10 @@ class Clip:
     frame_time: float
     warnings: tuple[BvhWarning, ...] = ()
 
+    def __repr__(self) -> str:
+        size = f"{len(self.values)} frames at {1.0 / self.frame_time:g} fps"
+        return f"<Clip {self.name}: {size}, {len(self.skeleton)} joints>"
+
     @property
     def name(self) -> str:
         """The file's name."""
@@ -108,36 +112,13 @@ def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.
 def _motion(
     skeleton: Skeleton, channels: tuple[JointChannels, ...], values: Array, frame_time: float
 ) -> Motion:
-    compiled = loops()
-    if compiled:
-        rotations = _rotations_compiled(compiled, channels, values)
-    else:
-        rotations = _rotations(channels, values)
     positioned = tuple(j for j, layout in enumerate(channels) if layout.position)
     positions = np.empty((len(values), len(positioned), 3))
     positions[:] = skeleton.offsets[list(positioned)]
     for k, joint in enumerate(positioned):
         for axis, column in channels[joint].position:
             positions[:, k, axis] = values[:, column]
-    return Motion(skeleton, rotations, positioned, positions, frame_time)
-
-
-def _rotations_compiled(
-    compiled: Loops, channels: tuple[JointChannels, ...], values: Array
-) -> Array:
-    """The same as :func:`_rotations`, to the bit."""
-    most = max(len(layout.rotation) for layout in channels)
-    columns, axes = np.full((2, len(channels), most), -1)
-    for joint, layout in enumerate(channels):
-        columns[joint, : len(layout.rotation)] = layout.rotation
-        axes[joint, : len(layout.rotation)] = ["XYZ".index(letter) for letter in layout.order]
-    rotations = np.empty((len(values), len(channels), 4))
-    step = max(64, _ELEMENTS // values.shape[1])
-    for a in range(0, len(values), step):
-        half = np.radians(values[a : a + step])
-        half *= 0.5
-        compiled.compose(np.cos(half), np.sin(half), columns, axes, rotations[a : a + step])
-    return rotations
+    return Motion(skeleton, _rotations(channels, values), positioned, positions, frame_time)
 
 
 def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:

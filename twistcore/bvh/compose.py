@@ -1,54 +1,59 @@
-"""A motion that has no BVH yet, as BVH text."""
+"""A motion that has no BVH yet, as BVH: other frames, another rate, another skeleton."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
-from twistcore.motion import Motion
+from twistcore.atomic import write_atomically
+from twistcore.bvh.clip import LONGEST, SHORTEST
+from twistcore.bvh.numbers import LARGEST
+from twistcore.errors import TwistError
+from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array, euler_from_quaternion
 
 _ORDER = "ZXY"
 _END = 0.05  # length of an End Site as a share of the skeleton's height
 
 
-def bvh_text(motion: Motion) -> str:
-    """BVH with positions and ZXY rotations on roots and rotations on all other joints.
+def write_motion(motion: Motion, path: str | Path) -> None:
+    """Write a motion as a BVH of its own, whatever it was made from; what is there is replaced.
 
-    Joints without children get an End Site along their own offset. Angles are continuous over time
-    but for the turn that the middle angle's range forces.
+    Read back, it is the same skeleton (joints depth first, as in every BVH) and motion, to six
+    decimals of degrees and of the length unit; see :func:`bvh_text` for the channels. A corrected
+    clip is better written by :func:`write_bvh <twistcore.bvh.write_bvh>`, which keeps its bytes.
+
+    Atomically. Raises TwistError where the motion is empty, has a number that is not finite or a
+    name that no BVH can hold, or a rate below 1 or above 10,000 frames a second, which
+    :func:`read_bvh <twistcore.bvh.read_bvh>` would not believe; OSError.
+    """
+    check_motion(motion)
+    _check(motion, path)
+    write_atomically(Path(path), bvh_text(motion).encode("utf-8", "surrogateescape"))
+
+
+def bvh_text(motion: Motion) -> str:
+    """BVH with ZXY rotations on every joint, behind XYZ positions on roots and positioned joints.
+
+    Joints without children and End Site get one along their own offset: many readers need it.
+    Angles are continuous over time but for the turn that the middle angle's range forces.
     """
     skeleton = motion.skeleton
-    lines, order = ["HIERARCHY"], []
-
-    def describe(joint: int, depth: int) -> None:
-        order.append(joint)
-        indent, root = "\t" * depth, skeleton.parents[joint] < 0
-        lines.append(f"{indent}{'ROOT' if root else 'JOINT'} {skeleton.names[joint]}")
-        lines.append(f"{indent}{{")
-        lines.append(f"{indent}\tOFFSET {_words(skeleton.offsets[joint])}")
-        rotations = " ".join(f"{letter}rotation" for letter in _ORDER)
-        place = "Xposition Yposition Zposition " if root else ""
-        lines.append(f"{indent}\tCHANNELS {6 if root else 3} {place}{rotations}")
-        for child in skeleton.children[joint]:
-            describe(child, depth + 1)
-        if not skeleton.children[joint]:
-            offset = skeleton.offsets[joint]
-            length = float(np.linalg.norm(offset))
-            tip = offset / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
-            lines.append(f"{indent}\tEnd Site")
-            lines.append(f"{indent}\t{{")
-            lines.append(f"{indent}\t\tOFFSET {_words(_END * skeleton.height * tip)}")
-            lines.append(f"{indent}\t}}")
-        lines.append(f"{indent}}}")
-
-    for root in np.flatnonzero(skeleton.parents < 0).tolist():
-        describe(root, 0)
-    columns = []
-    for joint in order:
-        if skeleton.parents[joint] < 0:
+    lines, columns, depth = ["HIERARCHY"], [], 0
+    todo = [(root, 0) for root in reversed(np.flatnonzero(skeleton.parents < 0).tolist())]
+    while todo:
+        joint, above = todo.pop()
+        lines += _closed(depth, above)
+        depth = above + 1
+        placed = above == 0 or joint in motion.positioned
+        lines += _described(skeleton, joint, above, placed)
+        todo += [(child, depth) for child in reversed(skeleton.children[joint])]
+        if placed:
             columns.append(np.broadcast_to(motion.translation(joint), (motion.frames, 3)))
         angles = euler_from_quaternion(_ORDER, motion.rotations[:, joint])
         columns.append(np.degrees(np.unwrap(angles, axis=0)))
+    lines += _closed(depth, 0)
     rows = np.concatenate(columns, axis=1)
     lines += ["MOTION", f"Frames: {motion.frames}", f"Frame Time: {motion.frame_time:.9g}"]
     form = " ".join(["%.6f"] * rows.shape[1])
@@ -56,5 +61,56 @@ def bvh_text(motion: Motion) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _described(skeleton: Skeleton, joint: int, depth: int, placed: bool) -> list[str]:
+    """A joint's lines up to its children's."""
+    indent, offset = "\t" * depth, skeleton.offsets[joint]
+    channels = "6 Xposition Yposition Zposition" if placed else "3"
+    lines = [
+        f"{indent}{'JOINT' if depth else 'ROOT'} {skeleton.names[joint]}",
+        f"{indent}{{",
+        f"{indent}\tOFFSET {_words(offset)}",
+        f"{indent}\tCHANNELS {channels} {' '.join(f'{letter}rotation' for letter in _ORDER)}",
+    ]
+    sites = [np.array(site) for owner, site in skeleton.ends if owner == joint]
+    if not sites and not skeleton.children[joint]:
+        length = float(np.linalg.norm(offset))
+        tip = offset / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
+        sites = [_END * skeleton.height * tip]
+    for site in sites:
+        lines += [f"{indent}\tEnd Site", f"{indent}\t{{"]
+        lines += [f"{indent}\t\tOFFSET {_words(site)}", f"{indent}\t}}"]
+    return lines
+
+
+def _closed(depth: int, to: int) -> list[str]:
+    return ["\t" * k + "}" for k in range(depth - 1, to - 1, -1)]
+
+
 def _words(vector: Array) -> str:
     return " ".join(f"{v:.6f}" for v in vector.tolist())
+
+
+def _check(motion: Motion, path: str | Path) -> None:
+    """Raise TwistError for what would not be read back."""
+    skeleton = motion.skeleton
+    if not len(skeleton) or not motion.frames:
+        raise TwistError(f"{path}: expected at least one joint and one frame")
+    for what, values in (
+        ("OFFSET", skeleton.offsets),
+        ("End Site", np.array([offset for _, offset in skeleton.ends])),
+        ("rotations", motion.rotations),
+        ("positions", motion.positions),
+    ):
+        good = np.abs(values) < LARGEST
+        if not good.all():
+            at = tuple(np.argwhere(~good)[0].tolist())
+            found = f"found {values[at]:g} at {list(at)}"
+            raise TwistError(
+                f"{path}: expected finite numbers below {LARGEST:g} as {what}, {found}"
+            )
+    if not SHORTEST <= motion.frame_time <= LONGEST:
+        expected = f"a frame time from {SHORTEST:g} to {LONGEST:g} s"
+        raise TwistError(f"{path}: expected {expected}, found {motion.frame_time:g}")
+    for name in skeleton.names:
+        if name != name.strip() or set(name) & set("{\r\n"):
+            raise TwistError(f"{path}: expected a name on one line without '{{', found {name!r}")

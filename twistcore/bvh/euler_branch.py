@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.compiled import loops
-from twistcore.kernels import path_back, path_costs
 from twistcore.rotation import Array, euler_from_quaternion, euler_with_third_held, wrap
 
 _GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is known to half of the float's digits
@@ -57,29 +55,20 @@ def _cheapest_path(
     step = np.abs(wrap(solutions[1:, None, :, :] - solutions[:-1, :, None, :])).sum(axis=-1)
     start = np.zeros(2) if before is None else np.abs(wrap(solutions[0] - before)).sum(axis=-1)
     finish = np.zeros(2) if after is None else np.abs(wrap(after - solutions[-1])).sum(axis=-1)
-    # Only the difference of the two costs matters: ahead[t] = cost of solution 1 − of solution 0.
-    ahead = np.empty(n)
-    ahead[0] = start[1] - start[0]
-    costs = np.ascontiguousarray(step.reshape(n - 1, 4).T)
-    came = np.empty((2, n), dtype=np.bool_)
-    path = np.empty(n, dtype=np.int64)
-    compiled = loops()
-    if compiled:
-        compiled.path_costs(costs, ahead)
-    else:  # lists: Python goes through them several times faster than through arrays
-        listed = ahead.tolist()
-        path_costs(costs.tolist(), listed)
-        ahead[:] = listed
-    came[0, 1:] = ahead[:-1] + costs[2] < costs[0]
-    came[1, 1:] = ahead[:-1] + costs[3] < costs[1]
-    last = int(ahead[-1] + finish[1] < finish[0])
-    if compiled:
-        compiled.path_back(came, path, last)
-    else:
-        states = path.tolist()
-        path_back(came.tolist(), states, last)
-        path[:] = states
-    return path
+    # Only the difference of the two costs matters: ahead = cost of solution 1 − of solution 0.
+    ahead = float(start[1] - start[0])
+    came = []  # whether the best way to solution 0, and to 1, comes from 1
+    # Lists: Python goes through them several times faster than through arrays.
+    for stay0, leave0, leave1, stay1 in step.reshape(n - 1, 4).tolist():
+        to0, to1 = ahead + leave1, ahead + stay1
+        came.append((to0 < stay0, to1 < leave0))
+        ahead = (to1 if to1 < leave0 else leave0) - (to0 if to0 < stay0 else stay0)
+    here = bool(ahead + finish[1] < finish[0])
+    path = [here]
+    for best in reversed(came):
+        here = best[here]
+        path.append(here)
+    return np.array(path[::-1], dtype=np.int64)
 
 
 def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:

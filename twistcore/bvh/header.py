@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from twistcore.bvh.clip import BvhWarning, JointChannels
-from twistcore.bvh.numbers import LARGEST
+from twistcore.bvh.numbers import LARGEST, number
 from twistcore.errors import BvhError
 from twistcore.motion import Skeleton
 
@@ -29,8 +29,6 @@ class _Joint:
 _WORD = re.compile(r"[{}]|[^\s{}]+", re.ASCII)
 _REST = re.compile(r"[^{\r\n]*")
 _LINE_END = re.compile(r"\r\n|\r|\n")
-# float() would also take 1_000, nan and the digits of other scripts.
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 
 
 class _Words:
@@ -67,7 +65,7 @@ class _Words:
 
     def number(self, what: str) -> float:
         word = self.next()
-        value = float(word) if word is not None and _NUMBER.fullmatch(word) else math.nan
+        value = number((word or "").encode("utf-8", "surrogateescape"))
         if not abs(value) < LARGEST:
             bound = "" if math.isnan(value) else f" below {LARGEST:g}"
             raise self.fail(f"expected a number{bound} for {what}, found {shown(word)}")

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.atomic import write_atomically
+from twistcore.atomic import is_stream, same_file, write_atomically
 from twistcore.bvh.clip import Clip
 from twistcore.bvh.euler_branch import angle_jumps, continuous_angles
-from twistcore.compiled import loops
-from twistcore.motion import Motion
+from twistcore.errors import TwistError
+from twistcore.motion import Motion, check_motion
 from twistcore.rotation import Array
 
 _MIN_DECIMALS = 6
@@ -39,7 +39,7 @@ class EulerJump:
 class Patch:
     """The bytes to write and the jumps that stayed in them."""
 
-    data: bytes
+    data: bytes = field(repr=False)
     jumps: tuple[EulerJump, ...]
 
 
@@ -53,14 +53,24 @@ def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
     return changed
 
 
-def write_bvh(clip: Clip, motion: Motion, path: str | Path) -> tuple[EulerJump, ...]:
+def write_bvh(
+    clip: Clip, motion: Motion, path: str | Path, *, replace_source: bool = False
+) -> tuple[EulerJump, ...]:
     """Write `clip` with the rotations and positions of `motion`; only what differs is rewritten.
 
-    Atomically. Returns the jumps of Euler angles that could not be avoided.
+    Atomically. Returns the jumps of Euler angles that could not be avoided. Raises TwistError where
+    the file that the clip was read from would be replaced, unless `replace_source`; OSError.
     """
+    check_motion(motion)
+    path = Path(path)
+    if not replace_source and not is_stream(path) and same_file(path, clip.path):
+        raise TwistError(
+            f"{path}: expected another file than the clip's own source "
+            "(replace_source=True replaces it)"
+        )
     moved = motion.positions is not clip.motion.positions
     patch = patched(clip, motion, changed_rotations(clip, motion), positions=moved)
-    write_atomically(Path(path), patch.data)
+    write_atomically(path, patch.data)
     return patch.jumps
 
 
@@ -113,7 +123,8 @@ def _replaced(clip: Clip, tokens: NDArray[np.int64], numbers: Array) -> bytes:
     """The clip's bytes with the tokens of these numbers (from 0, in reading order) written anew."""
     order = np.argsort(tokens, kind="stable")
     tokens, numbers = tokens[order], numbers[order]
-    starts, ends, decimals = _places(clip, tokens)
+    starts, ends = (span[tokens] for span in clip.token_spans)
+    decimals = _decimals(clip.data, starts, ends)
     # Neighbours with one space between are written together: far fewer pieces to join.
     together = np.zeros(len(tokens), dtype=np.bool_)
     buffer = np.frombuffer(clip.data, dtype=np.uint8)
@@ -129,17 +140,6 @@ def _replaced(clip: Clip, tokens: NDArray[np.int64], numbers: Array) -> bytes:
     pieces[0::2] = [clip.data[a:b] for a, b in zip(stops, nexts, strict=True)]
     pieces[1::2] = text.encode().split(b"\n")[:-1]
     return b"".join(pieces)
-
-
-def _places(clip: Clip, tokens: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
-    """Start, end and decimals of these tokens, ascending."""
-    if compiled := loops():
-        found = np.empty((len(tokens), 3), dtype=np.int64)
-        text = np.frombuffer(clip.data, dtype=np.uint8)[clip.data_start :]
-        compiled.find_tokens(text, tokens, found)
-        return found[:, 0] + clip.data_start, found[:, 1] + clip.data_start, found[:, 2]
-    starts, ends = (span[tokens] for span in clip.token_spans)
-    return starts, ends, _decimals(clip.data, starts, ends)
 
 
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.bvh.clip import BvhWarning, Clip
+from twistcore.bvh.clip import LONGEST, SHORTEST, BvhWarning, Clip
 from twistcore.bvh.header import parse_header, shown
 from twistcore.bvh.numbers import LARGEST, BadNumberError, Numbers, read_numbers
 from twistcore.errors import BvhError
@@ -153,7 +153,7 @@ def _frame_time(
         return 1.0 / fps
     written = found.group(1)
     seconds = float(written) if _SECONDS.fullmatch(written) else math.nan
-    if 1e-4 <= seconds <= 1.0:
+    if SHORTEST <= seconds <= LONGEST:
         return seconds
     warnings.append(
         BvhWarning(

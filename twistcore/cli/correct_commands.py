@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from twistcore.bvh import Clip, read_bvh, write_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
-from twistcore.cli.detect_commands import chosen_chains, detected
+from twistcore.cli.detect_commands import detected
 from twistcore.cli.output import print_json, refuse_overwrite, tell_jumps, tell_no_chain
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
@@ -16,7 +16,7 @@ from twistcore.export.compare import compare, difference_to_json
 from twistcore.export.replay import accepted_motion, check_belongs
 from twistcore.export.report import Report, check_report, write_report
 from twistcore.refinement import children_off_axis
-from twistcore.review import Decide, Decision, Review, read_session, start_review
+from twistcore.review import Review, read_session
 
 
 def refine(arguments: argparse.Namespace) -> int:
@@ -27,23 +27,16 @@ def refine(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     if arguments.report:
         check_report(arguments.report, clip)
-    chains = chosen_chains(clip, arguments.chain)
-    tau, found = detected(arguments, clip, chains)
-    state = start_review(arguments.method, tau, found, [c.name for c in chains])
-    review = Review(state)
-    wanted = tuple(
-        j.id
-        for j in state.intervals
-        if (j.interval.confidence is None or j.interval.confidence >= arguments.min_confidence)
-        and (arguments.include_open or not j.interval.open)
-    )
-    review.do(Decide(wanted, Decision.ACCEPTED))
+    found = detected(arguments, clip)
+    chains, review = found.chains, Review.of(found)
+    review.accept(arguments.min_confidence, include_open=arguments.include_open)
+    applied = review.accepted
     refined = accepted_motion(clip, chains, review.state)
     tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
     if arguments.report:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
-    print(f"{arguments.output}: {len(wanted)} of {len(found)} intervals corrected")
-    skipped = _tell_uncorrected(clip, chains, [review.state.find(i).interval for i in wanted])
+    print(f"{arguments.output}: {len(applied)} of {len(found)} intervals corrected")
+    skipped = _tell_uncorrected(clip, chains, applied)
     return int(skipped or bool(tell_no_chain(arguments.clip, chains)))
 
 

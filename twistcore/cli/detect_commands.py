@@ -7,20 +7,18 @@ import csv
 import io
 import math
 import sys
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from twistcore.analysis import Detection, analyse
 from twistcore.atomic import write_atomically
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.cli.output import print_json, refuse_overwrite, tell_no_chain
-from twistcore.detection import DETECTORS, Interval, resolve_tau
+from twistcore.detection import Interval
 from twistcore.encoding import encoded
-from twistcore.errors import TwistError
 from twistcore.refinement import children_off_axis
-from twistcore.signals import twist_signals
 from twistcore.tuning import read_profile
 
 _SIGNAL_COLUMNS = (
@@ -84,10 +82,9 @@ def _chain_to_json(clip: Clip, chain: Chain) -> dict[str, Any]:
 def detect(arguments: argparse.Namespace) -> int:
     """Find intervals."""
     clip = read_bvh(arguments.clip, fps=arguments.fps)
-    chains = chosen_chains(clip, arguments.chain)
-    tau, found = detected(arguments, clip, chains)
+    found = detected(arguments, clip)
     if arguments.json:
-        print_json(_detection_to_json(arguments, clip, tau, found))
+        print_json(_detection_to_json(arguments, clip, found))
     else:
         for i in found:
             print(
@@ -97,8 +94,10 @@ def detect(arguments: argparse.Namespace) -> int:
             )
             if arguments.explain:
                 _explain(i)
-        print(f"{len(found)} interval{'' if len(found) == 1 else 's'} in {len(chains)} chains")
-    if tell_no_chain(arguments.clip, chains):
+        print(
+            f"{len(found)} interval{'' if len(found) == 1 else 's'} in {len(found.chains)} chains"
+        )
+    if tell_no_chain(arguments.clip, found.chains):
         return 1
     return int(arguments.fail_over is not None and len(found) > arguments.fail_over)
 
@@ -114,9 +113,9 @@ def _explain(interval: Interval) -> None:
 
 
 def _detection_to_json(
-    arguments: argparse.Namespace, clip: Clip, tau: dict[str, float], found: list[Interval]
+    arguments: argparse.Namespace, clip: Clip, found: Detection
 ) -> dict[str, Any]:
-    chains = {chain.name: chain for chain in find_chains(clip.motion)}
+    chains = {chain.name: chain for chain in found.chains}
     names = clip.motion.skeleton.names
     intervals = []
     for i in found:
@@ -139,8 +138,8 @@ def _detection_to_json(
         "clip": str(arguments.clip),
         "frames": clip.motion.frames,
         "fps": clip.motion.fps,
-        "method": arguments.method,
-        "tau_deg": {name: math.degrees(t) for name, t in tau.items()},
+        "method": found.method,
+        "tau_deg": {name: math.degrees(t) for name, t in found.tau.items()},
         "intervals": intervals,
     }
 
@@ -149,47 +148,29 @@ def signals(arguments: argparse.Namespace) -> int:
     """Signals as CSV: one line a chain and frame, degrees."""
     refuse_overwrite([arguments.csv], [arguments.clip])
     clip = read_bvh(arguments.clip)
-    chains = chosen_chains(clip, arguments.chain)
+    analysis = analyse(clip, arguments.chain)
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(_SIGNAL_COLUMNS)
-    for chain in chains:
-        s = twist_signals(clip.motion, chain)
+    for name, s in analysis.signals.items():
         angles = np.degrees([s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c, s.strength]).T
         shares = np.stack([s.swing_reliability, s.azimuth_reliability], axis=1)
         for frame, row in enumerate(np.hstack([angles, shares]).tolist()):
-            writer.writerow([chain.name, frame, *(f"{v:.6f}" for v in row)])
+            writer.writerow([name, frame, *(f"{v:.6f}" for v in row)])
     write_atomically(arguments.csv, encoded(out.getvalue()))
-    return tell_no_chain(arguments.clip, chains)
+    return tell_no_chain(arguments.clip, analysis.chains)
 
 
-def chosen_chains(clip: Clip, names: Sequence[str] | None) -> tuple[Chain, ...]:
-    """Those named, in the clip's order, or all of them; TwistError for a name it lacks."""
-    chains = find_chains(clip.motion)
-    if not names:
-        return chains
-    known = {chain.name for chain in chains}
-    for name in names:
-        if name not in known:
-            raise TwistError(
-                f"{clip.path}: no chain {name!r}; expected one of {', '.join(sorted(known)) or '–'}"
-            )
-    return tuple(chain for chain in chains if chain.name in names)
-
-
-def detected(
-    arguments: argparse.Namespace, clip: Clip, chains: Sequence[Chain]
-) -> tuple[dict[str, float], list[Interval]]:
-    """τ by chain, radians, and the intervals, by --method, --tau and --profile."""
-    analysis = DETECTORS[arguments.method].analyse(clip.motion, chains)
-    tau = resolve_tau(analysis, chains, arguments.tau)
-    if arguments.profile:
-        profile = read_profile(arguments.profile)
-        tau.update({name: t for name, t in profile.tau.items() if name in tau})
-        if profile.method not in ("", arguments.method):
-            print(
-                f"{arguments.profile}: note: tuned for detector {profile.method}, "
-                f"used with {arguments.method}",
-                file=sys.stderr,
-            )
-    return tau, [i for c in chains for i in analysis.intervals(c.name, tau[c.name])]
+def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
+    """The intervals by --chain, --method, --tau and --profile, which goes before --tau."""
+    analysis, method = analyse(clip, arguments.chain), arguments.method
+    if not arguments.profile:
+        return analysis.detect(method, tau_radians=arguments.tau)
+    profile = read_profile(arguments.profile)
+    if profile.method not in ("", method):
+        print(
+            f"{arguments.profile}: note: tuned for detector {profile.method}, used with {method}",
+            file=sys.stderr,
+        )
+    given = {} if arguments.tau is None else {c.name: arguments.tau for c in analysis.chains}
+    return analysis.detect(method, tau_radians=given | profile.of(analysis.chains))

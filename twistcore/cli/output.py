@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from twistcore.atomic import destination, is_stream
+from twistcore.atomic import destination, is_stream, same_file
 from twistcore.bvh import EulerJump
 from twistcore.chain import Chain
 from twistcore.encoding import json_text
@@ -52,13 +52,9 @@ def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
     """
     for k, output in enumerate(outputs):
         end = destination(output)
-        if any(_same(output, source) for source in sources):
+        if any(same_file(output, source) for source in sources):
             raise TwistError(f"{output}: expected another file than an input of this command")
-        if any(end == destination(other) or _same(output, other) for other in outputs[:k]):
+        if any(end == destination(other) or same_file(output, other) for other in outputs[:k]):
             raise TwistError(f"{output}: expected different files for different outputs")
         if not is_stream(output) and not end.parent.is_dir():
             raise TwistError(f"{output}: expected an existing folder to write into")
-
-
-def _same(a: Path, b: Path) -> bool:
-    return a.exists() and b.exists() and a.samefile(b)

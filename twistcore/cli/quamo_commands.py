@@ -12,10 +12,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from twistcore.analysis import detect
 from twistcore.bvh import Clip, read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.cli.output import print_json, refuse_overwrite, tell_jumps, tell_problems
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, resolve_tau
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.quality.figure_quality import quality_before_and_after
@@ -96,10 +96,7 @@ def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:
     chains = [c for c in find_chains(clip.motion) if {c.parent, c.child} & set(joints)]
     if not chains:
         return
-    analysis = DETECTORS[DEFAULT_METHOD].analyse(clip.motion, chains)
-    tau = resolve_tau(analysis, chains, None)
-    count = sum(len(analysis.intervals(c.name, tau[c.name])) for c in chains)
-    if count:
+    if count := len(detect(clip, chains)):
         print(
             f"{clip.path}: {'an interval' if count == 1 else f'{count} intervals'} of twist errors "
             "found in these joints; tracking smears their edges and does not remove them: detect "

@@ -50,36 +50,10 @@ DETECTORS: Mapping[str, Detector] = {
 DEFAULT_METHOD = "consistency"
 
 
-def detect(
-    motion: Motion,
-    chains: Sequence[Chain],
-    method: str = DEFAULT_METHOD,
-    tau: float | Mapping[str, float] | None = None,
-) -> tuple[Interval, ...]:
-    """Intervals of all chains, by chain and start; τ in radians, for all or by chain name."""
-    analysis = DETECTORS[method].analyse(motion, chains)
-    taus = resolve_tau(analysis, chains, tau)
-    return tuple(i for chain in chains for i in analysis.intervals(chain.name, taus[chain.name]))
-
-
-def resolve_tau(
-    analysis: Analysis, chains: Sequence[Chain], tau: float | Mapping[str, float] | None = None
-) -> dict[str, float]:
-    """τ in radians of every chain: as given, else the analysis' own."""
-    if tau is None:
-        return {chain.name: analysis.automatic_tau(chain.name) for chain in chains}
-    if isinstance(tau, Mapping):
-        own = resolve_tau(analysis, chains)
-        return {name: tau.get(name, value) for name, value in own.items()}
-    return {chain.name: float(tau) for chain in chains}
-
-
 __all__ = [
     "DEFAULT_METHOD",
     "DETECTORS",
     "Analysis",
     "Detector",
     "Interval",
-    "detect",
-    "resolve_tau",
 ]

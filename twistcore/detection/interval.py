@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -30,6 +31,11 @@ class Interval:
     open: bool = False
     residual: float = 0.0
     explain: Callable[[], dict[str, Any]] | None = None
+
+    def __repr__(self) -> str:
+        sure = "" if self.confidence is None else f", confidence {self.confidence:.2f}"
+        turn = f"{math.degrees(self.delta):+.1f}°{sure}{', open' if self.open else ''}"
+        return f"<Interval {self.chain} {self.start}–{self.stop}: {turn}>"
 
     @property
     def evidence(self) -> dict[str, Any] | None:

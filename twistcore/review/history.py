@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from twistcore.review.commands import Command
-from twistcore.review.model import ReviewState
+from twistcore.analysis import Detection
+from twistcore.detection import Interval
+from twistcore.review.commands import Command, Decide
+from twistcore.review.model import Decision, ReviewState, start_review
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +25,29 @@ class Review:
         self._done: list[_Step] = []
         self._undone: list[_Step] = []
         self._saved: ReviewState | None = state
+
+    def __repr__(self) -> str:
+        return f"<Review, {self.position} steps: {self.state!r}>"
+
+    @classmethod
+    def of(cls, found: Detection) -> Review:
+        """A review of what was detected, in which nothing is decided yet."""
+        return cls(start_review(found.method, found.tau, found, [c.name for c in found.chains]))
+
+    @property
+    def accepted(self) -> tuple[Interval, ...]:
+        """The intervals that were accepted: those to refine by."""
+        return self.state.chosen()
+
+    def accept(self, at_least: float = 0.0, *, include_open: bool = False) -> int:
+        """Accept what may be without a look at it, in one step; how many that are.
+
+        at_least: confidence, 0…1; see :func:`twistcore.refinement.applied_unasked`.
+        """
+        ids = self.state.unasked(at_least, include_open=include_open)
+        if ids:
+            self.do(Decide(ids, Decision.ACCEPTED))
+        return len(ids)
 
     def do(self, command: Command) -> None:
         """Carry out a command; a step of a drag takes the place of the one before it.

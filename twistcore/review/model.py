@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from twistcore.detection import Interval
+from twistcore.refinement import applied_unasked
 from twistcore.rotation import Array, wrap
 
 
@@ -84,6 +85,10 @@ class ReviewState:
     chain_order: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     tracking: Tracking | None = None
 
+    def __repr__(self) -> str:
+        decided = sum(j.decision != Decision.UNDECIDED for j in self.intervals)
+        return f"<ReviewState by {self.method}: {decided} of {len(self.intervals)} decided>"
+
     def find(self, interval_id: int) -> Judged:
         """The interval of an id; KeyError where there is none."""
         for judged in self.intervals:
@@ -99,6 +104,12 @@ class ReviewState:
         """Accepted intervals; with `undecided`, those nobody has rejected."""
         wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
         return tuple(j.interval for j in self.intervals if j.decision in wanted)
+
+    def unasked(self, at_least: float = 0.0, *, include_open: bool = False) -> tuple[int, ...]:
+        """Ids of undecided intervals that :func:`applied_unasked` lets pass."""
+        undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
+        passing = applied_unasked(undecided, at_least, include_open=include_open)
+        return tuple(undecided[i] for i in passing)
 
     def neighbour(
         self,

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from twistcore.chain import Chain
-from twistcore.detection import DETECTORS, Interval
+from twistcore.analysis import ClipAnalysis
+from twistcore.detection import Interval
 from twistcore.motion import Motion
-from twistcore.refinement import offsets_by_chain, remove_twist
+from twistcore.refinement import applied_unasked, refine
 
 SURE = 0.9  # confidence from which an interval counts as an error without a person's word
 _AUDITOR = "consistency"  # whichever detector is tuned: the paper's has no confidence
@@ -29,24 +29,16 @@ class Verdicts:
     natural: tuple[tuple[str, int, int], ...] = ()
 
 
-def cleaned(motion: Motion, chains: Sequence[Chain], verdicts: Verdicts | None = None) -> Motion:
+def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
     """The motion without its errors: those a person named, and those our detector is sure of.
 
     Where a person has judged, the detector is not asked.
     """
     verdicts = verdicts or Verdicts()
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
-    analysis = DETECTORS[_AUDITOR].analyse(motion, chains)
-    sure = [
-        i
-        for chain in chains
-        for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name))
-        if not i.open and (i.confidence or 0.0) >= SURE and not _touches(i, judged)
-    ]
-    wrong = [*sure, *verdicts.errors]
-    if not wrong:
-        return motion
-    return remove_twist(motion, chains, offsets_by_chain(wrong, motion.frames))
+    sure = applied_unasked(given.detect(_AUDITOR), SURE)
+    wrong = [*(i for i in sure if not _touches(i, judged)), *verdicts.errors]
+    return refine(given.motion, given.chains, wrong) if wrong else given.motion
 
 
 def _touches(interval: Interval, spans: Sequence[tuple[str, int, int]]) -> bool:

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from twistcore.analysis import ClipAnalysis, analyse
 from twistcore.bvh import read_bvh
-from twistcore.chain import Chain, find_chains, uncorrectable_joints
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis
+from twistcore.chain import uncorrectable_joints
+from twistcore.detection import DEFAULT_METHOD
 from twistcore.motion import Motion
 from twistcore.tuning.cleaning import Verdicts, cleaned
 from twistcore.tuning.tau_curve import TauCurve, tau_curve
@@ -24,28 +25,20 @@ class ClipTuning:
     """
 
     name: str
-    motion: Motion
-    chains: tuple[Chain, ...]
-    analysis: Analysis
+    clean: ClipAnalysis
     method: str
     seeds: Sequence[int]
 
     @property
     def names(self) -> tuple[str, ...]:
         """Chains that have a curve: those that can be corrected."""
-        return tuple(c.name for c in self.chains if not uncorrectable_joints(self.motion, c))
+        clean = self.clean
+        return tuple(c.name for c in clean.chains if not uncorrectable_joints(clean.motion, c))
 
     def curve(self, chain: str) -> TauCurve:
         """What every τ costs one of `names`."""
-        return tau_curve(
-            self.motion,
-            self.chains,
-            next(c for c in self.chains if c.name == chain),
-            name=self.name,
-            clean=self.analysis,
-            method=self.method,
-            seeds=self.seeds,
-        )
+        chosen = self.clean.chain(chain)
+        return tau_curve(self.clean, chosen, name=self.name, method=self.method, seeds=self.seeds)
 
 
 def clip_tuning(
@@ -57,9 +50,10 @@ def clip_tuning(
     verdicts: Verdicts | None = None,
 ) -> ClipTuning:
     """Take a clip's own errors out and analyse the rest."""
-    chains = find_chains(motion)
-    clean = cleaned(motion, chains, verdicts)
-    return ClipTuning(name, clean, chains, DETECTORS[method].analyse(clean, chains), method, seeds)
+    given = analyse(motion)
+    clean = ClipAnalysis(cleaned(given, verdicts), given.chains, name)
+    clean.by(method)
+    return ClipTuning(name, clean, method, seeds)
 
 
 def clip_curves(path: Path, method: str, seeds: int = SEEDS) -> dict[str, TauCurve]:

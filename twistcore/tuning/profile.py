@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from twistcore.atomic import write_atomically
+from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
 from twistcore.encoding import encoded, escaped, unescaped
 from twistcore.errors import FormatError, TwistError
@@ -22,6 +23,10 @@ class Profile:
 
     tau: Mapping[str, float]
     method: str = ""
+
+    def of(self, chains: Iterable[Chain]) -> dict[str, float]:
+        """τ of those chains that it names."""
+        return {c.name: self.tau[c.name] for c in chains if c.name in self.tau}
 
 
 def write_profile(path: Path, profile: Mapping[str, Tuned], source: str, method: str) -> None:

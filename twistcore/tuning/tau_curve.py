@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, connected
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval
+from twistcore.detection import DEFAULT_METHOD, Analysis, Interval
 from twistcore.encoding import encoded
-from twistcore.motion import Motion
+from twistcore.refinement import applied_unasked
 from twistcore.rotation import Array, wrap
 from twistcore.synthesis import (
     SUCCESS,
@@ -121,23 +122,20 @@ def tuned(curve: TauCurve, tau: float | None = None) -> Tuned:
 
 
 def tau_curve(
-    motion: Motion,
-    chains: Sequence[Chain],
+    clip: ClipAnalysis,
     chain: Chain,
     *,
     name: str,
-    clean: Analysis | None = None,
     method: str = DEFAULT_METHOD,
     seeds: Sequence[int] = (0, 1, 2),
     protocols: Sequence[str] = PROTOCOLS,
 ) -> TauCurve:
     """The curve of one chain in one clip without errors of its own.
 
-    name: the clip's; with the chain's name it seeds the errors. clean: the motion's analysis, where
-    there is one. Of what is found, what would be applied unasked counts.
+    name: the clip's; with the chain's name it seeds the errors. Of what is found, what would be
+    applied unasked counts.
     """
-    detector = DETECTORS[method]
-    clean = clean or detector.analyse(motion, chains)
+    motion, chains, clean = clip.motion, clip.chains, clip.by(method)
     alarms = np.array([len(_applied(clean, chain, t)) for t in GRID], dtype=float)
     limb = connected(chain, chains)  # an error in one limb changes nothing in another
     repaired = np.zeros(len(GRID))
@@ -149,7 +147,7 @@ def tau_curve(
             errors = draw_errors([chain], motion.frames, rng, protocol, fps=motion.fps)
             if not errors:
                 continue
-            dirty = detector.analyse(inject(motion, limb, errors), limb)
+            dirty = ClipAnalysis(inject(motion, limb, errors), limb).by(method)
             truth, wrong = _truth(errors, motion.frames)
             total += int(wrong.sum())
             repaired += [_repaired(_applied(dirty, chain, t), truth, wrong) for t in GRID]
@@ -158,8 +156,8 @@ def tau_curve(
     return TauCurve(GRID, repaired, total, alarms, minutes, noise)
 
 
-def _applied(analysis: Analysis, chain: Chain, tau: float) -> list[Interval]:
-    return [i for i in analysis.intervals(chain.name, tau) if not i.open]
+def _applied(analysis: Analysis, chain: Chain, tau: float) -> tuple[Interval, ...]:
+    return applied_unasked(analysis.intervals(chain.name, tau))
 
 
 def _truth(errors: Sequence[InjectedError], frames: int) -> tuple[Array, NDArray[np.bool_]]:

@@ -9,8 +9,9 @@ from typing import Any
 
 from twistcore.bvh import read_bvh
 from twistcore.detection import DETECTORS
+from twistcore.detection.natural_events import NaturalEvent
 from twistcore.errors import TwistError
-from twistcore.study.benchmark.clip_scene import AUDITOR, NaturalEvent, Scene, make_scene
+from twistcore.study.benchmark.clip_scene import AUDITOR, Scene, make_scene
 from twistcore.study.benchmark.filtering_cost import Fidelity, fidelity
 from twistcore.study.benchmark.passes import METHODS, CleanRun, clean_run, clean_tallies, run_item
 from twistcore.study.benchmark.tally import MICRO, Key, Tallies, Tally, add_tallies

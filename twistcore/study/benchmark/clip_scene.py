@@ -3,39 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
-from twistcore.detection import DETECTORS
-from twistcore.detection.consistency import ConsistencyAnalysis
 from twistcore.detection.cuts import leading_frames
-from twistcore.detection.natural_events import flips
+from twistcore.detection.natural_events import NaturalEvent, natural_events
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
 from twistcore.synthesis import Protocol, prepare
 
 SHORTEST = 16  # frames: room for two intervals and something around them
 AUDITOR = "consistency"
-
-
-@dataclass(frozen=True)
-class NaturalEvent:
-    """What looks like a twist error in a clip as captured; frames of the file, degrees."""
-
-    chain: str
-    kind: str  # 'interval', 'open' or 'flip' (of one joint alone)
-    start: int
-    stop: int
-    degrees: float
-
-    def to_json(self) -> dict[str, Any]:
-        """The event by name."""
-        return {**vars(self)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,35 +94,8 @@ def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUD
     chains = tuple(c for c in find_chains(prepared) if not uncorrectable_joints(prepared, c))
     if not chains:
         raise TwistError(f"{name}: no chain that a twist error could be put into")
+    step, found = protocol.step, natural_events(chains, ClipAnalysis(prepared, chains).by(auditor))
     events = tuple(
-        NaturalEvent(
-            e.chain,
-            e.kind,
-            dropped + e.start * protocol.step,
-            dropped + e.stop * protocol.step,
-            e.degrees,
-        )
-        for e in audit(prepared, chains, auditor)
+        replace(e, start=dropped + e.start * step, stop=dropped + e.stop * step) for e in found
     )
     return Scene(name, protocol, prepared, chains, dropped, events)
-
-
-def audit(motion: Motion, chains: Sequence[Chain], method: str = AUDITOR) -> list[NaturalEvent]:
-    """Natural events of a clean motion, by chain and frame; frames of this motion.
-
-    Rule: every interval, open or not, that `method` finds at its own τ is one; and, where the
-    method is the consistency detector, every flip of one joint alone, by the rule of
-    `twistcore.detection.natural_events` (05_05 RightUpLeg).
-    """
-    analysis = DETECTORS[method].analyse(motion, chains)
-    events = []
-    for chain in chains:
-        for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name)):
-            kind = "open" if i.open else "interval"
-            degrees = round(float(np.degrees(i.delta)), 3)
-            events.append(NaturalEvent(chain.name, kind, i.start, i.stop, degrees))
-        if isinstance(analysis, ConsistencyAnalysis):
-            for flip in flips(chain, analysis.chains[chain.name]):
-                degrees = round(float(np.degrees(flip.angle)), 3)
-                events.append(NaturalEvent(chain.name, "flip", flip.start, flip.stop, degrees))
-    return events

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
 from twistcore.detection.paper import PaperAnalysis, running_offset
 from twistcore.motion import Motion
-from twistcore.refinement import offsets_by_chain, remove_twist
+from twistcore.refinement import applied_unasked, offsets_by_chain, remove_twist
 from twistcore.rotation import Array, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap, continuous
 from twistcore.study.benchmark.clip_scene import Scene, joints_of
@@ -49,17 +50,12 @@ def apply_method(
     """The motion as the method leaves it; only joints of `chains` differ.
 
     wrong: the truth, for the oracles. The paper's running sum is taken out as it is; of other
-    detectors all intervals that are applied unasked (not open) at their automatic τ.
+    detectors all intervals that are applied unasked at their automatic τ.
     """
     if method in BASELINES:
         return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
-    analysis = DETECTORS[method].analyse(motion, chains)
-    intervals = [
-        i
-        for chain in chains
-        for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name))
-        if not i.open
-    ]
+    clip = ClipAnalysis(motion, chains)
+    intervals, analysis = applied_unasked(clip.detect(method)), clip.by(method)
     if isinstance(analysis, PaperAnalysis):
         offsets = {
             c.name: running_offset(analysis.signals[c.name], analysis.automatic_tau(c.name))

@@ -13,11 +13,11 @@ from typing import IO, Any
 
 from tqdm import tqdm
 
+from twistcore.detection.natural_events import NaturalEvent
 from twistcore.encoding import escaped
 from twistcore.errors import FormatError, TwistError
 from twistcore.processes import each, reason
 from twistcore.study.benchmark.clip_run import ClipResult, Settings, result_from_json, run_clip
-from twistcore.study.benchmark.clip_scene import NaturalEvent
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.tally import Tallies, add_tallies
 

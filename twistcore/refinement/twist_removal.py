@@ -9,10 +9,23 @@ from numpy.typing import NDArray
 
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.interval import Interval
-from twistcore.motion import Motion
+from twistcore.motion import Motion, check_motion
 from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle, wrap
 
 _ON_AXIS = np.sin(np.radians(0.5))
+
+
+def applied_unasked(
+    intervals: Iterable[Interval], at_least: float = 0.0, *, include_open: bool = False
+) -> tuple[Interval, ...]:
+    """The intervals that may be corrected without a person's word: the one rule for that.
+
+    Closed ones, or also those without a second edge; with a confidence of `at_least`, 0…1. Where a
+    detector knows no confidence, as the paper's, there is none to rely on: it counts as 0.
+    """
+    return tuple(
+        i for i in intervals if (include_open or not i.open) and (i.confidence or 0.0) >= at_least
+    )
 
 
 def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
@@ -30,6 +43,7 @@ def refine(motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval
 
     Intervals of chains that cannot be corrected (see chain.uncorrectable_joints) are left out.
     """
+    check_motion(motion)
     return remove_twist(motion, chains, offsets_by_chain(intervals, motion.frames))
 
 

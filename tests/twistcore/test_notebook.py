@@ -1,0 +1,135 @@
+"""What a person meets who imports twistcore in a notebook."""
+
+import re
+import shutil
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import twistcore as tc
+from tests.conftest import ASSETS
+from twistcore.export.compare import compare
+
+README = Path(__file__).parents[2] / "README.md"
+
+
+@pytest.fixture(scope="module")
+def clip():
+    return tc.read_bvh(ASSETS / "walk_injected.bvh")
+
+
+@pytest.fixture(scope="module")
+def found(clip):
+    return tc.detect(clip)
+
+
+def test_the_scripts_of_the_readme_run(tmp_path, monkeypatch, capsys):
+    scripts = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(scripts) == 2
+    work = [line for line in scripts[0].splitlines() if line and not line.startswith("import")]
+    assert len(work) == 6
+    shutil.copy(ASSETS / "walk_injected.bvh", tmp_path / "walk.bvh")
+    (tmp_path / "captures").mkdir()
+    shutil.copy(ASSETS / "walk.bvh", tmp_path / "captures" / "clean.bvh")
+    shutil.copy(ASSETS / "walk_injected.bvh", tmp_path / "captures" / "wrong.bvh")
+    monkeypatch.chdir(tmp_path)
+    mpl.use("agg")
+    names = {}
+    for script in scripts:
+        exec(script, names)
+    assert len(names["review"].accepted) == 8
+    clean = tc.read_bvh(ASSETS / "walk.bvh").motion
+    refined = tc.read_bvh(tmp_path / "walk_refined.bvh").motion
+    assert compare(clean, refined).max_position_of_height < 1e-4
+    assert max((j.max_degrees for j in compare(clean, refined).joints), default=0.0) < 0.5
+    told = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in told[-2:]] == ["wrong.bvh", "clean.bvh"]
+
+
+def test_everything_shows_itself_in_one_line(clip, found):
+    review = tc.Review.of(found)
+    things = [
+        clip, clip.motion, clip.motion.skeleton, found, found.analysis, found[0], found.chains[0],
+        found.analysis.signals["LeftArm"], review, review.state,
+    ]  # fmt: skip
+    for thing in things:
+        assert "\n" not in repr(thing)
+        assert len(repr(thing)) < 120, repr(thing)
+    assert repr(found) == "<Detection walk_injected.bvh: 8 intervals by consistency>"
+
+
+def test_tau_has_its_unit_in_its_name(clip):
+    degrees = tc.detect(clip, tau_degrees=20.0)
+    assert set(degrees.tau.values()) == {np.radians(20.0)}
+    same = tc.detect(clip, tau_radians=float(np.radians(20.0)))
+    assert [(i.chain, i.start, i.stop) for i in degrees] == [
+        (i.chain, i.start, i.stop) for i in same
+    ]
+    one = tc.detect(clip, tau_degrees={"LeftArm": 3.0})
+    assert one.tau["LeftArm"] == np.radians(3.0) != one.tau["RightArm"]
+    with pytest.raises(TypeError):
+        tc.detect(clip, tau=5.0)
+    with pytest.raises(tc.TwistError, match="found both"):
+        tc.detect(clip, tau_degrees=5.0, tau_radians=0.1)
+    with pytest.raises(tc.TwistError, match="no chain 'LeftWing'; expected one of LeftArm"):
+        tc.detect(clip, tau_degrees={"LeftWing": 3.0})
+
+
+def test_errors_say_what_came_and_what_was_expected(clip, found):
+    with pytest.raises(tc.TwistError, match="no detector 'median'; expected one of consistency"):
+        tc.detect(clip, method="median")
+    with pytest.raises(tc.TwistError, match="no chain 'LeftWing'; expected one of LeftArm"):
+        tc.detect(clip, ["LeftWing"])
+    with pytest.raises(tc.TwistError, match="no chain 'LeftWing'"):
+        found.analysis.chain("LeftWing")
+    with pytest.raises(TypeError, match=r"a clip or a motion, found str 'walk\.bvh'"):
+        tc.detect("walk.bvh")
+    for wrong in (
+        lambda: tc.find_chains(clip),
+        lambda: tc.refine(clip, found.chains, found),
+        lambda: tc.twist_signals(clip, found.chains[0]),
+        lambda: tc.write_bvh(clip, clip, "out.bvh"),
+    ):
+        with pytest.raises(TypeError, match=r"expected a Motion, found <Clip .*: its \.motion"):
+            wrong()
+
+
+def test_chains_are_chosen_by_name_and_in_the_clips_order(clip):
+    few = tc.detect(clip, ["RightLeg", "LeftArm"])
+    assert [c.name for c in few.chains] == ["LeftArm", "RightLeg"]
+    assert set(few.tau) == {"LeftArm", "RightLeg"}
+
+
+def test_a_detector_is_asked_once(clip):
+    analysis = tc.analyse(clip)
+    assert analysis.kept("paper") is None
+    assert analysis.by("paper") is analysis.by("paper") is analysis.kept("paper")
+    assert analysis.detect("paper", tau_degrees=4.0).analysis is analysis
+
+
+@pytest.mark.parametrize(("at_least", "left"), [(0.0, 0), (0.9, 0), (1.01, 8)])
+def test_a_review_accepts_by_confidence_in_one_step(found, at_least, left):
+    review = tc.Review.of(found)
+    assert review.accept(at_least) == 8 - left == len(review.accepted)
+    review.undo()
+    assert review.accepted == ()
+
+
+def test_without_a_confidence_none_is_relied_on(clip):
+    """The paper's detector knows none: a wish for any leaves its intervals to a person."""
+    review = tc.Review.of(tc.detect(clip, method="paper"))
+    assert review.accept(0.01) == 0
+    assert review.accept() == len(review.state.intervals) > 0
+
+
+def test_a_folder_tells_its_worst_clip_first_and_what_it_could_not_read(tmp_path):
+    shutil.copy(ASSETS / "walk.bvh", tmp_path / "a.bvh")
+    shutil.copy(ASSETS / "walk_injected.bvh", tmp_path / "b.BVH")
+    (tmp_path / "c.bvh").write_text("nothing", encoding="utf-8")
+    surveys = tc.survey_folder(tmp_path)
+    assert [s.path.name for s in surveys] == ["b.BVH", "a.bvh", "c.bvh"]
+    assert [s.intervals for s in surveys] == [8, 0, 0]
+    assert "HIERARCHY" in surveys[-1].problem
+    assert not surveys[0].problem

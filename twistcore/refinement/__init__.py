@@ -1,0 +1,20 @@
+"""Taking twist errors out of a motion, and how everything looks afterwards."""
+
+from twistcore.refinement.corrected import Angles, Corrected
+from twistcore.refinement.twist_removal import (
+    applied_unasked,
+    children_off_axis,
+    offsets_by_chain,
+    refine,
+    remove_twist,
+)
+
+__all__ = [
+    "Angles",
+    "Corrected",
+    "applied_unasked",
+    "children_off_axis",
+    "offsets_by_chain",
+    "refine",
+    "remove_twist",
+]
