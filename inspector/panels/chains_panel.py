@@ -9,17 +9,11 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QHeaderView,
-    QLabel,
-    QStackedLayout,
-    QTableView,
-    QWidget,
-)
+from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
 
 from inspector.session.document import Document
-from inspector.widgets.tables import Index, Row, RowDelegate, RowModel
+from inspector.widgets.building import hint
+from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.refinement import children_off_axis
@@ -52,14 +46,13 @@ class _Shown:
     ticked: bool
 
 
-class _ChainModel(RowModel):
+class _ChainModel(RowModel[_Shown]):
     heads, head_tips = _HEADS, _TIPS
     right = range(1, len(_HEADS))
 
     def __init__(self, document: Document, theme: Theme) -> None:
-        super().__init__()
+        super().__init__(theme)
         self._document = document
-        self.theme = theme
 
     def key(self, thing: _Shown) -> str:
         return thing.chain
@@ -99,31 +92,20 @@ class _ChainModel(RowModel):
 class ChainsPanel(QWidget):
     """Table of chains; the selected row is the document's chain."""
 
-    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
         self._document = document
         self._model = _ChainModel(document, theme)
-        self.table = QTableView()
-        self.table.setModel(self._model)
+        self.table = RowTable(self._model)
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setShowGrid(False)
-        self.table.setWordWrap(False)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
         header = self.table.horizontalHeader()
-        header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         for column, sample in enumerate(_SAMPLES, start=1):
             width = self.fontMetrics().horizontalAdvance(sample) + _PAD
             self.table.setColumnWidth(column, width)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._hint = QLabel("The chains of a clip appear here.")
-        self._hint.setObjectName("soft")
-        self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._hint.setWordWrap(True)
+        self._hint = hint("The chains of a clip appear here.")
         self._fixed: dict[str, _Shown] = {}  # by chain: what no decision and no τ changes
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._hint)
@@ -150,8 +132,7 @@ class ChainsPanel(QWidget):
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
-        self._model.theme = theme
-        self._model.redraw()
+        self._model.set_theme(theme)
 
     def _refresh(self) -> None:
         data, document = self._document.data, self._document
@@ -187,13 +168,12 @@ class ChainsPanel(QWidget):
         self._select_row()
 
     def _select_row(self) -> None:
-        for row, chain in enumerate(self._document.data.chains if self._document.data else ()):
-            if chain.name == self._document.chain:
-                self.table.setCurrentIndex(self._model.index(row, 0))
+        if (row := self._model.row_of(self._document.chain)) is not None:
+            self.table.setCurrentIndex(self._model.index(row, 0))
 
     def _row_selected(self, current: QModelIndex) -> None:
         if self._document.data and current.isValid():
-            self._document.select_chain(self._document.data.chains[current.row()].name)
+            self._document.select_chain(self._model.things[current.row()].chain)
 
 
 def _of_clip(document: Document, chain: Chain) -> _Shown:

@@ -7,33 +7,26 @@ from pathlib import Path
 from PySide6.QtCore import QRectF, QSize, Signal
 from PySide6.QtGui import QColor, QPainter
 from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QHBoxLayout,
     QHeaderView,
     QLabel,
     QProgressBar,
     QPushButton,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QTableView,
-    QVBoxLayout,
     QWidget,
 )
 
 from inspector.session.document import Document
 from inspector.session.queue import ClipState, FolderQueue, QueuedClip
-from inspector.widgets.tables import SORT_ROLE, Index, Row, RowModel
+from inspector.widgets.building import hbox, soft, vbox
+from inspector.widgets.tables import SORT_ROLE, Index, Row, RowModel, RowTable
 from inspector.widgets.theme import Theme
 
 _HEADS = ("Clip", "Severity", "Review")
 
 
-class _ClipModel(RowModel):
+class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
-
-    def __init__(self, theme: Theme) -> None:
-        super().__init__()
-        self.theme = theme
 
     def key(self, thing: QueuedClip) -> Path:
         return thing.path
@@ -98,45 +91,27 @@ class ClipsPanel(QWidget):
 
     chosen = Signal(object)  # Path
 
-    def __init__(
-        self, queue: FolderQueue, document: Document, theme: Theme, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, queue: FolderQueue, document: Document, theme: Theme) -> None:
+        super().__init__()
         self._queue, self._document = queue, document
         self._model = _ClipModel(theme)
-        self.table = QTableView()
-        self.table.setModel(self._model)
+        self.table = RowTable(self._model)
         self.table.setItemDelegateForColumn(1, _SeverityBar(self._model, self.table))
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setShowGrid(False)
         self.table.setTabKeyNavigation(False)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
         header = self.table.horizontalHeader()
-        header.setHighlightSections(False)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         header.resizeSection(1, 80)
         header.resizeSection(2, 70)
-        self.bar = QProgressBar()
-        self.bar.setTextVisible(False)
+        self.bar = QProgressBar(textVisible=False)
         self.bar.setMaximumHeight(6)
-        self.status = QLabel()
-        self.status.setObjectName("soft")
+        self.status = soft(QLabel())
         self.stop = QPushButton("Stop")
         self.stop.setToolTip("Stop analysing; what is known stays")
         self.stop.clicked.connect(queue.cancel)
-        foot = QHBoxLayout()
-        foot.addWidget(self.status, 1)
-        foot.addWidget(self.stop)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 4)
-        layout.setSpacing(3)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(self.bar)
-        layout.addLayout(foot)
-        self.table.doubleClicked.connect(lambda index: self._choose(index.row()))
-        self.table.activated.connect(lambda index: self._choose(index.row()))
+        foot = hbox((self.status, 1), self.stop)
+        vbox((self.table, 1), self.bar, foot, owner=self, margins=(0, 0, 0, 4), spacing=3)
+        for signal in (self.table.doubleClicked, self.table.activated):
+            signal.connect(lambda at: self.chosen.emit(self._model.things[at.row()].path))
         queue.changed.connect(self._refresh)
         queue.finished.connect(self._refresh)
         document.opened.connect(self._mark_open)
@@ -144,11 +119,7 @@ class ClipsPanel(QWidget):
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
-        self._model.theme = theme
-        self._model.redraw()
-
-    def _choose(self, row: int) -> None:
-        self.chosen.emit(self._model.things[row].path)
+        self._model.set_theme(theme)
 
     def _refresh(self) -> None:
         self._model.show(self._queue.ordered)
@@ -171,6 +142,6 @@ class ClipsPanel(QWidget):
 
     def _mark_open(self) -> None:
         data = self._document.data
-        for row, clip in enumerate(self._model.things):
-            if data is not None and clip.path == data.clip.path:
-                self.table.selectRow(row)
+        at = self._model.row_of(data.clip.path) if data is not None else None
+        if at is not None:
+            self.table.selectRow(at)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
@@ -13,16 +13,16 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QPushButton,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
 from inspector.session.document import Document
+from inspector.widgets.building import hbox, soft, vbox
+from inspector.widgets.later import Burst
 from inspector.widgets.letter_keys import LetterKeys
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
 
-_BURST_MS = 800
 REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
 
 
@@ -31,49 +31,31 @@ class DetailCard(QWidget):
 
     judged = Signal(object)  # Decision
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self._document = document
         self._shown: int | None = None  # whose note stands in the form
-        self._drag = 0
-        self._burst = QTimer(self)
-        self._burst.setSingleShot(True)
-        self._burst.setInterval(_BURST_MS)
+        self._burst = Burst(document.begin_drag, self)
         self.title = QLabel()
         self.start, self.stop = QSpinBox(), QSpinBox()
-        self.delta = QDoubleSpinBox()
-        self.delta.setRange(-180.0, 180.0)
-        self.delta.setDecimals(2)
-        self.delta.setSuffix("°")
-        for box in (self.start, self.stop, self.delta):
+        self.delta = QDoubleSpinBox(minimum=-180.0, maximum=180.0, decimals=2, suffix="°")
+        self._boxes = (self.start, self.stop, self.delta)
+        for box in self._boxes:
             box.setKeyboardTracking(False)
             box.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.note = QLineEdit()
-        self.note.setPlaceholderText("Note")
-        self.reason = QComboBox()
-        self.reason.setEditable(True)
+        self.note = QLineEdit(placeholderText="Note")
+        self.reason = QComboBox(editable=True)
         self.reason.addItems(REASONS)
         self.reason.setToolTip("Why it is rejected")
         line = self.reason.lineEdit()
         assert line is not None
         line.setPlaceholderText("Reason")
-        self.why = QLabel()
-        self.why.setObjectName("soft")
-        self.why.setWordWrap(True)
-        edges = QHBoxLayout()
-        edges.addWidget(self.start, 1)
-        edges.addWidget(QLabel("to"))
-        edges.addWidget(self.stop, 1)
-        edges.addSpacing(8)
-        edges.addWidget(QLabel("δ"))
-        edges.addWidget(self.delta, 1)
-        words = QHBoxLayout()
-        words.addWidget(self.reason, 2)
-        words.addWidget(self.note, 3)
+        self.why = soft(QLabel(wordWrap=True))
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
+        edges = hbox((self.start, 1), "to", (self.stop, 1), 8, "δ", (self.delta, 1))
         form.addRow("Frames", edges)
-        form.addRow("Notes", words)
+        form.addRow("Notes", hbox((self.reason, 2), (self.note, 3)))
         buttons = QHBoxLayout()
         self.buttons: dict[Decision, QPushButton] = {}
         for decision, text, key in (
@@ -86,21 +68,15 @@ class DetailCard(QWidget):
             button.clicked.connect(lambda _=False, d=decision: self.judged.emit(d))
             buttons.addWidget(button)
             self.buttons[decision] = button
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(8, 6, 8, 8)
-        layout.addWidget(self.title)
-        layout.addWidget(self.why)
-        layout.addLayout(form)
-        layout.addLayout(buttons)
+        vbox(self.title, self.why, form, buttons, owner=self, margins=(8, 6, 8, 8))
         self.start.valueChanged.connect(self._edges_edited)
         self.stop.valueChanged.connect(self._edges_edited)
         self.delta.valueChanged.connect(self._delta_edited)
-        self.note.editingFinished.connect(self._note_edited)
-        line.editingFinished.connect(self._note_edited)
-        self.reason.activated.connect(self._note_edited)
+        self.note.editingFinished.connect(self.commit)
+        line.editingFinished.connect(self.commit)
+        self.reason.activated.connect(self.commit)
         document.numbering_changed.connect(self._refresh)
-        self._letters = LetterKeys(self)
-        self._letters.watch(self.start, self.stop, self.delta)
+        LetterKeys(self, *self._boxes)
         document.leaving.connect(self.commit)
         document.opened.connect(self._take_clip)
         document.opener.began.connect(lambda _: self.setEnabled(False))
@@ -121,14 +97,7 @@ class DetailCard(QWidget):
             self.commit()
             self._shown = judged.id if judged else None
             self._show_note(judged)
-        for widget in (
-            self.start,
-            self.stop,
-            self.delta,
-            self.note,
-            self.reason,
-            *self.buttons.values(),
-        ):
+        for widget in (*self._boxes, self.note, self.reason, *self.buttons.values()):
             widget.setEnabled(judged is not None)
         if judged is None:
             self.title.setText("No interval selected")
@@ -141,16 +110,12 @@ class DetailCard(QWidget):
         self.title.setText(f"<b>{label}</b> · {count}{varies}")
         self.why.setText(explanation(judged))
         first = self._document.first_frame
-        boxes = (self.start, self.stop, self.delta)
-        for box in boxes:
-            box.blockSignals(True)
-        self.start.setRange(first, interval.stop - 1 + first)
-        self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
-        self.start.setValue(interval.start + first)
-        self.stop.setValue(interval.stop + first)
-        self.delta.setValue(float(np.degrees(interval.delta)))
-        for box in boxes:
-            box.blockSignals(False)
+        with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
+            self.start.setRange(first, interval.stop - 1 + first)
+            self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
+            self.start.setValue(interval.start + first)
+            self.stop.setValue(interval.stop + first)
+            self.delta.setValue(float(np.degrees(interval.delta)))
         if not self.note.hasFocus() and not self.reason.hasFocus():
             self._show_note(judged)
 
@@ -158,30 +123,20 @@ class DetailCard(QWidget):
         self.note.setText(judged.note if judged else "")
         self.reason.setCurrentText(judged.reason if judged else "")
 
-    def commit(self) -> None:
-        """Keep a note that is still being typed, for the interval it was typed for."""
-        self._note_edited()
-
     def _edges_edited(self) -> None:
         if judged := self._document.interval:
             first = self._document.first_frame
             start, stop = self.start.value() - first, self.stop.value() - first
             edited = resized(judged.interval, start, stop)
-            self._document.edit(judged.id, edited, self._joined())
+            self._document.edit(judged.id, edited, self._burst.drag())
 
     def _delta_edited(self, degrees: float) -> None:
         if judged := self._document.interval:
             edited = levelled(judged.interval, float(np.radians(degrees)))
-            self._document.edit(judged.id, edited, self._joined())
+            self._document.edit(judged.id, edited, self._burst.drag())
 
-    def _joined(self) -> int:
-        """Steps of a spin box in quick succession are one step of the history."""
-        if not self._burst.isActive():
-            self._drag = self._document.begin_drag()
-        self._burst.start()
-        return self._drag
-
-    def _note_edited(self) -> None:
+    def commit(self) -> None:
+        """Keep a note that is still being typed, for the interval it was typed for."""
         shown = (j for j in self._document.intervals if j.id == self._shown)
         judged = next(shown, None)
         note, reason = self.note.text(), self.reason.currentText().strip()

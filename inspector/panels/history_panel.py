@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from inspector.session.document import Document
+from inspector.widgets.building import vbox
 
 
 class HistoryPanel(QWidget):
     """A list of steps; those undone are faint."""
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self._document = document
         self.list = QListWidget()
         self.list.setUniformItemSizes(True)
         self.list.itemClicked.connect(self._go)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.list)
+        vbox(self.list, owner=self, margins=(0, 0, 0, 0))
         document.opened.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
         self._refresh()

@@ -12,20 +12,16 @@ from PySide6.QtCore import (
 )
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QComboBox,
-    QHBoxLayout,
     QHeaderView,
-    QLabel,
     QStackedWidget,
-    QTableView,
-    QVBoxLayout,
     QWidget,
 )
 
 from inspector.session.document import Document
+from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.tables import SORT_ROLE, Index, Row, RowDelegate, RowModel
+from inspector.widgets.tables import SORT_ROLE, Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.review import Decision, Judged
 from twistcore.review.model import overlapping
@@ -51,16 +47,15 @@ MARKS = {
 FILTERS = ("All", "Undecided", "Accepted", "Rejected", "This chain")
 
 
-class _IntervalModel(RowModel):
+class _IntervalModel(RowModel[tuple[Judged, bool]]):
     """Things are pairs: an interval of the review, and whether it shares frames with another."""
 
     heads = _HEADS
     right = range(2, 8)
 
     def __init__(self, document: Document, theme: Theme) -> None:
-        super().__init__()
+        super().__init__(theme)
         self._document = document
-        self.theme = theme
 
     def key(self, thing: tuple[Judged, bool]) -> int:
         return thing[0].id
@@ -74,29 +69,20 @@ class _IntervalModel(RowModel):
         decision = MARKS[judged.decision]
         decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
         confidence = -1.0 if interval.confidence is None else interval.confidence
+        cells: tuple[tuple[str, object], ...] = (  # what is shown, and what it is sorted by
+            (document.find_chain(interval.chain).label, interval.chain),
+            (decision, judged.decision.value),
+            (str(interval.start + first), interval.start),
+            (str(interval.stop + first), interval.stop),
+            (str(interval.frames), interval.frames),
+            (f"{delta:+.1f}°".replace("-", "−"), abs(delta)),
+            (f"{seconds:.2f} s", interval.start),
+            ("–" if interval.confidence is None else f"{confidence:.2f}", confidence),
+            (judged.note, judged.note),
+        )
         return Row(
-            texts=(
-                document.find_chain(interval.chain).label,
-                decision,
-                str(interval.start + first),
-                str(interval.stop + first),
-                str(interval.frames),
-                f"{delta:+.1f}°".replace("-", "−"),
-                f"{seconds:.2f} s",
-                "–" if interval.confidence is None else f"{confidence:.2f}",
-                judged.note,
-            ),
-            sort=(
-                interval.chain,
-                judged.decision.value,
-                interval.start,
-                interval.stop,
-                interval.frames,
-                abs(delta),
-                interval.start,
-                confidence,
-                judged.note,
-            ),
+            texts=tuple(text for text, _ in cells),
+            sort=tuple(value for _, value in cells),
             colours={1: getattr(self.theme, str(judged.decision))},
             tips=(_tip(judged, shared),),
         )
@@ -123,15 +109,16 @@ def _tip(judged: Judged, shared: bool) -> str:
 
 
 class _Filter(QSortFilterProxyModel):
-    def __init__(self, document: Document) -> None:
+    def __init__(self, model: _IntervalModel, document: Document) -> None:
         super().__init__()
-        self._document = document
+        self._model, self._document = model, document
         self.chosen = FILTERS[0]
         self.setSortRole(SORT_ROLE)
+        self.setSourceModel(model)
 
     def filterAcceptsRow(self, row: int, parent: Index) -> bool:
         del parent
-        judged, _ = self.sourceModel().things[row]
+        judged, _ = self._model.things[row]
         if judged.interval.chain in self._document.hidden:
             return False
         if self.chosen == "This chain":
@@ -144,37 +131,25 @@ class IntervalsPanel(QWidget):
 
     activated = Signal()  # a double click: look at it
 
-    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
         self._document = document
         self._refreshing = False
         self._model = _IntervalModel(document, theme)
-        self._proxy = _Filter(document)
-        self._proxy.setSourceModel(self._model)
+        self._proxy = _Filter(self._model, document)
         self.table = self._make_table()
         self.filter = QComboBox()
         self.filter.addItems(FILTERS)
         self.filter.setToolTip("Which intervals are listed")
         self.filter.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.filter.currentTextChanged.connect(self._filter_changed)
-        self.count = SteadyLabel()
-        self.count.setObjectName("soft")
-        self.count.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        top = QHBoxLayout()
-        top.addWidget(self.filter)
-        top.addStretch(1)
-        top.addWidget(self.count)
-        self._hint = QLabel()
-        self._hint.setObjectName("soft")
-        self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._hint.setWordWrap(True)
+        self.count = soft(SteadyLabel(alignment=RIGHT))
+        self._hint = hint()
         self._stack = QStackedWidget()
         self._stack.addWidget(self._hint)
         self._stack.addWidget(self.table)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(4, 4, 4, 4)
-        layout.addLayout(top)
-        layout.addWidget(self._stack, 1)
+        top = hbox(self.filter, None, self.count)
+        vbox(top, (self._stack, 1), owner=self, margins=(4, 4, 4, 4))
         document.opened.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
         document.numbering_changed.connect(self._model.redraw)
@@ -183,21 +158,13 @@ class IntervalsPanel(QWidget):
         document.chain_changed.connect(self._chain_changed)
         self._refresh()
 
-    def _make_table(self) -> QTableView:
-        table = QTableView()
-        table.setModel(self._proxy)
+    def _make_table(self) -> RowTable:
+        table = RowTable(self._proxy, several=True)
         table.setItemDelegate(RowDelegate(self._model, table, self._proxy))
         table.setSortingEnabled(True)
         table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
-        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        table.setShowGrid(False)
-        table.setWordWrap(False)
         table.setTabKeyNavigation(False)
-        table.verticalHeader().hide()
-        table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
         header = table.horizontalHeader()
-        header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         header.setMinimumSectionSize(28)
         header.setStretchLastSection(True)
@@ -206,7 +173,7 @@ class IntervalsPanel(QWidget):
             table.setColumnWidth(column, metrics.horizontalAdvance(sample) + 14)
         table.setColumnWidth(len(_SAMPLES), _NOTE_WIDTH)  # at least: it takes what is left
         table.selectionModel().currentRowChanged.connect(self._row_selected)
-        table.doubleClicked.connect(lambda _index: self.activated.emit())
+        table.doubleClicked.connect(self.activated)
         return table
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -229,8 +196,7 @@ class IntervalsPanel(QWidget):
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
-        self._model.theme = theme
-        self._model.redraw()
+        self._model.set_theme(theme)
 
     def selected_ids(self) -> tuple[int, ...]:
         """Ids of the selected rows, top to bottom."""
@@ -243,8 +209,7 @@ class IntervalsPanel(QWidget):
 
     def _judged(self, proxy_row: int) -> Judged:
         source = self._proxy.mapToSource(self._proxy.index(proxy_row, 0))
-        judged: Judged = self._model.things[source.row()][0]
-        return judged
+        return self._model.things[source.row()][0]
 
     def _refresh(self) -> None:
         intervals = self._document.intervals
@@ -280,7 +245,6 @@ class IntervalsPanel(QWidget):
     def _filter_anew(self) -> None:
         self._refreshing = True
         self._proxy.invalidate()
-        self._refreshing = False
         self._refresh()
 
     def _select_row(self) -> None:

@@ -4,21 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QComboBox,
-    QHBoxLayout,
-    QLabel,
-    QSlider,
-    QSpinBox,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QLabel, QSlider, QSpinBox, QWidget
 
 from inspector.session.document import Document, Show
 from inspector.session.player import SPEEDS, Player
+from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.letter_keys import LetterKeys
 
 _PLAY, _PAUSE = "Play", "Pause"
@@ -27,37 +19,19 @@ _PLAY, _PAUSE = "Play", "Pause"
 class Transport(QWidget):
     """Buttons, slider, frame number and speed under the 3D view."""
 
-    def __init__(
-        self,
-        document: Document,
-        player: Player,
-        actions: Mapping[str, QAction],
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, player: Player, actions: Mapping[str, QAction]) -> None:
+        super().__init__()
         self._document, self._player = document, player
-        rows = QVBoxLayout(self)
-        rows.setContentsMargins(8, 4, 8, 4)
-        rows.setSpacing(2)
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        rows.addWidget(self.slider)
-        layout = QHBoxLayout()
-        rows.addLayout(layout)
-        self._play = QToolButton()
-        for name, button, glyph in (
-            ("previous_frame", QToolButton(), "◀"),
-            ("toggle_play", self._play, _PLAY),
-            ("next_frame", QToolButton(), "▶"),
-        ):
-            # Glyphs, not the style's pictures: those are black on a dark window.
-            button.setText(glyph)
-            button.setToolTip(actions[name].toolTip())
+        buttons = []
+        for name, sign in (("previous_frame", "◀"), ("toggle_play", _PLAY), ("next_frame", "▶")):
+            button = tool_button(sign, actions[name].toolTip())
             button.setAccessibleName(actions[name].text())
-            button.setAutoRaise(True)
             button.clicked.connect(actions[name].trigger)
-            layout.addWidget(button)
-        self._play.setFixedWidth(self._play.fontMetrics().horizontalAdvance("Pause") + 20)
+            buttons.append(button)
+        self._play = buttons[1]
+        self._play.setFixedWidth(self._play.fontMetrics().horizontalAdvance(_PAUSE) + 20)
         self.frame = QSpinBox()
         self.frame.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.frame.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000000") + 36)
@@ -70,19 +44,16 @@ class Transport(QWidget):
         self.show_box = QComboBox()
         self.show_box.addItems([s.value.capitalize() for s in Show])
         self.show_box.setToolTip("What the 3D view shows (B)")
-        for widget in (self.frame, self.time):
-            layout.addWidget(widget)
-        layout.addStretch(1)
         for box in (self.speed, self.show_box):
             box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-            layout.addWidget(box)
+        below = hbox(*buttons, self.frame, self.time, None, self.speed, self.show_box)
+        vbox(self.slider, below, owner=self, margins=(8, 4, 8, 4), spacing=2)
         self.slider.valueChanged.connect(document.go_to)
         self.frame.valueChanged.connect(lambda f: document.go_to(f - document.first_frame))
         document.numbering_changed.connect(self._opened)
         self.speed.activated.connect(lambda k: player.set_speed(SPEEDS[k]))
         self.show_box.activated.connect(lambda k: document.set_show(list(Show)[k]))
-        self._letters = LetterKeys(self)
-        self._letters.watch(self.frame)
+        LetterKeys(self, self.frame)
         document.opened.connect(self._opened)
         document.frame_changed.connect(self._frame_changed)
         document.show_changed.connect(self._show_changed)
@@ -91,21 +62,22 @@ class Transport(QWidget):
         self._show_changed()
         self._player_changed()
 
+    def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
+        """What stands at the frame, and what it calls the first one."""
+        return (self.slider, 0), (self.frame, self._document.first_frame)
+
     def _opened(self) -> None:
         last = max(self._document.frames - 1, 0)
-        for widget in (self.slider, self.frame):
-            widget.blockSignals(True)
-            first = self._document.first_frame if widget is self.frame else 0
-            widget.setRange(first, last + first)
+        for widget, first in self._counted():
+            with QSignalBlocker(widget):
+                widget.setRange(first, last + first)
             widget.setEnabled(last > 0)
-            widget.blockSignals(False)
         self._frame_changed(self._document.frame)
 
     def _frame_changed(self, frame: int) -> None:
-        for widget in (self.slider, self.frame):
-            widget.blockSignals(True)
-            widget.setValue(frame + (self._document.first_frame if widget is self.frame else 0))
-            widget.blockSignals(False)
+        for widget, first in self._counted():
+            with QSignalBlocker(widget):
+                widget.setValue(frame + first)
         if data := self._document.data:
             seconds = frame * data.motion.frame_time
             total = data.motion.frames * data.motion.frame_time

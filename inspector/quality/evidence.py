@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.widgets.background import Task
+from inspector.widgets.background import OneTask
 from twistcore.detection.cuts import leading_frames
 from twistcore.figure import guess_up
 from twistcore.quality.figure_quality import Quality, quality_before_and_after
@@ -100,7 +100,7 @@ class Evidence(QObject):
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document = document
-        self._task: Task | None = None
+        self._task = OneTask(self)
         self._watching = False
         self.known: Known | None = None
         document.opened.connect(self._another)
@@ -108,7 +108,7 @@ class Evidence(QObject):
     @property
     def running(self) -> bool:
         """Whether it is still to come."""
-        return self._task is not None
+        return self._task.running
 
     def watch(self, on: bool) -> None:
         """Compute from now on, as somebody looks; what runs when nobody does any more is kept."""
@@ -117,9 +117,7 @@ class Evidence(QObject):
 
     def stop(self) -> None:
         """Forget what is under way."""
-        if self._task is not None:
-            self._task.cancel()
-            self._task = None
+        self._task.cancel()
 
     def _another(self) -> None:
         self.stop()
@@ -129,20 +127,14 @@ class Evidence(QObject):
 
     def _start(self) -> None:
         data = self._document.data
-        if not self._watching or data is None or self._task is not None or self.known is not None:
-            return
-        self._task = Task(lambda: _work(data), self)
-        self._task.finished.connect(self._take)
-        self._task.failed.connect(self._fail)
-        self._task.start()
+        if self._watching and data is not None and not self.running and self.known is None:
+            self._task.run(lambda: _work(data), self._take, self._fail)
 
     def _take(self, known: Known) -> None:
-        self._task = None
         self.known = known
         self.changed.emit()
 
     def _fail(self, error: Exception) -> None:
-        self._task = None
         self._document.message.emit(f"Quality cannot be told: {error}", True)
 
 

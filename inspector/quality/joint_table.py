@@ -26,7 +26,7 @@ class _Joint:
     tracked: bool
 
 
-class JointsModel(RowModel):
+class JointsModel(RowModel[_Joint]):
     """Sorted by one of its columns; joints that are tracked stand in the tracked colour."""
 
     heads = ("Joint", *(f"{m.name} {m.unit}".strip() + _ROOM for m in MEASURES))
@@ -34,9 +34,8 @@ class JointsModel(RowModel):
     right = range(1, 1 + len(MEASURES))
 
     def __init__(self, document: Document, evidence: Evidence, theme: Theme) -> None:
-        super().__init__()
+        super().__init__(theme)
         self._document, self._evidence = document, evidence
-        self.theme = theme
         self._tracked: frozenset[str] = frozenset()
         self._column, self._down = 1, True
 
@@ -91,11 +90,6 @@ class JointsModel(RowModel):
         if value is None:
             return True, 0.0
         return False, -value if self._down else value
-
-    def joint(self, row: int) -> int:
-        """Joint of a row."""
-        number: int = self.things[row].number
-        return number
 
     @property
     def names(self) -> Sequence[str]:

@@ -5,26 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt, Signal
+from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QHeaderView,
-    QLabel,
-    QSplitter,
-    QStackedLayout,
-    QTableView,
-    QTabWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHeaderView, QSplitter, QStackedLayout, QTabWidget, QWidget
 
 from inspector.quality.evidence import MEASURES, Evidence
 from inspector.quality.joint_table import JointsModel
 from inspector.quality.track_page import TrackPage
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
-from inspector.widgets.labels import Caption
+from inspector.widgets.building import hint, vbox
+from inspector.widgets.labels import Caption, inked
+from inspector.widgets.later import Stale
+from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.review import Track
@@ -35,101 +28,70 @@ _EMPTY = "Open a clip to see jitter, jumps, speed and foot slide of its joints."
 class QualityPanel(QWidget):
     """Draws what `evidence` and `tracked` know; the choice of joints is the table's."""
 
-    _stale = Signal()
-
-    def __init__(
-        self,
-        document: Document,
-        theme: Theme,
-        actions: Mapping[str, QAction],
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme, actions: Mapping[str, QAction]) -> None:
+        super().__init__()
         self._document, self._actions, self._theme = document, actions, theme
         self.evidence = Evidence(document, self)
         self.tracked = Tracked(document, self)
         self.measure = 0
-        self._dirty = False
+        self._stale = Stale(self)
+        self._stale.due.connect(self.refresh)
         self._build(theme)
-        self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
         self.evidence.changed.connect(self._renewed)
-        self.tracked.changed.connect(self._mark)
+        self.tracked.changed.connect(self._stale.mark)
         for signal in (document.intervals_changed, document.numbering_changed):
-            signal.connect(self._mark)
+            signal.connect(self._stale.mark)
         document.frame_changed.connect(self._move)
         document.chain_changed.connect(self._follow_chain)
         self.set_theme(theme)
 
     def _build(self, theme: Theme) -> None:
-        self.hint = QLabel(_EMPTY)
-        self.hint.setObjectName("soft")
-        self.hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.hint.setWordWrap(True)
+        self.hint = hint(_EMPTY)
         self._pages = QStackedLayout(self)
         self._pages.addWidget(self.hint)
         content = QWidget()
         self._pages.addWidget(content)
         self.figure_words = Caption(soft=True)
         self.model = JointsModel(self._document, self.evidence, theme)
-        self.table = QTableView()
-        self.table.setModel(self.model)
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        self.table.setShowGrid(False)
-        self.table.setWordWrap(False)
+        self.table = RowTable(self.model, several=True, room=5)
         self.table.setSortingEnabled(True)
         self.table.sortByColumn(1, Qt.SortOrder.DescendingOrder)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 5)
         self.table.setMinimumHeight(60)
         header = self.table.horizontalHeader()
-        header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         header.sortIndicatorChanged.connect(self._sorted)
-        self.table.selectionModel().selectionChanged.connect(self._mark)
-        self.table.selectionModel().currentChanged.connect(self._mark)
+        self.table.selectionModel().selectionChanged.connect(self._stale.mark)
+        self.table.selectionModel().currentChanged.connect(self._stale.mark)
         self.curve_words = Caption()
         self.plot = TracePlot(theme)
         self.plot.setAccessibleName("The measure of the selected joint over time")
         self.plot.setToolTip("Click to go to the frame")
         self.plot.asked.connect(self._document.go_to)
         over_time = QWidget()
-        below = QVBoxLayout(over_time)
-        below.setContentsMargins(0, 0, 0, 0)
-        below.setSpacing(2)
-        below.addWidget(self.curve_words)
-        below.addWidget(self.plot, 1)
+        vbox(self.curve_words, (self.plot, 1), owner=over_time, margins=(0, 0, 0, 0), spacing=2)
         self.page = TrackPage(self._document, self.tracked, theme, self._actions)
-        split = QSplitter(Qt.Orientation.Vertical)
-        split.setChildrenCollapsible(False)
-        split.addWidget(self.table)
-        split.addWidget(over_time)
-        split.setStretchFactor(0, 3)
-        split.setStretchFactor(1, 2)
-        self.tabs = QTabWidget()
-        self.tabs.setDocumentMode(True)
+        split = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
+        for place, (part, stretch) in enumerate(((self.table, 3), (over_time, 2))):
+            split.addWidget(part)
+            split.setStretchFactor(place, stretch)
+        self.tabs = QTabWidget(documentMode=True)
         self.tabs.addTab(split, "Joints")
         self.tabs.addTab(self.page, "Track with QuaMo")
-        column = QVBoxLayout(content)
-        column.setContentsMargins(8, 2, 8, 6)
-        column.setSpacing(4)
-        column.addWidget(self.tabs, 1)
-        column.addWidget(self.figure_words)
+        vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
-        self._theme = self.model.theme = theme
-        self.model.redraw()
-        self.plot.set_theme(theme)
-        self.page.set_theme(theme)
-        self._mark()
+        self._theme = theme
+        for part in (self.model, self.plot, self.page):
+            part.set_theme(theme)
+        self._stale.mark()
 
     def set_seen(self, on: bool) -> None:
         """The tab comes to the front or goes: nothing is computed unseen."""
         self.evidence.watch(on)
         if on:
-            self._mark()
+            self._stale.mark()
 
     def close_clip(self) -> None:
         """The window goes."""
@@ -143,13 +105,14 @@ class QualityPanel(QWidget):
     def joint(self) -> int | None:
         """The joint whose curve is drawn."""
         index = self.table.currentIndex()
-        return self.model.joint(index.row()) if index.isValid() else None
+        return self.model.things[index.row()].number if index.isValid() else None
 
     @property
     def chosen(self) -> tuple[str, ...]:
         """Names of the selected joints, in the skeleton's order."""
         rows = self.table.selectionModel().selectedRows()
-        return tuple(self.model.names[j] for j in sorted(self.model.joint(r.row()) for r in rows))
+        chosen = sorted(self.model.things[r.row()].number for r in rows)
+        return tuple(self.model.names[j] for j in chosen)
 
     def choose(self, *names: str) -> None:
         """Select joints by name; the first gets its curve drawn."""
@@ -184,7 +147,7 @@ class QualityPanel(QWidget):
         self.page.take_clip()
         if self.model.rowCount():
             self.table.setCurrentIndex(self.model.index(0, 0))
-        self._mark()
+        self._stale.mark()
 
     def _follow_chain(self) -> None:
         """A chain chosen elsewhere: its parent is the joint that it is about."""
@@ -196,16 +159,11 @@ class QualityPanel(QWidget):
         del order
         if column > 0:
             self.measure = column - 1
-            self._mark()
-
-    def _mark(self, *_: object) -> None:
-        if not self._dirty:
-            self._dirty = True
-            self._stale.emit()
+            self._stale.mark()
 
     def refresh(self) -> None:
         """Draw what is known now."""
-        self._dirty = False
+        self._stale.take()
         known, data = self.evidence.known, self._document.data
         chosen = self.chosen
         tracking = self._document.review.state.tracking if data else None
@@ -234,7 +192,7 @@ class QualityPanel(QWidget):
         if result is not None and result.quality is not None:
             before, after = result.quality
             text = (
-                f'Figure, corrected <span style="color:{self._theme.tracked}">→ and tracked</span>'
+                f"Figure, corrected {inked('→ and tracked', self._theme.tracked)}"
                 f": jitter {before.jitter:.2f} → {after.jitter:.2f} mm/frame³ at 25 Hz, foot slide "
                 f"{before.foot_slide:.1f} → {after.foot_slide:.1f} %, deviation "
                 f"{after.deviation:.1f} mm"
@@ -261,7 +219,7 @@ class QualityPanel(QWidget):
     def _move(self, frame: int) -> None:
         """The playhead, and the numbers there."""
         self.plot.show_frame(frame)
-        self.page.move(frame)
+        self.page.go_to(frame)
         known, joint, measure = self.evidence.known, self.joint, MEASURES[self.measure]
         if known is None or joint is None:
             return

@@ -11,20 +11,18 @@ from PySide6.QtWidgets import (
     QButtonGroup,
     QDoubleSpinBox,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QProgressBar,
     QRadioButton,
     QSizePolicy,
     QStackedWidget,
-    QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
-from inspector.widgets.labels import Caption
+from inspector.widgets.building import action_button, hbox, soft, vbox
+from inspector.widgets.labels import Caption, inked
 from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
@@ -43,14 +41,9 @@ class TrackPage(QWidget):
     """Shows what it is told of; the buttons are the window's actions."""
 
     def __init__(
-        self,
-        document: Document,
-        tracked: Tracked,
-        theme: Theme,
-        actions: Mapping[str, QAction],
-        parent: QWidget | None = None,
+        self, document: Document, tracked: Tracked, theme: Theme, actions: Mapping[str, QAction]
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self._document, self._tracked, self._theme = document, tracked, theme
         self._joint = ""
         self._shown: tuple[object, ...] = ()
@@ -60,59 +53,34 @@ class TrackPage(QWidget):
     def _build(self, actions: Mapping[str, QAction], theme: Theme) -> None:
         self.warning = Caption()
         self.boxes: dict[str, QDoubleSpinBox] = {}
-        self._letters = LetterKeys(self)
         self._usual: dict[str, float] = {}
-        row = QHBoxLayout()
-        row.setSpacing(4)
         self.hand, self.learned = QRadioButton("Hand"), QRadioButton("Learned")
         self.learned.setToolTip("Gains of the networks, at 25 Hz: CMU's or SMPL's 24 joints only")
         group = QButtonGroup(self)
         for button in (self.hand, self.learned):
             group.addButton(button)
-            row.addWidget(button)
         for symbol, name, _, unit in _GAINS:
-            box = QDoubleSpinBox()
-            box.setRange(0.0, _HIGHEST)
+            box = QDoubleSpinBox(maximum=_HIGHEST, prefix=f"{symbol} ")
             box.setDecimals(1 if name == "kd" else 0)
             box.setSingleStep(5.0 if name == "kd" else 50.0)
-            box.setPrefix(f"{symbol} ")
-            box.setToolTip(
-                f"Gain of hands{f', {unit[1:]}' if unit else ''}".replace(", s", ", 1/s")
-            )
-            self._letters.watch(box)
+            box.setToolTip(f"Gain of hands{unit and f', 1{unit}'}")
             self.boxes[name] = box
-            row.addWidget(box)
+        LetterKeys(self, *self.boxes.values())
         self._show_usual(Gains())
         self.hand.setChecked(True)
         self.hand.toggled.connect(self._enable)
-        row.addStretch(1)
-        self.bar = QProgressBar()
-        self.bar.setTextVisible(False)
-        self.bar.setRange(0, 100)
+        self.bar = QProgressBar(textVisible=False, minimum=0, maximum=100)
         self.bar.setFixedWidth(60)
         self.buttons = QStackedWidget()
-        for names in (("track_joints", "stop_tracking"), ("cancel_tracking",)):
+        short = {"track_joints": "Track", "stop_tracking": "Stop", "cancel_tracking": "Cancel"}
+        track, stop, cancel = (action_button(actions[name], word) for name, word in short.items())
+        for inside in ((track, stop), (self.bar, cancel)):
             side = QWidget()
-            inner = QHBoxLayout(side)
-            inner.setContentsMargins(0, 0, 0, 0)
-            inner.setSpacing(4)
-            if names == ("cancel_tracking",):
-                inner.addWidget(self.bar)
-            for name in names:
-                button = QToolButton()
-                short = {"track_joints": "Track", "stop_tracking": "Stop"}.get(name, "Cancel")
-                actions[name].setIconText(short)
-                button.setDefaultAction(actions[name])
-                inner.addWidget(button)
+            hbox(*inside, owner=side, margins=(0, 0, 0, 0), spacing=4)
             self.buttons.addWidget(side)
-        self.joints = QLabel()
-        self.joints.setObjectName("soft")
+        self.joints = soft(QLabel())
         self.joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.buttons.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        acting = QHBoxLayout()
-        acting.setSpacing(6)
-        acting.addWidget(self.joints, 1)
-        acting.addWidget(self.buttons)
         self.gain_words, self.part_words = Caption(), Caption()
         self.gains, self.parts = TracePlot(theme, " %"), TracePlot(theme)
         for plot, name in (
@@ -131,28 +99,24 @@ class TrackPage(QWidget):
             plots.addWidget(plot, 1, column)
             plots.setColumnStretch(column, 1)
         plots.setRowStretch(1, 1)
-        column_ = QVBoxLayout(self)
-        column_.setContentsMargins(0, 4, 0, 0)
-        column_.setSpacing(3)
-        column_.addWidget(self.warning)
-        column_.addLayout(row)
-        column_.addLayout(acting)
-        column_.addLayout(plots, 1)
+        gains = hbox(self.hand, self.learned, *self.boxes.values(), None, spacing=4)
+        acting = hbox((self.joints, 1), self.buttons, spacing=6)
+        content = self.warning, gains, acting, (plots, 1)
+        vbox(*content, owner=self, margins=(0, 4, 0, 0), spacing=3)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self._theme = theme
         self.gains.set_theme(theme)
         self.parts.set_theme(theme)
-        self.warning.set_text(
-            f'<span style="color:{theme.warning}">⚠ {WARNING}</span> {DEMONSTRATION}'
-        )
+        self.warning.set_text(f"{inked(f'⚠ {WARNING}', theme.warning)} {DEMONSTRATION}")
 
     def tracking(self, joints: Sequence[str]) -> Tracking:
         """These joints with the gains chosen here."""
         if self.learned.isChecked():
             return Tracking(tuple(joints), learned=True, weights=weights_mark())
-        return Tracking(tuple(joints), **{name: box.value() for name, box in self.boxes.items()})
+        kp, kd, ka = (self.boxes[name].value() for _, name, _, _ in _GAINS)
+        return Tracking(tuple(joints), kp=kp, kd=kd, ka=ka)
 
     def take_clip(self) -> None:
         """Another clip: are there networks for its skeleton? Gains as its review has them."""
@@ -195,7 +159,7 @@ class TrackPage(QWidget):
         if state != self._shown:
             self._shown = state
             self._draw()
-        self.move(self._document.frame)
+        self.go_to(self._document.frame)
 
     def _draw(self) -> None:
         result = self._tracked.result
@@ -216,7 +180,7 @@ class TrackPage(QWidget):
             plot.count_from(self._document.first_frame)
             plot.fit(self._document.frames)
 
-    def move(self, frame: int) -> None:
+    def go_to(self, frame: int) -> None:
         """The playhead, and the numbers there."""
         result = self._tracked.result
         for plot in (self.gains, self.parts):
@@ -240,7 +204,7 @@ class TrackPage(QWidget):
         )
 
     def _key(self, role: str, text: str) -> str:
-        return f'<span style="color:{getattr(self._theme, role)}">━ {text}</span>'
+        return inked(f"━ {text}", getattr(self._theme, role))
 
 
 def _listed(names: Sequence[str]) -> str:

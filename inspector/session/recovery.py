@@ -162,15 +162,12 @@ class Recovery(QObject):
 
     def _ask_about_lock(self) -> None:
         lock, name = self._keeper.lock, self._open().clip.name
-        take = self._take_over
         if lock is not None and lock.is_free():
-            text = f"{name} is no longer open in the other window."
-            answers = (("Review it here", take), ("Look only", lambda: None))
+            text, take = f"{name} is no longer open in the other window.", "Review it here"
         else:
-            text = f"{name} is open in another window ({lock and lock.holder}). "
+            text, take = f"{name} is open in another window ({lock and lock.holder}). ", "Take over"
             text += "You can look; nothing can be changed here."
-            answers = (("Take over", take), ("Look only", lambda: None))
-        self.question.emit(text, answers)
+        self.question.emit(text, ((take, self._take_over), ("Look only", lambda: None)))
 
     def _take_over(self) -> None:
         if trouble := self._keeper.take_over():

@@ -49,12 +49,9 @@ class ReviewJournal(QObject):
         self._first = 0  # position of the review's history at which the journal begins
         self._detached = False  # the journal no longer knows the review's history
         self._behind = False  # the disk has not taken everything
-        self._idle = QTimer(self)
-        self._idle.setSingleShot(True)
-        self._idle.setInterval(_IDLE_MS)
+        self._idle = QTimer(self, singleShot=True, interval=_IDLE_MS)
         self._idle.timeout.connect(self.flush)
-        self._again = QTimer(self)
-        self._again.setInterval(_RETRY_MS)
+        self._again = QTimer(self, interval=_RETRY_MS)
         self._again.timeout.connect(self.retry)
 
     @property
@@ -118,15 +115,9 @@ class ReviewJournal(QObject):
         self.flush()
         if self._journal is not None:
             self.retry()
-        if self._journal is not None:
-            if self._review is not None and self._review.saved:
-                self._journal.discard()
-            else:
-                self._journal.close()
-        self._journal = None
-        self.steps = 0
-        self._detached = False
-        self._caught_up()
+        if self._review is None or not self._review.saved:
+            self.close()
+        self.give_up()
         self._clip = self._review = None
 
     # -- recording ----------------------------------------------------------------------------

@@ -63,7 +63,7 @@ class ReviewLock:
                     continue  # its holder has just deleted it
                 found = _read(handle)
                 if held or (found is not None and not found.here):
-                    self.holder = found or _unknown(handle)
+                    self.holder = found or Holder(0, "", "", _written(handle))
                     return False
                 if not writable:  # another person's, who is gone
                     self.path.unlink()
@@ -142,10 +142,6 @@ def _read(handle: int) -> Holder | None:
     if len(lines) < 3 or not lines[0].strip().isdecimal():
         return None
     return Holder(int(lines[0]), lines[1].strip(), lines[2].strip(), _written(handle))
-
-
-def _unknown(handle: int) -> Holder:
-    return Holder(0, "", "", _written(handle))
 
 
 def _written(handle: int) -> datetime:

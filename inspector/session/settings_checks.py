@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from typing import Any
 
 Check = Callable[[Any], Any]
@@ -17,57 +18,48 @@ _SEAL = "-"
 _LONGEST_PATH = 32_767  # of Windows, the longest there is
 
 
-def one_of(*allowed: str) -> Check:
-    """One of these words."""
+def _where(good: Callable[[Any], bool], keep: Callable[[Any], Any] = lambda value: value) -> Check:
+    """Whatever is `good`, as `keep` returns it; both may raise ValueError."""
 
-    def check(value: Any) -> str:
-        if not isinstance(value, str) or value not in allowed:
+    def check(value: Any) -> Any:
+        if not good(value):
             raise ValueError
-        return value
+        return keep(value)
 
     return check
+
+
+def one_of(*allowed: str) -> Check:
+    """One of these words."""
+    return _where(lambda value: isinstance(value, str) and value in allowed)
 
 
 def whole(low: int, high: int) -> Check:
     """A whole number from `low` to `high`; true and false are none."""
-
-    def check(value: Any) -> int:
-        if type(value) is not int or not low <= value <= high:
-            raise ValueError
-        return value
-
-    return check
+    return _where(lambda value: type(value) is int and low <= value <= high)
 
 
 def number(low: float, high: float) -> Check:
     """A number from `low` to `high`, as a float."""
-
-    def check(value: Any) -> float:
-        if type(value) not in (int, float) or not low <= value <= high:
-            raise ValueError
-        return float(value)
-
-    return check
+    return _where(lambda value: type(value) in (int, float) and low <= value <= high, float)
 
 
 def text(longest: int) -> Check:
     """Text that any file can hold: no half of a surrogate pair."""
+    # UnicodeEncodeError is a ValueError.
+    return _where(lambda value: isinstance(value, str) and len(value) <= longest, _encodable)
 
-    def check(value: Any) -> str:
-        if not isinstance(value, str) or len(value) > longest:
-            raise ValueError
-        value.encode()  # UnicodeEncodeError is a ValueError
-        return value
 
-    return check
+def _encodable(value: str, errors: str = "strict") -> str:
+    value.encode(errors=errors)
+    return value
 
 
 def path(value: Any) -> str:
     """A file's path; bytes that are not UTF-8 are escaped in it, as Python has them."""
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_PATH or "\0" in value:
         raise ValueError
-    value.encode("utf-8", "surrogateescape")
-    return value
+    return _encodable(value, "surrogateescape")
 
 
 def sealed_bytes(longest: int) -> Check:
@@ -92,47 +84,34 @@ def sealed(digits: str) -> str:
 
 def both(first: Check, second: Check) -> Check:
     """A list of two."""
-
-    def check(value: Any) -> tuple[Any, Any]:
-        if not isinstance(value, list | tuple) or len(value) != 2:
-            raise ValueError
-        return first(value[0]), second(value[1])
-
-    return check
+    return _where(
+        lambda value: isinstance(value, list | tuple) and len(value) == 2,
+        lambda value: (first(value[0]), second(value[1])),
+    )
 
 
 def list_of(entry: Check, most: int) -> Check:
     """A list of at most so many, all of them good."""
-
-    def check(value: Any) -> list[Any]:
-        if not isinstance(value, list) or len(value) > most:
-            raise ValueError
-        return [entry(v) for v in value]
-
-    return check
+    return _where(
+        lambda value: isinstance(value, list) and len(value) <= most,
+        lambda value: [entry(v) for v in value],
+    )
 
 
 def first_of(entry: Check, most: int) -> Check:
     """A list; its first good entries are kept."""
-
-    def check(value: Any) -> list[Any]:
-        if not isinstance(value, list):
-            raise ValueError
-        return [kept for v in value for kept in _good(entry, v)][:most]
-
-    return check
+    return _where(
+        lambda value: isinstance(value, list), lambda value: list(_good(entry, value))[:most]
+    )
 
 
 def last_by(key: Check, entry: Check, most: int) -> Check:
     """An object; its last good entries are kept."""
-
-    def check(value: Any) -> dict[str, Any]:
-        if not isinstance(value, dict):
-            raise ValueError
-        pairs = [pair for item in value.items() for pair in _good(both(key, entry), item)]
-        return dict(pairs[-most:])
-
-    return check
+    pair = both(key, entry)
+    return _where(
+        lambda value: isinstance(value, dict),
+        lambda value: dict(list(_good(pair, value.items()))[-most:]),
+    )
 
 
 def shallow(value: Any, depth: int = 20) -> Any:
@@ -147,9 +126,8 @@ def shallow(value: Any, depth: int = 20) -> Any:
     return value
 
 
-def _good(check: Check, value: Any) -> list[Any]:
-    """What is kept of a value as a list of one, an empty list where that is nothing."""
-    try:
-        return [check(value)]
-    except ValueError:
-        return []
+def _good(check: Check, values: Iterable[Any]) -> Iterator[Any]:
+    """What is kept of some values; those of which that is nothing are left out."""
+    for value in values:
+        with suppress(ValueError):
+            yield check(value)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QEnterEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
     QAbstractButton,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QSizePolicy,
     QWidget,
@@ -15,6 +14,7 @@ from PySide6.QtWidgets import (
 
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import SECTIONS, SYMBOLS, Equation, colour
+from inspector.widgets.building import RIGHT, hbox, soft
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Theme, figures_font
 from inspector.widgets.typeset import EM, Formula, Typesetter
@@ -64,6 +64,7 @@ class SymbolButton(QAbstractButton):
         self._formula = _Typeset(self, typesetter, SYMBOLS[symbol].tex)
         self._ink = self._line = self._paper = "#000000"
         self.setCheckable(True)
+        self.setAttribute(Qt.WidgetAttribute.WA_Hover)  # painted anew under the mouse
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         words = SYMBOLS[symbol].words
         self.setToolTip(f"{words[0].upper()}{words[1:]}. Click to light it up.")
@@ -79,20 +80,6 @@ class SymbolButton(QAbstractButton):
     def sizeHint(self) -> QSize:
         """The formula's."""
         return self._formula.size()
-
-    def minimumSizeHint(self) -> QSize:
-        """The formula's."""
-        return self.sizeHint()
-
-    def enterEvent(self, event: QEnterEvent) -> None:
-        """Show that it can be clicked."""
-        super().enterEvent(event)
-        self.update()
-
-    def leaveEvent(self, event: QEvent) -> None:
-        """And no longer."""
-        super().leaveEvent(event)
-        self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """A pill, filled when lit."""
@@ -125,10 +112,6 @@ class RightSide(QWidget):
         """The formula's."""
         return self._formula.size()
 
-    def minimumSizeHint(self) -> QSize:
-        """The formula's."""
-        return self.sizeHint()
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """The formula."""
         self._formula.paint(QPainter(self), self._ink)
@@ -146,7 +129,6 @@ class Equations(QWidget):
         self.buttons: dict[str, SymbolButton] = {}
         self._rights: list[RightSide] = []
         self._heads: list[QLabel] = []
-        self._equals: list[QLabel] = []
         grid = QGridLayout(self)
         grid.setContentsMargins(4, 2, 6, 6)
         grid.setHorizontalSpacing(2)
@@ -169,24 +151,18 @@ class Equations(QWidget):
         button = SymbolButton(equation.symbol, typesetter)
         button.clicked.connect(lambda _=False, s=equation.symbol: self.clicked.emit(s))
         right = RightSide(equation.right, typesetter)
-        value = SteadyLabel()
+        selectable = Qt.TextInteractionFlag.TextSelectableByMouse
+        value = SteadyLabel(alignment=RIGHT, textInteractionFlags=selectable)
         value.setFont(figures_font(9.0))
-        value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         star = "*" if equation.corrected else ""
-        number = QLabel(f"({equation.number}){star}" if equation.number else "")
-        number.setObjectName("soft")
-        number.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        text = f"({equation.number}){star}" if equation.number else ""
+        number = soft(QLabel(text, alignment=RIGHT))
         number.setContentsMargins(6, 0, 0, 0)
         if equation.corrected:
             number.setToolTip(f"Equation {equation.number} is {equation.corrected}.")
         equals = QLabel("" if equation.right.startswith("<") else "=")
         # In one cell: the widest formula and the widest number are not of one row.
-        both = QHBoxLayout()
-        both.setSpacing(4)
-        both.addWidget(right)
-        both.addStretch(1)
-        both.addWidget(value)
+        both = hbox(right, None, value, spacing=4)
         grid.addWidget(button, row, 0, Qt.AlignmentFlag.AlignRight)
         grid.addWidget(equals, row, 1)
         grid.addLayout(both, row, 2)
@@ -194,7 +170,6 @@ class Equations(QWidget):
         self.values[equation.symbol] = value
         self.buttons[equation.symbol] = button
         self._rights.append(right)
-        self._equals.append(equals)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""

@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QSlider,
-    QSpinBox,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import QGridLayout, QLabel, QSlider, QSpinBox, QWidget
 
 from inspector.teaching.five_trackers import FRAMES, euler_angles, followers, turning
 from inspector.widgets.axes import root_scale
-from inspector.widgets.labels import Caption, SteadyLabel
+from inspector.widgets.building import hbox, soft, vbox
+from inspector.widgets.labels import Caption, SteadyLabel, inked
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.rotation import Array
@@ -57,15 +50,9 @@ class FiveTrackers(QWidget):
         self.slider.setAccessibleName("Speed of the joint")
         self.slider.valueChanged.connect(self.refresh)
         self.speed = SteadyLabel()
-        self.at = QSpinBox()
-        self.at.setRange(0, FRAMES - 1)
-        self.at.setPrefix("frame ")
+        self.at = QSpinBox(minimum=0, maximum=FRAMES - 1, prefix="frame ")
         self.at.valueChanged.connect(self.go_to)
-        head = QHBoxLayout()
-        head.addWidget(QLabel("Speed"))
-        head.addWidget(self.slider, 1)
-        head.addWidget(self.speed)
-        head.addWidget(self.at)
+        head = hbox("Speed", (self.slider, 1), self.speed, self.at)
         self.input_words = Caption()
         self.input = TracePlot(theme, "°")
         self.input.setMinimumHeight(140)
@@ -75,29 +62,21 @@ class FiveTrackers(QWidget):
         grid.setVerticalSpacing(2)
         self.titles: dict[str, Caption] = {}
         self.plots: dict[str, TracePlot] = {}
-        self.notes: dict[str, QLabel] = {}
         for column, name in enumerate(_WORDS):
-            title, plot, note = Caption(), TracePlot(theme, root=True), QLabel(_WORDS[name])
+            title, plot = Caption(), TracePlot(theme, root=True)
+            note = soft(QLabel(_WORDS[name], wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop))
             plot.setAccessibleName(f"{name}: distance from the input over time")
             plot.setMinimumHeight(150)
             plot.asked.connect(self.go_to)
-            note.setWordWrap(True)
-            note.setObjectName("soft")
-            note.setAlignment(Qt.AlignmentFlag.AlignTop)
-            for row, widget in enumerate((title, plot, note)):
-                grid.addWidget(widget, row, column)
+            grid.addWidget(title, 0, column)
+            grid.addWidget(plot, 1, column)
+            grid.addWidget(note, 2, column)
             grid.setColumnStretch(column, 1)
-            self.titles[name], self.plots[name], self.notes[name] = title, plot, note
+            self.titles[name], self.plots[name] = title, plot
         grid.setRowStretch(1, 1)
         self.input.asked.connect(self.go_to)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(12, 10, 12, 10)
-        layout.setSpacing(6)
-        layout.addWidget(self.words)
-        layout.addLayout(head)
-        layout.addWidget(self.input_words)
-        layout.addWidget(self.input, 2)
-        layout.addLayout(grid, 3)
+        content = self.words, head, self.input_words, (self.input, 2), (grid, 3)
+        vbox(*content, owner=self, margins=(12, 10, 12, 10), spacing=6)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -131,14 +110,12 @@ class FiveTrackers(QWidget):
     def go_to(self, frame: int) -> None:
         """Move the playhead of all plots."""
         self.frame = min(max(int(frame), 0), FRAMES - 1)
-        self.at.blockSignals(True)
-        self.at.setValue(self.frame)
-        self.at.blockSignals(False)
+        with QSignalBlocker(self.at):
+            self.at.setValue(self.frame)
         for plot in (self.input, *self.plots.values()):
             plot.show_frame(self.frame)
         keys = " &nbsp; ".join(
-            f'<span style="color:{getattr(self._theme, role)}">━ {name} '
-            f"{self.angles[self.frame, k]:+.0f}°</span>"
+            inked(f"━ {name} {self.angles[self.frame, k]:+.0f}°", getattr(self._theme, role))
             for k, (name, role) in enumerate(_EULER)
         )
         self.input_words.set_text(f"The input as Euler angles XYZ &nbsp; {keys}".replace("-", "−"))

@@ -12,7 +12,8 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 from inspector.session.document import Show
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Sketch, sketch
 from inspector.teaching.lesson import Lesson
-from inspector.teaching.symbols import MARKS, SYMBOLS, colour
+from inspector.teaching.symbols import MARKS, colour
+from inspector.viewport.bodies import Index, cells_of
 from inspector.viewport.bone_colours import mixed_hex, rgb
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.frame_drawing import altered_pose
@@ -20,10 +21,9 @@ from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.scene import Scene, background_hex
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport
+from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
-from twistcore.chain import Chain
-from twistcore.decomposition import Decomposition
 from twistcore.figure import heading
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
@@ -75,14 +75,12 @@ class GizmoGuest:
         name = f"<b>{chain.label}</b>&nbsp;&nbsp; " if chain is not None else ""
         if not self._lesson.what_if.changes:
             return f"{name}as captured"
-        return (
-            f"{name}<span style='color:{theme.before}'>□</span>&nbsp;as captured&nbsp;&nbsp; "
-            f"<span style='color:{theme.after}'>■</span>&nbsp;what if"
-        )
+        captured = f"{inked('□', theme.before)}&nbsp;as captured"
+        return f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;what if"
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
         """Move, paint and label everything for the pose."""
-        shapes, _, _ = self._shapes(scene, pose)
+        shapes = self._shapes(scene, pose)
         if shapes is None:
             self.leave()
             return
@@ -104,7 +102,8 @@ class GizmoGuest:
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
         """All of the gizmo, from where the swing is seen flat and the dial at a slant."""
-        shapes, d, chain = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
+        d, chain = self._lesson.quantities, self._lesson.chain
+        shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
         if shapes is None or d is None or chain is None:
             return None
         points = np.vstack([p.points for p in shapes.parts if p.look != CLEAR])
@@ -141,19 +140,17 @@ class GizmoGuest:
 
     # -- drawing ------------------------------------------------------------------------------
 
-    def _shapes(
-        self, scene: Scene, pose: Pose
-    ) -> tuple[Sketch | None, Decomposition | None, Chain | None]:
-        """The gizmo of a pose with what it shows; nothing without a chain."""
+    def _shapes(self, scene: Scene, pose: Pose) -> Sketch | None:
+        """The gizmo of a pose; nothing without a chain."""
         d, chain = self._lesson.quantities, self._lesson.chain
         if d is None or chain is None:
-            return None, None, None
+            return None
         parent, child = pose.positions[chain.parent], pose.positions[chain.child]
         reach = 0.0
         if chain.grandchild >= 0:
             reach = float(np.linalg.norm(pose.positions[chain.grandchild] - child))
         q_parent = pose.rotations[chain.parent]
-        return sketch(d, q_parent, parent, child, reach, 0.06 * scene.height), d, chain
+        return sketch(d, q_parent, parent, child, reach, 0.06 * scene.height)
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
         """Pieces and a layer over the right-hand picture, made when there are none."""
@@ -161,8 +158,9 @@ class GizmoGuest:
         if self._layer is not None and self._below is below:
             return
         self.leave()
-        view = self._viewport.view
-        assert view is not None
+        assert self._viewport.view is not None
+        window = self._viewport.view.ren_win
+        assert window is not None
         # A layer of its own: its depth begins anew, so that no limb hides the gizmo.
         layer = vtkOpenGLRenderer()
         layer.SetLayer(1)
@@ -170,8 +168,8 @@ class GizmoGuest:
         layer.SetUseOIT(False)
         layer.SetActiveCamera(below.GetActiveCamera())
         layer.SetViewport(*below.GetViewport())
-        view.ren_win.SetNumberOfLayers(max(2, view.ren_win.GetNumberOfLayers()))
-        view.ren_win.AddRenderer(layer)
+        window.SetNumberOfLayers(max(2, window.GetNumberOfLayers()))
+        window.AddRenderer(layer)
         self._layer, self._below = layer, below
         self._slices = {look: [] for look in _LOOKS}
         for look in _LOOKS:
@@ -200,7 +198,7 @@ class GizmoGuest:
         for kind, piece in self._pieces.items():
             for first, stop, symbol, share in self._slices[kind]:
                 strength = 1.0 if not lit or symbol in lit else _DIMMED
-                ink = colour(_family(symbol), theme)
+                ink = colour(MARKS[symbol].family, theme)
                 if kind == CLEAR:
                     piece.colours[first:stop, :3] = rgb(ink)
                     piece.colours[first:stop, 3] = round(255 * share * strength)
@@ -229,8 +227,10 @@ class Labels(QWidget):
         lit: frozenset[str],
     ) -> None:
         """Place the labels in a picture of the view, none over another."""
-        if self.geometry() != self.parentWidget().rect():
-            self.setGeometry(self.parentWidget().rect())
+        view = self.parentWidget()
+        assert view is not None
+        if self.geometry() != view.rect():
+            self.setGeometry(view.rect())
         self._paper = QColor(background_hex(theme))
         self._scale = _SIZE * self.fontMetrics().height() / EM
         covered = self._region()
@@ -243,8 +243,7 @@ class Labels(QWidget):
         away, _ = camera.project(np.stack([m.away for m in marks]), *size)
         corner = np.array([picture.left(), picture.top()])
         for mark, here, other in zip(marks, at, away, strict=True):
-            tex = MARKS.get(mark.symbol) or SYMBOLS[mark.symbol].tex
-            formula = self._typesetter.formula(tex)
+            formula = self._typesetter.formula(MARKS[mark.symbol].tex)
             if formula is None:
                 continue
             way = here - other
@@ -252,14 +251,14 @@ class Labels(QWidget):
             way = way / long if long > 1.0 else np.array([0.7071, -0.7071])
             box = self._free(here + corner, way, formula)
             bright = not lit or mark.symbol in lit or (mark.symbol == "real" and "v" in lit)
-            ink = colour(_family(mark.symbol), theme)
+            ink = colour(MARKS[mark.symbol].family, theme)
             self._placed.append((formula, box, ink, bright))
         if not self.isVisible():
             self.show()
             self.raise_()
         self.update(covered + self._region())
 
-    def _free(self, at: np.ndarray, way: np.ndarray, formula: Formula) -> QRectF:
+    def _free(self, at: Array, way: Array, formula: Formula) -> QRectF:
         """A place beside a point that no earlier label takes, the wanted side first."""
         wide = formula.box.width() * self._scale
         high = formula.box.height() * self._scale
@@ -314,23 +313,10 @@ class Labels(QWidget):
             region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()
         return region
 
-    def boxes(self) -> list[QRectF]:
-        """Where the labels are, for tests."""
-        return [box for _, box, _, _ in self._placed]
 
-
-def _family(symbol: str) -> str:
-    if symbol in ("ideal", "real"):
-        return "error" if symbol == "ideal" else "azimuth"
-    return SYMBOLS[symbol].family
-
-
-def _shifted(cells: np.ndarray, first: int) -> np.ndarray:
+def _shifted(cells: Index, first: int) -> Index:
     """VTK's padded list with all indices moved up."""
     out = cells.copy()
-    at = 0
-    while at < len(out):
-        count = int(out[at])
-        out[at + 1 : at + 1 + count] += first
-        at += 1 + count
+    for cell in cells_of(out):
+        cell[1:] += first
     return out

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.viewport.bodies import unit_sphere
+from inspector.viewport.bodies import SPHERE, TRIANGLES
 from twistcore.decomposition import Decomposition
 from twistcore.rotation import Array, conjugate, multiply, normalise, rotate
 
@@ -19,7 +19,6 @@ _DASHES = 9
 _HEAD = (0.105, 0.030)  # length and radius of an arrow's head, of the bone's length
 _RING = 10
 _SEEN = np.radians(1.0)  # a smaller difference is not drawn apart
-_SPHERE, _TRIANGLES = unit_sphere()
 
 # How boldly a part is drawn.
 BOLD, THIN = "bold", "thin"
@@ -43,7 +42,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Mark:
-    """A label: symbol or key of symbols.MARKS, where it stands (3,) and what it leans away from."""
+    """A label: key of symbols.MARKS, where it stands (3,) and what it leans away from."""
 
     symbol: str
     at: Array
@@ -96,13 +95,13 @@ class Sketch:
 
     def ball(self, symbol: str, centre: Array, radius: float, *, hollow: bool = False) -> None:
         """A small sphere, or the wires of one."""
-        points = centre + radius * _SPHERE
+        points = centre + radius * SPHERE
         if hollow:
-            pairs = {tuple(sorted((t[k], t[(k + 1) % 3]))) for t in _TRIANGLES for k in range(3)}
+            pairs = {tuple(sorted((t[k], t[(k + 1) % 3]))) for t in TRIANGLES for k in range(3)}
             cells = np.array([(2, *pair) for pair in sorted(pairs)]).ravel()
             self.parts.append(Part(symbol, THIN, points, cells))
         else:
-            cells = np.hstack([np.full((len(_TRIANGLES), 1), 3), _TRIANGLES]).ravel()
+            cells = np.hstack([np.full((len(TRIANGLES), 1), 3), TRIANGLES]).ravel()
             self.parts.append(Part(symbol, SOLID, points, cells))
 
     def mark(self, symbol: str, at: Array, away: Array, *, shown: bool = True) -> None:

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QUrl, Signal
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QTextBrowser,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+import re
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QTextBrowser, QToolButton, QWidget
 
 from inspector.teaching.guide_pages import Page
+from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.theme import Theme
 
 
@@ -25,32 +20,16 @@ class GuideCard(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._theme: Theme | None = None
-        self._done = False
+        self.done = False  # whether what was to be done is done
         self._task = ""
-        self.title = QLabel()
-        self.title.setWordWrap(True)
-        self.body = QTextBrowser()
-        self.body.setOpenLinks(False)
+        self.title, self.task = QLabel(wordWrap=True), QLabel(wordWrap=True)
+        self.body = QTextBrowser(openLinks=False)
         self.body.setFrameShape(QTextBrowser.Shape.NoFrame)
-        self.body.anchorClicked.connect(self._clicked)
-        self.task = QLabel()
-        self.task.setWordWrap(True)
-        self.controls = QHBoxLayout()
-        self.controls.setSpacing(6)
-        head = QHBoxLayout()
-        head.addWidget(self.title, 1)
-        self._leave = QHBoxLayout()
-        head.addLayout(self._leave)
-        self._buttons = QHBoxLayout()
-        self._buttons.setSpacing(4)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(10, 8, 10, 10)
-        layout.setSpacing(6)
-        layout.addLayout(head)
-        layout.addWidget(self.body, 1)
-        layout.addWidget(self.task)
-        layout.addLayout(self.controls)
-        layout.addLayout(self._buttons)
+        self.body.anchorClicked.connect(lambda at: self.linked.emit(at.toString()))
+        self.controls, self._buttons, self._leave = hbox(spacing=6), hbox(spacing=4), QHBoxLayout()
+        head = hbox((self.title, 1), self._leave)
+        content = head, (self.body, 1), self.task, self.controls, self._buttons
+        vbox(*content, owner=self, margins=(10, 8, 10, 10), spacing=6)
         self.setMinimumHeight(240)
 
     def set_theme(self, theme: Theme) -> None:
@@ -58,7 +37,7 @@ class GuideCard(QWidget):
         self._theme = theme
         self.title.setStyleSheet("font-weight: 600; font-size: 14px")
         self.body.setStyleSheet(f"background: {theme.window}; color: {theme.text}")
-        self.set_done(self._done)
+        self.set_done(self.done)
 
     def show_page(self, page: Page, heading: str = "") -> None:
         """Another page; `heading`: before its title."""
@@ -74,22 +53,17 @@ class GuideCard(QWidget):
     def set_task(self, text: str) -> None:
         """What is to be done now, Markdown's emphasis allowed."""
         self._task = text
-        self.set_done(self._done)
+        self.set_done(self.done)
 
     def set_done(self, done: bool) -> None:
         """Whether what was to be done is done."""
-        self._done = done
+        self.done = done
         theme = self._theme
         if theme is None:
             return
         colour, mark = (theme.accepted, "✓") if done else (theme.accent, "▸")
         self.task.setText(f"{mark} {_plain(self._task)}")
         self.task.setStyleSheet(f"color: {colour}")
-
-    @property
-    def done(self) -> bool:
-        """Whether what was to be done is done."""
-        return self._done
 
     def set_buttons(
         self, buttons: list[QPushButton], controls: list[QWidget], leave: QToolButton
@@ -104,23 +78,13 @@ class GuideCard(QWidget):
                 row.addWidget(widget)
                 widget.show()
 
-    def _clicked(self, address: QUrl) -> None:
-        self.linked.emit(address.toString())
-
 
 def leave_button(what: str) -> QToolButton:
     """The button that ends a tour or an exercise: small, in the card's head."""
-    button = QToolButton()
-    button.setText("End")
-    button.setToolTip(f"End {what}; your own clip comes back as it was")
-    return button
+    return tool_button("End", f"End {what}; your own clip comes back as it was", flat=False)
 
 
 def _plain(markdown: str) -> str:
     """Emphasis as rich text: a label knows no Markdown beside other text."""
-    out, bold = "", True
-    for k, part in enumerate(markdown.split("**")):
-        bold = k % 2 == 1
-        inner = "".join(f"<i>{p}</i>" if n % 2 else p for n, p in enumerate(part.split("*")))
-        out += f"<b>{inner}</b>" if bold else inner
-    return out
+    bold = re.sub(r"\*\*(.*?)\*\*", r"<b>\1</b>", markdown)
+    return re.sub(r"\*(.*?)\*", r"<i>\1</i>", bold)

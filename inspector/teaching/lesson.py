@@ -5,10 +5,14 @@ Nothing here reaches the review: a what-if is a pose that is looked at, no comma
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from inspector.session.document import Document
+from inspector.viewport.frame_drawing import selected_chain
 from twistcore.chain import Chain
 from twistcore.decomposition import Decomposition, WhatIf, altered, decompose
 from twistcore.motion import forward_kinematics
@@ -38,10 +42,7 @@ class Lesson(QObject):
     @property
     def chain(self) -> Chain | None:
         """The chain that is taught, the selected one."""
-        try:
-            return self.document.find_chain(self.document.chain)
-        except KeyError:
-            return None
+        return selected_chain(self.document)
 
     @property
     def quantities(self) -> Decomposition | None:
@@ -87,6 +88,10 @@ class Lesson(QObject):
         if what_if != self.what_if:
             self.what_if = what_if
             self._tell()
+
+    def alter(self, **change: Any) -> None:
+        """Alter the frame in this too: fields of WhatIf."""
+        self.set_what_if(replace(self.what_if, **change))
 
     def reset(self) -> None:
         """As captured."""

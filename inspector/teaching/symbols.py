@@ -29,14 +29,22 @@ class Symbol:
 class Equation:
     """symbol = right, its number in the paper, and its value from the core's quantities.
 
-    corrected: what the printed equation has otherwise, '' where it stands as printed.
+    corrected: what the printed equation has otherwise, '' where it stands as printed; shown: the
+    value in words, else the quantity of the symbol's name is shown.
     """
 
     symbol: str
     right: str
     number: str
-    value: Callable[[Decomposition], str]
     corrected: str = ""
+    shown: Callable[[Decomposition], str] | None = None
+
+    def value(self, quantities: Decomposition) -> str:
+        """As a label shows it."""
+        if self.shown is not None:
+            return self.shown(quantities)
+        value = getattr(quantities, self.symbol)
+        return numbers(value) if isinstance(value, np.ndarray) else degrees(value)
 
 
 SYMBOLS = {
@@ -75,36 +83,35 @@ SYMBOLS = {
     ),
 }
 
+MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
+    "real": Symbol(r"G_\mathrm{real}", "azimuth", "where G is"),
+    "ideal": Symbol(r"G_\mathrm{ideal}", "error", "where G would be without the twist error"),
+}
+
 SECTIONS: tuple[tuple[str, tuple[Equation, ...]], ...] = (
     (
         "Parent: swing and twist",
         (
-            Equation("a", r"\mathrm{unit}(P\rightarrow C)", "", lambda d: numbers(d.a)),
-            Equation("q", r"q_\mathrm{swing}\,q_\mathrm{twist}", "2", lambda d: numbers(d.q)),
-            Equation("w", r"q_P\,\mathbf{a}\,q_P^{-1}", "3", lambda d: numbers(d.w)),
+            Equation("a", r"\mathrm{unit}(P\rightarrow C)", ""),
+            Equation("q", r"q_\mathrm{swing}\,q_\mathrm{twist}", "2"),
+            Equation("w", r"q_P\,\mathbf{a}\,q_P^{-1}", "3"),
             Equation(
                 "n",
                 r"(\mathbf{a}\times\mathbf{w})\,/\,\Vert\mathbf{a}\times\mathbf{w}\Vert",
                 "4",
-                lambda d: numbers(d.n) if d.n.any() else "undefined",
+                shown=lambda d: numbers(d.n) if d.n.any() else "undefined",
             ),
             Equation(
                 "alpha",
                 r"\arccos(\mathbf{a}\cdot\mathbf{w})",
                 "5",
-                lambda d: degrees(d.alpha).removeprefix("+"),
+                shown=lambda d: degrees(d.alpha).removeprefix("+"),
             ),
-            Equation(
-                "swing",
-                r"\cos\frac{\alpha}{2}+\sin\frac{\alpha}{2}\,\mathbf{n}",
-                "6",
-                lambda d: numbers(d.swing),
-            ),
+            Equation("swing", r"\cos\frac{\alpha}{2}+\sin\frac{\alpha}{2}\,\mathbf{n}", "6"),
             Equation(
                 "twist",
                 r"q_\mathrm{swing}^{-1}\,q_P",
                 "7",
-                lambda d: numbers(d.twist),
                 "printed as q_P q_swing⁻¹, which is the twist about w: the same angle, another "
                 "quaternion",
             ),
@@ -112,14 +119,12 @@ SECTIONS: tuple[tuple[str, tuple[Equation, ...]], ...] = (
                 "theta_p",
                 r"2\,\mathrm{atan2}(\vec{q}_\mathrm{twist}\cdot\mathbf{a},\ w_\mathrm{twist})",
                 "8",
-                lambda d: degrees(d.theta_p),
                 "printed with the norm of the vector part, which loses the sign",
             ),
             Equation(
                 "dtheta_p",
                 r"\mathrm{wrap}(\theta_p(t)-\theta_p(t{-}1))",
                 "9",
-                lambda d: degrees(d.dtheta_p),
                 "printed without wrapping to (−180°, 180°]",
             ),
         ),
@@ -127,18 +132,12 @@ SECTIONS: tuple[tuple[str, tuple[Equation, ...]], ...] = (
     (
         "Child: azimuth about the same bone",
         (
-            Equation("v", r"\mathbf{R}_C\,\mathbf{b}", "10", lambda d: numbers(d.v)),
-            Equation(
-                "across",
-                r"\mathbf{v}-(\mathbf{v}\cdot\mathbf{a})\,\mathbf{a}",
-                "11",
-                lambda d: numbers(d.across),
-            ),
+            Equation("v", r"\mathbf{R}_C\,\mathbf{b}", "10"),
+            Equation("across", r"\mathbf{v}-(\mathbf{v}\cdot\mathbf{a})\,\mathbf{a}", "11"),
             Equation(
                 "dtheta_c",
                 r"\angle_{\mathbf{a}}(\mathbf{v}_\perp(t{-}1),\ \mathbf{v}_\perp(t))",
                 "12",
-                lambda d: degrees(d.dtheta_c),
                 "printed as θ_C(t), but it is the change from frame to frame: "
                 "atan2((v⊥(t−1) × v⊥(t))·a, v⊥(t−1)·v⊥(t))",
             ),
@@ -147,17 +146,12 @@ SECTIONS: tuple[tuple[str, tuple[Equation, ...]], ...] = (
     (
         "Do they twist against each other?",
         (
-            Equation(
-                "product",
-                r"<0\ ?",
-                "1",
-                lambda d: square_degrees(d.product),
-            ),
+            Equation("product", r"<0\ ?", "1", shown=lambda d: square_degrees(d.product)),
             Equation(
                 "m",
                 r"\min(|\Delta\theta_p|,|\Delta\theta_c|)",
                 "13",
-                lambda d: degrees(d.strength).removeprefix("+"),
+                shown=lambda d: degrees(d.strength).removeprefix("+"),
             ),
         ),
     ),
@@ -182,11 +176,7 @@ def colour(family: str, theme: Theme) -> str:
 def typeset_texts() -> tuple[str, ...]:
     """Every TeX text that the tab shows."""
     equations = [e.right for _, rows in SECTIONS for e in rows]
-    marks = [s.tex for s in SYMBOLS.values()]
-    return tuple(dict.fromkeys([*marks, *equations, *MARKS.values()]))
-
-
-MARKS = {"real": r"G_\mathrm{real}", "ideal": r"G_\mathrm{ideal}"}  # of Fig. 2, in 3D only
+    return tuple(dict.fromkeys([*(mark.tex for mark in MARKS.values()), *equations]))
 
 
 def square_degrees(product: float) -> str:

@@ -4,16 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QScrollArea,
-    QSizePolicy,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QSizePolicy, QWidget
 
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
@@ -22,6 +13,7 @@ from inspector.teaching.symbols import SYMBOLS, typeset_texts
 from inspector.teaching.what_if import WhatIfBox
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
+from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
@@ -45,29 +37,18 @@ class TeachingPanel(QWidget):
         self.title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.equations = Equations(lesson, self.typesetter)
         self.what_if = WhatIfBox(lesson)
-        head = QHBoxLayout()
-        head.setContentsMargins(12, 4, 8, 2)
-        head.setSpacing(2)
-        head.addWidget(self.title, 1)
-        for action in actions:
-            button = QToolButton()
-            button.setDefaultAction(action)
+        buttons = [action_button(action) for action in actions]
+        for button in buttons:
             button.setAutoRaise(True)
-            head.addWidget(button)
-        self.scroll = QScrollArea()
-        self.scroll.setWidget(self.equations)
-        self.scroll.setWidgetResizable(True)
-        self.scroll.setFrameShape(QFrame.Shape.NoFrame)
-        self.scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        head = hbox((self.title, 1), *buttons, margins=(12, 4, 8, 2), spacing=2)
+        self.scroll_area = QScrollArea(widgetResizable=True)
+        self.scroll_area.setWidget(self.equations)
+        self.scroll_area.setFrameShape(QFrame.Shape.NoFrame)
+        self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._rule = QFrame()
         self._rule.setFixedHeight(1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(head)
-        layout.addWidget(self.scroll, 1)
-        layout.addWidget(self._rule)
-        layout.addWidget(self.what_if)
+        content = head, (self.scroll_area, 1), self._rule, self.what_if
+        vbox(*content, owner=self, margins=(0, 0, 0, 0), spacing=0)
         self.equations.clicked.connect(lesson.light)
         for name in ("swing", "bend"):
             self.what_if.sliders[name].sliderReleased.connect(self.moved_far)
@@ -82,7 +63,7 @@ class TeachingPanel(QWidget):
         """Other colours."""
         self.equations.set_theme(theme)
         self.what_if.set_theme(theme)
-        for part in (self.scroll.viewport(), self.equations):
+        for part in (self.scroll_area.viewport(), self.equations):
             part.setStyleSheet(f"background: {theme.surface}")
         self._rule.setStyleSheet(f"background: {theme.line}")
         self.title.setStyleSheet("font-weight: 600")
@@ -125,7 +106,8 @@ class TeachingPanel(QWidget):
         assert layout is not None
         layout.activate()
         width = self.equations.minimumSizeHint().width()
-        self.scroll.setMinimumWidth(width + self.scroll.verticalScrollBar().sizeHint().width())
+        bar = self.scroll_area.verticalScrollBar().sizeHint().width()
+        self.scroll_area.setMinimumWidth(width + bar)
 
     def set_shown(self, on: bool) -> None:
         """The tab comes to the front or goes; what it takes to typeset is loaded the first time.

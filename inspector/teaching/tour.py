@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from inspector.session.opening import Analysed, analyse
 from inspector.teaching.guide_card import leave_button
 from inspector.teaching.guide_pages import read_page
 from inspector.teaching.guided_program import GuidedProgram
-from inspector.widgets.background import Task
+from inspector.widgets.background import OneTask
 from twistcore.review import Decision
 
 _CHAIN, _FRAME = "LeftForeArm", 90
@@ -45,7 +45,7 @@ class Tour(QObject):
         self._from = 0
         self._preparing = False  # what prepares a step does not count as done by the person
         self._met: set[str] = set()
-        self._task: Task | None = None
+        self._task = OneTask(self)
         self.back, self.show_me = QPushButton("Back"), QPushButton("Show me")
         self.forward, self.leave = QPushButton("Next"), leave_button("the tour")
         for button, slot in (
@@ -56,32 +56,24 @@ class Tour(QObject):
         ):
             button.clicked.connect(slot)
         document, lesson = program.document, program.lesson
-        for signal in (
-            document.frame_changed,
-            document.intervals_changed,
-            lesson.changed,
-            lesson.lit_changed,
-        ):
+        for signal in (document.frame_changed, document.intervals_changed, lesson.changed):
             signal.connect(self._check)
+        lesson.lit_changed.connect(self._check)
         self.steps = self._make_steps()
 
     @property
     def running(self) -> bool:
         """Whether the tour is on."""
-        return self.at >= 0 or self._task is not None
+        return self.at >= 0 or self._task.running
 
     def begin(self) -> None:
         """Read the copy in the background, then the first page."""
         copy = Path(shutil.copy(self._sample, self._program.aside.folder()))
-        self._task = Task(lambda: analyse(copy), self)
-        self._task.finished.connect(self._ready)
-        self._task.start()
+        self._task.run(lambda: analyse(copy), self._ready)
 
     def end(self) -> None:
         """Back to the person's clip."""
-        if self._task is not None:
-            self._task.cancel()
-            self._task = None
+        self._task.cancel()
         if self.at >= 0:
             self.at = -1
             self._program.lesson.reset()
@@ -89,7 +81,6 @@ class Tour(QObject):
         self.ended.emit()
 
     def _ready(self, data: Analysed) -> None:
-        self._task = None
         self._program.aside.show(data)
         self._program.guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
         self._go(0)
@@ -144,7 +135,7 @@ class Tour(QObject):
                 "3-swing",
                 self._to_lesson,
                 lambda: (lesson.what_if.swing or 0.0) >= np.radians(119.95),
-                lambda: self._alter(swing=np.radians(135.0)),
+                lambda: lesson.alter(swing=np.radians(135.0)),
             ),
             Step(
                 "4-twist",
@@ -152,50 +143,45 @@ class Tour(QObject):
                 lambda: (
                     abs(lesson.what_if.twist) >= np.radians(59.95) and not lesson.what_if.counter
                 ),
-                lambda: self._alter(twist=np.radians(75.0), counter=False),
+                lambda: lesson.alter(twist=np.radians(75.0), counter=False),
             ),
             Step(
                 "5-error",
                 self._to_error,
                 lambda: lesson.what_if.counter and self._opposed(),
-                lambda: self._alter(counter=True),
+                lambda: lesson.alter(counter=True),
             ),
             Step("6-singular", self._to_lesson, self._both_met, self._meet_both),
             Step("7-review", self._to_review, self._one_accepted, self._accept_one),
         )
 
     def _to_start(self) -> None:
-        program, document = self._program, self._program.document
-        program.show_intervals()
-        document.select_chain(_CHAIN)
-        document.go_to(_FRAME)
-        program.viewport.focus_chain()
+        self._program.show_intervals()
+        self._to_place()
 
     def _to_lesson(self) -> None:
-        program, document = self._program, self._program.document
-        program.show_teaching()
-        document.select_chain(_CHAIN)
-        document.go_to(_FRAME)
+        self._program.show_teaching()
+        self._to_place()
+
+    def _to_place(self) -> None:
+        program = self._program
+        program.document.select_chain(_CHAIN)
+        program.document.go_to(_FRAME)
         program.lesson.reset()
         program.lesson.unlight()
         program.viewport.focus_chain()
 
     def _to_error(self) -> None:
         self._to_lesson()
-        self._alter(twist=np.radians(75.0))
+        self._program.lesson.alter(twist=np.radians(75.0))
 
     def _to_review(self) -> None:
         self._program.lesson.reset()
         self._program.show_intervals()
 
     def _light(self) -> None:
-        lesson = self._program.lesson
-        if lesson.lit != "w":
-            lesson.light("w")
-
-    def _alter(self, **change: float | bool | None) -> None:
-        lesson = self._program.lesson
-        lesson.set_what_if(replace(lesson.what_if, **change))
+        if self._program.lesson.lit != "w":
+            self._program.lesson.light("w")
 
     def _opposed(self) -> bool:
         quantities = self._program.lesson.quantities
@@ -212,8 +198,8 @@ class Tour(QObject):
         return self._met == {"swing", "bend"}
 
     def _meet_both(self) -> None:
-        self._alter(swing=np.radians(179.0), nudge=np.radians(1.0))
-        self._alter(swing=None, bend=np.radians(1.0))
+        self._program.lesson.alter(swing=np.radians(179.0), nudge=np.radians(1.0))
+        self._program.lesson.alter(swing=None, bend=np.radians(1.0))
 
     def _one_accepted(self) -> bool:
         return any(j.decision == Decision.ACCEPTED for j in self._program.document.intervals)

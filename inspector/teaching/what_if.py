@@ -4,18 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import (
-    QButtonGroup,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QSlider,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QButtonGroup, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
 from inspector.teaching.lesson import Lesson
+from inspector.widgets.building import RIGHT, hbox, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Theme, figures_font
 from twistcore.decomposition import Decomposition, WhatIf
@@ -52,10 +44,11 @@ class WhatIfBox(QWidget):
             slider.setToolTip(tip)
             slider.setAccessibleName(text)
             slider.setMinimumWidth(60)
-            slider.valueChanged.connect(lambda v, n=name: self._moved(n, v))
-            number = SteadyLabel()
+            slider.valueChanged.connect(
+                lambda v, n=name: lesson.alter(**{n: float(np.radians(v / _STEPS))})
+            )
+            number = SteadyLabel(alignment=RIGHT)
             number.setFont(figures_font())
-            number.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             number.setText("−180.0°")
             row, column = k // 2, 4 * (k % 2)
             grid.addWidget(QLabel(text), row, column)
@@ -69,29 +62,18 @@ class WhatIfBox(QWidget):
         self.follow.setToolTip("The parent's twist carries the child: a real movement")
         self.counter.setToolTip("The child turns back by as much: an axial twist error")
         group = QButtonGroup(self)
-        row_of_buttons = QHBoxLayout()
-        row_of_buttons.setSpacing(4)
         for button in (self.follow, self.counter):
             button.setCheckable(True)
             group.addButton(button)
-            row_of_buttons.addWidget(button)
         self.follow.setChecked(True)
-        self.counter.toggled.connect(self._counter)
+        self.counter.toggled.connect(lambda on: lesson.alter(counter=on))
         self.reset = QPushButton("Reset")
         self.reset.setToolTip("The frame as captured")
         self.reset.clicked.connect(lesson.reset)
-        row_of_buttons.addStretch(1)
-        row_of_buttons.addWidget(self.reset)
-        self.words = QLabel(_HINT)
-        self.words.setWordWrap(True)
+        self.words = QLabel(_HINT, wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop)
         self.words.setMinimumHeight(2 * self.words.fontMetrics().lineSpacing() + 2)
-        self.words.setAlignment(Qt.AlignmentFlag.AlignTop)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(10, 6, 10, 8)
-        layout.setSpacing(5)
-        layout.addLayout(grid)
-        layout.addLayout(row_of_buttons)
-        layout.addWidget(self.words)
+        buttons = hbox(self.follow, self.counter, None, self.reset, spacing=4)
+        vbox(grid, buttons, self.words, owner=self, margins=(10, 6, 10, 8), spacing=5)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -138,13 +120,6 @@ class WhatIfBox(QWidget):
             self.words.setText(text)
             if self._theme is not None:
                 self.words.setStyleSheet(f"color: {getattr(self._theme, role)}")
-
-    def _moved(self, name: str, value: int) -> None:
-        change = {name: float(np.radians(value / _STEPS))}
-        self._lesson.set_what_if(WhatIf(**{**vars(self._lesson.what_if), **change}))
-
-    def _counter(self, on: bool) -> None:
-        self._lesson.set_what_if(WhatIf(**{**vars(self._lesson.what_if), "counter": on}))
 
 
 def words(d: Decomposition, what_if: WhatIf, tau: float) -> tuple[str, str]:

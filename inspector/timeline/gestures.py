@@ -50,10 +50,11 @@ class Hit:
 class TimeView(pg.ViewBox):
     """A view whose mouse belongs to the time line; it never changes its range by itself."""
 
-    def __init__(self) -> None:
+    def __init__(self, key: str) -> None:
+        """`key`: of its plot."""
         super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
+        self.key = key
         self.gestures: Gestures | None = None
-        self.key = ""
 
     def wheelEvent(self, event: QGraphicsSceneWheelEvent, axis: int | None = None) -> None:
         """Zoom at the cursor; with Shift, pan."""
@@ -245,12 +246,11 @@ class Gestures:
         if not self._document.frames:
             return
         hit = self.hit(view.frame_at(event.pos()), view.viewPixelSize()[0])
-        if hit.part in (Part.START, Part.STOP, Part.PLAYHEAD):
-            view.setCursor(Qt.CursorShape.SizeHorCursor)
-        elif hit.part is Part.BODY:
-            view.setCursor(Qt.CursorShape.OpenHandCursor)
-        else:
+        if hit.part is Part.EMPTY:
             view.unsetCursor()
+        else:
+            body, edge = Qt.CursorShape.OpenHandCursor, Qt.CursorShape.SizeHorCursor
+            view.setCursor(body if hit.part is Part.BODY else edge)
         view.setToolTip(self._hint(hit.judged, view.frame_at(event.pos())))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:

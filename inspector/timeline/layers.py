@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pyqtgraph as pg
+from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
@@ -33,7 +34,7 @@ class Scenery:
     frame: int = 0
     intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
     selected: int | None = None
-    unreliable: Array = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    unreliable: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     starts: Array = field(default_factory=lambda: np.zeros(0))
     stops: Array = field(default_factory=lambda: np.zeros(0))
     _regions: dict[object, Regions] = field(default_factory=dict)
@@ -119,19 +120,14 @@ class BackLayer(Layer):
         first, last = self._view.viewRange()[0]
         regions = self.scenery.regions(first, last, int(self._view.width()))
         font = self.scenery.font(bold=True) if self._glyphs else None
-        regions.paint(
-            painter,
-            self.scenery.theme,
-            int(self._view.height()),
-            font,
-            int(self.scenery.title_height),
-        )
+        height, top = int(self._view.height()), int(self.scenery.title_height)
+        regions.paint(painter, self.scenery.theme, height, font, top)
         painter.restore()
 
     def _paint_unreliable(self, painter: QPainter) -> None:
         theme, height = self.scenery.theme, self._view.height()
         first, last = self._view.viewRange()[0]
-        tint = mixed(theme.soft, theme.surface, 26)
+        tint, foot = (mixed(theme.soft, theme.surface, share) for share in (26, 100))
         spans = self.scenery.unreliable
         seen = spans[(spans[:, 1] - 0.5 > first) & (spans[:, 0] - 0.5 < last)]
         painter.setFont(self.scenery.font())
@@ -140,7 +136,7 @@ class BackLayer(Layer):
             right = min(self._view.width(), self.place(stop - 0.5))
             width = max(1.0, right - left)
             painter.fillRect(QRectF(left, 0.0, width, height), tint)
-            painter.fillRect(QRectF(left, height - 3.0, width, 3.0), _foot(theme))
+            painter.fillRect(QRectF(left, height - 3.0, width, 3.0), foot)
             text = "azimuth unreliable"
             if width > QFontMetricsF(painter.font()).horizontalAdvance(text) + 12.0:
                 painter.setPen(QColor(theme.soft))
@@ -186,7 +182,3 @@ class FrontLayer(Layer):
             painter.setPen(QColor(getattr(theme, role)))
             painter.drawText(QPointF(x, high - 4.5 * self.scenery.scale), text)
             x += advance
-
-
-def _foot(theme: Theme) -> QColor:
-    return mixed(theme.soft, theme.surface, 100)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QLineF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from inspector.widgets.theme import Theme, mixed
@@ -63,10 +63,9 @@ class OverviewStrip(QWidget):
 
     def show_frame(self, frame: int) -> None:
         """The playhead."""
-        before, self._frame = self._x(self._frame), frame
-        after = self._x(frame)
-        self.update(round(before) - 5, 0, 11, self.height())
-        self.update(round(after) - 5, 0, 11, self.height())
+        for at in (self._frame, frame):
+            self.update(round(self._x(at)) - 5, 0, 11, self.height())
+        self._frame = frame
 
     def show_view(self, first: float, last: float) -> None:
         """The range of frames that the plots show."""
@@ -108,7 +107,7 @@ class OverviewStrip(QWidget):
         self._marks = None
         self.update()
 
-    def resizeEvent(self, event: object) -> None:
+    def resizeEvent(self, event: QResizeEvent) -> None:
         """Marks are painted for one size."""
         self._redraw()
 
@@ -166,34 +165,26 @@ class OverviewStrip(QWidget):
             if key in seen and judged.id != self._selected:
                 continue  # thousands of intervals fall on hundreds of pixels
             seen.add(key)
-            self._paint_mark(painter, judged, left, width, *rows[judged.interval.chain])
+            top, height = rows[judged.interval.chain]
+            self._paint_mark(painter, judged, QRectF(left, top, width, height))
         painter.end()
         return pixmap
 
-    def _paint_mark(
-        self,
-        painter: QPainter,
-        judged: Judged,
-        left: float,
-        width: float,
-        top: float,
-        height: float,
-    ) -> None:
+    def _paint_mark(self, painter: QPainter, judged: Judged, box: QRectF) -> None:
         large = judged.interval.chain == self._chain
         name = getattr(self._theme, str(judged.decision))
         colour = QColor(name) if large else mixed(name, self._theme.surface, 170)
-        pad = 1.0 if large else 0.0
-        top, height = top + pad, max(1.0, height - 2 * pad)
+        if large:
+            box = QRectF(box.left(), box.top() + 1.0, box.width(), max(1.0, box.height() - 2.0))
+        rect = QRectF(box)
         if judged.decision == Decision.UNDECIDED and large:
-            rect = QRectF(left, top + 0.4 * height, width, 0.6 * height)
+            rect.setTop(box.top() + 0.4 * box.height())
         elif judged.decision == Decision.REJECTED:
-            rect = QRectF(left, top + 0.5 * height - 0.75, width, 1.5)
-        else:
-            rect = QRectF(left, top, width, height)
+            rect = QRectF(box.left(), box.center().y() - 0.75, box.width(), 1.5)
         painter.fillRect(rect, colour)
         if judged.id == self._selected:
             painter.setPen(QPen(QColor(self._theme.text), 1.0))
-            painter.drawRect(QRectF(left - 1.5, top - 0.5, width + 3.0, height + 1.0))
+            painter.drawRect(box.adjusted(-1.5, -0.5, 1.5, 0.5))
 
     def _paint_view(self, painter: QPainter) -> None:
         left = max(0.0, self._x(max(self._view[0], -0.5)))

@@ -50,10 +50,8 @@ class Pane(Canvas):
         parent: QWidget | None = None,
     ) -> None:
         self.key = key
-        view = TimeView()
-        view.key = key
         degrees = RootAxis("left") if root else UnitAxis("left")
-        super().__init__({"left": degrees, "bottom": FrameAxis("bottom")}, view, parent)
+        super().__init__({"left": degrees, "bottom": FrameAxis("bottom")}, TimeView(key), parent)
         self.root = root
         self._styles = styles
         self._smooth = False
@@ -76,10 +74,9 @@ class Pane(Canvas):
     def set_scale(self) -> None:
         """Take the scenery's scale of type and lines."""
         scale = self.scenery.scale
-        for side in ("left", "bottom"):
-            axis = self.axes[side]
+        for axis in self.axes.values():
             axis.type_scale = scale
-            axis.setStyle(tickFont=self.scenery.font(), tickLength=-4, autoExpandTextSpace=False)
+        self.set_type(self.scenery.font())
         self.axes["left"].setWidth(_AXIS_WIDTH * scale)
         self.set_bottom(shown=self._bottom_shown)
 
@@ -135,8 +132,8 @@ class Pane(Canvas):
     def _thin(self, name: str) -> None:
         """Hand over what is in view only: pyqtgraph's own thinning drops what lies by a gap."""
         y, seams = self.values[name]
-        x, y = thinned(y, seams, *self.view.viewRange()[0], int(self.view.width()))
-        self.curves[name].show_points(x, y)
+        first, last = self.view.viewRange()[0]
+        self.curves[name].show_points(*thinned(y, seams, first, last, int(self.view.width())))
 
     def _thin_all(self, *_: object) -> None:
         for name in self.values:
@@ -149,13 +146,6 @@ class Pane(Canvas):
         span = high - low
         foot = 0.03 if low == 0.0 else 0.07
         self.view.setYRange(low - foot * span, high + 0.24 * span, padding=0.0)
-        self.touch()
-
-    def count_from(self, first: int) -> None:
-        """Call the first frame `first`."""
-        axis = self.axes["bottom"]
-        axis.first = first
-        axis.picture = None
         self.touch()
 
     def show_frames(self, first: float, last: float) -> None:

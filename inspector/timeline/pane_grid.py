@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QGridLayout, QLabel, QStackedWidget, QWidget
+from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
 
 from inspector.timeline.pane import Pane
+from inspector.widgets.building import hint
 
 _WEIGHTS = {"theta": 4, "delta": 3, "strength": 4, "offset": 3, "other": 4}
 _ROW = 88  # pixels that a pane needs before the panes go into two columns
@@ -27,9 +27,7 @@ class PaneGrid(QStackedWidget):
         self._grid = QGridLayout(page)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setSpacing(0)
-        self.hint = QLabel(self)
-        self.hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.hint.setObjectName("soft")
+        self.hint = hint()
         self.addWidget(page)
         self.addWidget(self.hint)
         self._arrange()

@@ -141,7 +141,8 @@ def _inside(places: _Spans, width: int) -> list[int]:
 def _uprights(at: Sequence[int], height: int) -> QPainterPath:
     """Upright lines, made in one go: an object for each would take longer than drawing it."""
     x = np.repeat(np.array(at, dtype=np.float64), 2)
-    return pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
+    path: QPainterPath = pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
+    return path
 
 
 def _united(places: _Spans, width: int) -> _Spans:

@@ -13,7 +13,7 @@ from inspector.widgets.canvas import Canvas, TauLine
 from inspector.widgets.later import Latest
 from inspector.widgets.theme import Theme, figures_font
 
-_SMALLEST, _LARGEST = 0.1, 180.0  # degrees
+SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 
 
 class ChainTauLine(TauLine):
@@ -36,7 +36,7 @@ class ChainTauLine(TauLine):
         plot.addItem(self)
         self.changed.connect(plot.touch)
         colour_tau(self, theme)
-        self.setBounds([float(root_scale(d)) for d in (_SMALLEST, _LARGEST)])
+        self.setBounds([float(root_scale(d)) for d in (SMALLEST_TAU, LARGEST_TAU)])
         self.sigDragged.connect(self._dragged)
         self.sigPositionChangeFinished.connect(self._drop)
 
@@ -73,7 +73,7 @@ def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
 
 def set_tau_degrees(document: Document, degrees: float, drag: int = 0) -> None:
     """Set τ of the selected chain."""
-    degrees = min(max(degrees, _SMALLEST), _LARGEST)
+    degrees = min(max(degrees, SMALLEST_TAU), LARGEST_TAU)
     document.set_tau(float(np.radians(degrees)), document.chain, drag)
 
 

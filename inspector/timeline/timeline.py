@@ -3,15 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPalette
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QMenu,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
 from inspector.session.document import Document
 from inspector.timeline.chain_curves import ChainCurves
@@ -24,7 +17,9 @@ from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.pane_grid import PaneGrid
 from inspector.timeline.tau_line import ChainTauLine, colour_tau
 from inspector.timeline.visible_range import VisibleRange
+from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.later import Stale
 from inspector.widgets.theme import Theme, figures_font
 
 _TITLES = {  # from top to bottom
@@ -52,26 +47,23 @@ _STYLES = {  # of the plots that are shown at first
 class Timeline(QWidget):
     """Plots of the document's selected chain. It draws the document and asks it for changes."""
 
-    _stale = Signal()
-
-    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
         self.document = document
         self.scenery = Scenery(theme)
         self.visible = VisibleRange(document, self)
         self.visible.changed.connect(self._show_range)
         self._curves: ChainCurves | None = None
-        self._dirty = ""
-        # Queued it comes before Qt's next repaint, so that tables and plots are painted at once.
-        self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
+        self._stale = Stale(self)  # most changes leave the clip's own curves as they are
+        self._stale.due.connect(self.refresh)
         self._build(theme)
         self.set_theme(theme)
         document.opened.connect(self._opened)
-        document.chain_changed.connect(lambda: self._mark("chain"))
-        document.intervals_changed.connect(lambda: self._mark("review"))
+        document.chain_changed.connect(self._stale.mark_all)
+        document.intervals_changed.connect(self._stale.mark)
         document.method_changed.connect(self._method_changed)
         document.numbering_changed.connect(self._renumber)
-        document.hidden_changed.connect(lambda: self._mark("review"))
+        document.hidden_changed.connect(self._stale.mark)
         document.interval_changed.connect(self._interval_changed)
         document.frame_changed.connect(self._frame_changed)
         self._opened()
@@ -84,19 +76,13 @@ class Timeline(QWidget):
         self.readout = SteadyLabel(self)
         self.readout.setFont(figures_font(9.0))
         self.readout.setToolTip("Playhead")
-        self.plots_button = QToolButton(self)
-        self.plots_button.setText("Plots ▾")
+        self.plots_button = tool_button("Plots ▾", "Choose which plots are shown")
         self.plots_button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
-        self.plots_button.setAutoRaise(True)
-        self.plots_button.setToolTip("Choose which plots are shown")
         self.plots_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        head = QHBoxLayout()
-        head.setContentsMargins(46, 2, 4, 2)
-        head.setSpacing(8)
-        head.addWidget(self.overview, 1)
-        head.addWidget(self.readout)
-        head.addWidget(self.plots_button)
-
+        head = hbox(
+            (self.overview, 1), self.readout, self.plots_button, margins=(46, 2, 4, 2), spacing=8
+        )
+        layout = vbox(head, owner=self, margins=(0, 0, 0, 0), spacing=0)
         panes: dict[str, Pane] = {
             key: Pane(
                 key,
@@ -119,23 +105,16 @@ class Timeline(QWidget):
         for key, pane in self.panes.items():
             pane.view.gestures = self.gestures
             pane.view.sigResized.connect(self._show_range)
-            action = QAction(_TITLES[key], menu)
-            action.setCheckable(True)
-            action.setChecked(key in _STYLES)
+            action = QAction(_TITLES[key], menu, checkable=True, checked=key in _STYLES)
             action.toggled.connect(lambda on, k=key: self.show_plot(k, shown=on))
             menu.addAction(action)
             self.toggles[key] = action
         self.other.view.gestures = Onlooker(*mouse)
         self.plots_button.setMenu(menu)
         self.tau_line = ChainTauLine(self.document, self.panes["strength"], theme)
-        self.tau_line.dropped.connect(lambda: self._mark("review"))
-
+        self.tau_line.dropped.connect(self._stale.mark)
         self.grid = PaneGrid(self.panes, list(_STYLES), self)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addLayout(head)
-        column.addWidget(self.grid, 1)
+        layout.addWidget(self.grid, 1)
         self.setMinimumHeight(120)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
@@ -154,13 +133,15 @@ class Timeline(QWidget):
         for pane in self.panes.values():
             pane.set_theme(theme)
         colour_tau(self.tau_line, theme)
-        for widget, role in ((self.grid.hint, theme.soft), (self.readout, theme.text)):
+        ink, paper = QPalette.ColorRole.WindowText, QPalette.ColorRole.Window
+        for widget, role, colour in (
+            (self.grid.hint, ink, theme.soft),
+            (self.readout, ink, theme.text),
+            (self, paper, theme.surface),
+        ):
             palette = widget.palette()
-            palette.setColor(QPalette.ColorRole.WindowText, QColor(role))
+            palette.setColor(role, QColor(colour))
             widget.setPalette(palette)
-        palette = self.palette()
-        palette.setColor(QPalette.ColorRole.Window, QColor(theme.surface))
-        self.setPalette(palette)
         self.setAutoFillBackground(True)
 
     def light(self, curves: tuple[tuple[str, str], ...]) -> None:
@@ -183,30 +164,22 @@ class Timeline(QWidget):
 
     def _opened(self) -> None:
         self._curves = None  # those of the clip before must not answer for a frame of this one
-        self.other.forget()
-        self._mark("chain")
+        self._method_changed()
         self.visible.show_all()
 
     def _method_changed(self) -> None:
         self.other.forget()
-        self._mark("chain")
-
-    def _mark(self, what: str) -> None:
-        """Draw again once the change is through; 'chain' includes 'review'."""
-        if not self._dirty:
-            self._stale.emit()
-        if self._dirty != "chain":
-            self._dirty = what
+        self._stale.mark_all()
 
     def refresh(self) -> None:
         """Draw what has changed now."""
-        dirty, self._dirty = self._dirty, ""
-        if not dirty:
+        anything, everything = self._stale.take()
+        if not anything:
             return
         document, scenery = self.document, self.scenery
         scenery.frames, scenery.frame = document.frames, document.frame
         scenery.selected = document.interval_id
-        if dirty == "chain":
+        if everything:
             self._load_chain()
         if self._curves is not None:
             state = document.review.state
@@ -219,7 +192,7 @@ class Timeline(QWidget):
             self._show_titles()
             for key in self.grid.shown:
                 self.panes[key].touch()
-            if dirty == "chain":
+            if everything:
                 self._show_other()
         self._show_overview()
         self._show_readout()
@@ -259,9 +232,8 @@ class Timeline(QWidget):
 
     def _interval_changed(self) -> None:
         self.scenery.selected = self.document.interval_id
-        self._mark("review")
-        judged = self.document.interval
-        if judged:
+        self._stale.mark()
+        if judged := self.document.interval:
             self.visible.reach_interval(judged.interval)
 
     def _frame_changed(self, frame: int) -> None:

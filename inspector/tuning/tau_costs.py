@@ -13,8 +13,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from inspector.session.document import Document
 from inspector.tuning.cost_worker import Request, measure
+from twistcore.bvh import Clip
 from twistcore.chain import uncorrectable_joints
-from twistcore.review import Decision
+from twistcore.review import Decision, Judged
 from twistcore.tuning import TauCurve, Verdicts
 
 _POLL_MS = 30
@@ -50,7 +51,9 @@ class Costs(QObject):
         document.opened.connect(self._check)
         document.intervals_changed.connect(self._check)
         document.chain_changed.connect(self._prefer)
-        self._judged: object = None  # what the key was made of: τ moves far more often than it
+        self._judged: tuple[Clip, str, tuple[Judged, ...]] | None = (
+            None  # what the key was made of: τ moves far more often than it
+        )
 
     # -- what views read ----------------------------------------------------------------------
 

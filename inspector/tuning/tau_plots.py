@@ -8,9 +8,8 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QWidget
 
-from inspector.widgets.axes import Axis
+from inspector.widgets.axes import Axis, apart
 from inspector.widgets.canvas import Canvas, TauLine
 from inspector.widgets.theme import Theme, figures_font
 from twistcore.rotation import Array
@@ -43,12 +42,8 @@ class _CountAxis(Axis):
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Round counts, as many as find room."""
         room = _LABEL_ROOM * (high - low) / max(size, 1.0)
-        chosen: list[float] = []
-        for n in _COUNTS:
-            at = float(np.log1p(n))
-            if at <= high - 0.5 * room and (not chosen or at - chosen[-1] >= room):
-                chosen.append(at)
-        return [(1.0, chosen)]
+        chosen = apart((float(np.log1p(n)) for n in _COUNTS), room)
+        return [(1.0, [at for at in chosen if at <= high - 0.5 * room])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """The count that a place stands for."""
@@ -87,13 +82,11 @@ class TauPlot(Canvas):
     asked = Signal(float, bool)  # degrees; True while a drag goes on
     dropped = Signal()
 
-    def __init__(self, theme: Theme, left: pg.AxisItem, parent: QWidget | None = None) -> None:
+    def __init__(self, left: pg.AxisItem) -> None:
         bottom, right = _DegreesAxis("bottom"), _WholeAxis("right")
-        super().__init__({"left": left, "bottom": bottom, "right": right}, parent=parent)
-        self.theme = theme
+        super().__init__({"left": left, "bottom": bottom, "right": right})
         self.grid.setContentsMargins(0, 2, 2, 0)
-        for axis in self.axes.values():
-            axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
+        self.set_type(figures_font(8.0))
         bottom.setHeight(_AXIS_HEIGHT)
         for axis in (left, right):
             axis.setWidth(_AXIS_WIDTH)
@@ -120,7 +113,6 @@ class TauPlot(Canvas):
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
-        self.theme = theme
         self.colour_ground(theme)
         self.tau_line.setPen(pg.mkPen(theme.tau, width=_LINE_WIDTH))
         self.tau_line.setHoverPen(pg.mkPen(theme.tau, width=3.0))
@@ -142,8 +134,8 @@ class TauPlot(Canvas):
 class Histogram(TauPlot):
     """Frames by strength: below τ faint, from τ on full; the paper's m(t) as a grey outline."""
 
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(theme, _CountAxis("left"), parent)
+    def __init__(self, theme: Theme) -> None:
+        super().__init__(_CountAxis("left"))
         self._counts = np.zeros(len(_BINS) - 1)
         self._tau = LOWEST
         self.m, self.below, self.above = (
@@ -157,16 +149,15 @@ class Histogram(TauPlot):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         super().set_theme(theme)
-        if hasattr(self, "m"):
-            for item, role, alpha in (
-                (self.m, "soft", 60),
-                (self.below, "before", 70),
-                (self.above, "before", 255),
-            ):
-                fill = QColor(getattr(theme, role))
-                fill.setAlpha(alpha)
-                item.setBrush(fill)
-                item.setPen(pg.mkPen(getattr(theme, role), width=0.8))
+        for item, colour, alpha in (
+            (self.m, theme.soft, 60),
+            (self.below, theme.before, 70),
+            (self.above, theme.before, 255),
+        ):
+            fill = QColor(colour)
+            fill.setAlpha(alpha)
+            item.setBrush(fill)
+            item.setPen(pg.mkPen(colour, width=0.8))
 
     def show_strength(self, strength: Array, m: Array | None) -> None:
         """strength, m: degrees, (frames,); m None where the strength is m itself."""
@@ -195,8 +186,8 @@ class Histogram(TauPlot):
 class CostPlot(TauPlot):
     """FSR (left scale) and false alarms (right scale) against τ; a triangle at the suggestion."""
 
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(theme, _PercentAxis("left"), parent)
+    def __init__(self, theme: Theme) -> None:
+        super().__init__(_PercentAxis("left"))
         self._alarms_view = pg.ViewBox(enableMenu=False, enableMouse=False)
         self.scene().addItem(self._alarms_view)
         self.axes["right"].linkToView(self._alarms_view)
@@ -218,16 +209,15 @@ class CostPlot(TauPlot):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         super().set_theme(theme)
-        if hasattr(self, "fsr"):
-            self.fsr.setPen(pg.mkPen(theme.after, width=2.0))
-            fill = QColor(theme.rejected)
-            fill.setAlpha(90)
-            self.alarms.setBrush(fill)
-            self.alarms.setPen(pg.mkPen(theme.rejected, width=1.0))
-            self.mark.setBrush(pg.mkBrush(theme.accepted))
-            self.mark.setPen(pg.mkPen(theme.surface, width=1.0))
-            self.axes["left"].setTextPen(QColor(theme.after))
-            self.axes["right"].setTextPen(QColor(theme.rejected))
+        self.fsr.setPen(pg.mkPen(theme.after, width=2.0))
+        fill = QColor(theme.rejected)
+        fill.setAlpha(90)
+        self.alarms.setBrush(fill)
+        self.alarms.setPen(pg.mkPen(theme.rejected, width=1.0))
+        self.mark.setBrush(pg.mkBrush(theme.accepted))
+        self.mark.setPen(pg.mkPen(theme.surface, width=1.0))
+        self.axes["left"].setTextPen(QColor(theme.after))
+        self.axes["right"].setTextPen(QColor(theme.rejected))
 
     def show_curve(self, curve: TauCurve | None) -> None:
         """The curve of a chain, or of several added up; None: not measured yet."""

@@ -37,16 +37,15 @@ class _Line:
     texts: tuple[str, ...]
 
 
-class ComparisonModel(RowModel):
+class ComparisonModel(RowModel[_Line]):
     """A row a chain, three columns a set of τ, and a last row over all chains."""
 
     def __init__(self, document: Document, theme: Theme, costs: Costs) -> None:
-        super().__init__()
+        super().__init__(theme)
         self._document = document
         self._costs = costs
-        self.theme = theme
         self.others: tuple[Column, ...] = ()
-        self.take_heads()
+        self._take_heads()
 
     def key(self, thing: _Line) -> str:
         """The chain's name."""
@@ -55,7 +54,7 @@ class ComparisonModel(RowModel):
     def describe(self, thing: _Line) -> Row:
         """What is the same in both sets is faint."""
         sets = [thing.texts[k : k + 3] for k in range(1, len(thing.texts), 3)]
-        colours = {}
+        colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
             colour = self.theme.soft if len(set(column)) == 1 else self.theme.text
             colours |= {1 + 3 * n + k: colour for n in range(len(sets))}
@@ -78,22 +77,20 @@ class ComparisonModel(RowModel):
 
     def reset(self) -> None:
         """Another clip, or other sets."""
-        self.clear()
-        self.refresh()
+        self._take_heads()
+        self.begin_anew(self._lines())
 
     def refresh(self) -> None:
         """Other numbers in the same rows."""
+        self.show(self._lines())
+
+    def _lines(self) -> Sequence[_Line]:
         data = self._document.data
         chains = data.chains if data else ()
         lines = [_Line(c.name, (c.label, *self._texts(c.name))) for c in chains]
-        self.show([*lines, _Line("", ("All chains", *self._texts("")))] if lines else ())
+        return [*lines, _Line("", ("All chains", *self._texts("")))] if lines else ()
 
-    def chain(self, row: int) -> str:
-        """Chain of a row, '' for the last."""
-        name: str = self.things[row].chain
-        return name
-
-    def take_heads(self) -> None:
+    def _take_heads(self) -> None:
         """What, and above it whose where there are several."""
         heads, tips = ["\nChain" if self.others else "Chain"], [""]
         for column in self.columns:

@@ -6,35 +6,31 @@ from collections.abc import Mapping, Sequence
 from enum import StrEnum
 
 import numpy as np
-from PySide6.QtCore import QModelIndex, Qt, QTimer, Signal
+from PySide6.QtCore import QModelIndex, QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QDoubleSpinBox,
-    QGridLayout,
-    QHBoxLayout,
     QHeaderView,
     QLabel,
     QStackedLayout,
-    QTableView,
     QTabWidget,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from inspector.session.document import Document
+from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_plots import CostPlot, Histogram
 from inspector.tuning.tau_table import Column, ComparisonModel
-from inspector.widgets.labels import Caption
-from inspector.widgets.later import Latest
+from inspector.widgets.building import action_button, hbox, hint, vbox
+from inspector.widgets.labels import Caption, inked
+from inspector.widgets.later import Burst, Latest, Stale
 from inspector.widgets.letter_keys import LetterKeys
+from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Tuned, tuned
 
-_SMALLEST_TAU, _LARGEST_TAU = 0.1, 180.0  # degrees
-_BURST_MS = 800
 _SHORT = {  # on buttons, which stand where it is plain what they are about
     "tau_for_chain": "Chain",
     "tau_for_segment": "Both sides",
@@ -63,86 +59,60 @@ class Scope(StrEnum):
 class TuningPanel(QWidget):
     """Draws the document and what `costs` knows of it; asks the document for another τ."""
 
-    _stale = Signal()
-
-    def __init__(
-        self,
-        document: Document,
-        theme: Theme,
-        actions: Mapping[str, QAction],
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme, actions: Mapping[str, QAction]) -> None:
+        super().__init__()
         self._document, self._actions, self._theme = document, actions, theme
         self.costs = Costs(document, self)
         self.scope = Scope.CHAIN
         self._drag = 0
-        self._dirty = ""
         self._seen = False
         self._strength, self._floor = np.zeros(0), 0.0  # of the selected chain, degrees
         self._latest = Latest(self)
-        self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
-        self._burst = QTimer(self, singleShot=True, interval=_BURST_MS)
-        self._spun = 0
+        self._stale = Stale(self)
+        self._stale.due.connect(self.refresh)
+        self._burst = Burst(document.begin_drag, self)
         self._build(theme)
         self.set_theme(theme)
         for signal in (document.opened, document.chain_changed, document.method_changed):
-            signal.connect(lambda: self._mark("chain"))
+            signal.connect(self._stale.mark_all)
         document.opened.connect(self.model.reset)
-        document.intervals_changed.connect(lambda: self._mark("review"))
-        self.costs.changed.connect(lambda: self._mark("chain"))
+        document.intervals_changed.connect(self._stale.mark)
+        self.costs.changed.connect(self._stale.mark_all)
         self._enable(False)
-        self._mark("chain")
 
     # -- building -----------------------------------------------------------------------------
 
     def _build(self, theme: Theme) -> None:
-        self.hint = QLabel("Open a clip to see what every τ costs it.")
-        self.hint.setObjectName("soft")
-        self.hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.hint.setWordWrap(True)
+        self.hint = hint("Open a clip to see what every τ costs it.")
         self._pages = QStackedLayout(self)
         self._pages.addWidget(self.hint)
         content = QWidget()
         self._pages.addWidget(content)
         self.title = QLabel()
-        self.box = QDoubleSpinBox()
-        self.box.setRange(_SMALLEST_TAU, _LARGEST_TAU)
-        self.box.setDecimals(2)
-        self.box.setSuffix("°")
-        self.box.setPrefix("τ ")
+        self.box = QDoubleSpinBox(decimals=2, prefix="τ ", suffix="°")
+        self.box.setRange(SMALLEST_TAU, LARGEST_TAU)
         self.box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self.box.setKeyboardTracking(False)
         self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.box.valueChanged.connect(self._spin)
-        self._letters = LetterKeys(self)
-        self._letters.watch(self.box)
-        head = QHBoxLayout()
-        head.setSpacing(4)
-        head.addWidget(self.title, 1)
-        for name in ("tau_for_chain", "tau_for_segment", "tau_for_all"):
-            button = self._button(name)
+        self.box.valueChanged.connect(
+            lambda degrees: self.set_tau_degrees(degrees, self._burst.drag())
+        )
+        LetterKeys(self, self.box)
+        scopes = [
+            self._button(name) for name in ("tau_for_chain", "tau_for_segment", "tau_for_all")
+        ]
+        for button in scopes:
             button.setObjectName("scope")
-            head.addWidget(button)
-        head.addSpacing(6)
-        head.addWidget(self.box)
-        head.addWidget(self._button("suggest_tau"))
-        self.tabs = QTabWidget()
-        self.tabs.setDocumentMode(True)
+        suggest = self._button("suggest_tau")
+        head = hbox((self.title, 1), *scopes, 6, self.box, suggest, spacing=4)
+        self.tabs = QTabWidget(documentMode=True)
         self.tabs.addTab(self._curves_page(theme), "Curves")
         self.tabs.addTab(self._profiles_page(theme), "Profiles")
-        self.tabs.currentChanged.connect(lambda: self._mark("chain"))
-        column = QVBoxLayout(content)
-        column.setContentsMargins(8, 6, 8, 6)
-        column.setSpacing(4)
-        column.addLayout(head)
-        column.addWidget(self.tabs, 1)
+        self.tabs.currentChanged.connect(self._stale.mark_all)
+        vbox(head, (self.tabs, 1), owner=content, margins=(8, 6, 8, 6), spacing=4)
 
     def _button(self, name: str) -> QToolButton:
-        button = QToolButton()
-        self._actions[name].setIconText(_SHORT.get(name, self._actions[name].text()))
-        button.setDefaultAction(self._actions[name])
-        return button
+        return action_button(self._actions[name], _SHORT.get(name, self._actions[name].text()))
 
     def _curves_page(self, theme: Theme) -> QWidget:
         page = QWidget()
@@ -156,62 +126,30 @@ class TuningPanel(QWidget):
             plot.asked.connect(self._ask)
             plot.dropped.connect(self._drop)
         self.strength_words, self.cost_words, self.state = Caption(), Caption(), Caption(soft=True)
-        grid = QGridLayout(page)
-        grid.setContentsMargins(0, 4, 0, 0)
-        grid.setSpacing(2)
-        for row, widget in enumerate(
-            (self.strength_words, self.histogram, self.cost_words, self.cost, self.state)
-        ):
-            grid.addWidget(widget, row, 0)
-            grid.setRowStretch(row, 1 if widget in (self.histogram, self.cost) else 0)
+        plots = self.strength_words, (self.histogram, 1), self.cost_words, (self.cost, 1)
+        vbox(*plots, self.state, owner=page, margins=(0, 4, 0, 0), spacing=2)
         return page
 
     def _profiles_page(self, theme: Theme) -> QWidget:
         page = QWidget()
         self.model = ComparisonModel(self._document, theme, self.costs)
-        self.table = QTableView()
-        self.table.setModel(self.model)
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setShowGrid(False)
-        self.table.setWordWrap(False)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 5)
+        self.table = RowTable(self.model, room=5)
         header = self.table.horizontalHeader()
-        header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.table.clicked.connect(self._choose)
-        row = QHBoxLayout()
-        row.setSpacing(4)
-        for name in _PROFILE_BUTTONS:
-            if name:
-                row.addWidget(self._button(name))
-            else:
-                row.addStretch(1)
-        column = QVBoxLayout(page)
-        column.setContentsMargins(0, 4, 0, 0)
-        column.setSpacing(4)
-        column.addWidget(self.table, 1)
-        column.addLayout(row)
+        row = hbox(*(self._button(name) if name else None for name in _PROFILE_BUTTONS), spacing=4)
+        vbox((self.table, 1), row, owner=page, margins=(0, 4, 0, 0), spacing=4)
         return page
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
-        self._theme = self.model.theme = theme
-        self.model.redraw()
-        self.histogram.set_theme(theme)
-        self.cost.set_theme(theme)
-        self._mark("chain")
+        self._theme = theme
+        for part in (self.model, self.histogram, self.cost):
+            part.set_theme(theme)
+        self._stale.mark_all()
 
     # -- following the document ---------------------------------------------------------------
-
-    def _mark(self, what: str) -> None:
-        """Draw again once the change is through; 'chain' includes 'review'."""
-        if self._dirty != "chain":
-            self._dirty = what
-        if self._seen:
-            self._stale.emit()  # queued as the curves do, so that one repaint serves all
 
     def set_seen(self, seen: bool) -> None:
         """Only what is looked at is measured and drawn.
@@ -221,12 +159,12 @@ class TuningPanel(QWidget):
         self._seen = seen
         self.costs.watch(seen)
         if seen:
-            self._mark("chain")
+            self._stale.mark_all()
 
     def refresh(self) -> None:
         """Draw what has changed now."""
-        dirty, self._dirty = self._dirty, ""
-        if not dirty:
+        anything, everything = self._stale.take()
+        if not (anything and self._seen):
             return
         document = self._document
         ready = document.data is not None and bool(document.chain)
@@ -236,7 +174,7 @@ class TuningPanel(QWidget):
         self._enable(ready)
         if not ready:
             return
-        if dirty == "chain":
+        if everything:
             self._show_chain()
             if self.model.rowCount():
                 stretch = QHeaderView.ResizeMode.Stretch
@@ -244,10 +182,9 @@ class TuningPanel(QWidget):
         degrees = self._degrees()
         for plot in (self.histogram, self.cost):
             plot.show_tau(degrees, held=bool(self._drag) and plot.tau_line.moving)
-        if not self.box.hasFocus() or not self._burst.isActive():
-            self.box.blockSignals(True)
-            self.box.setValue(degrees)
-            self.box.blockSignals(False)
+        if not self.box.hasFocus() or not self._burst.going_on:
+            with QSignalBlocker(self.box):
+                self.box.setValue(degrees)
         if self.tabs.currentIndex() == 0:
             self._show_words(degrees)
         else:
@@ -270,34 +207,26 @@ class TuningPanel(QWidget):
         for plot in (self.histogram, self.cost):
             plot.show_floor(self._floor)
         self.cost.show_curve(self.costs.curves.get(chain.name))
-        for row, other in enumerate(data.chains):
-            if other.name == chain.name:
-                self.table.selectRow(row)
+        if (row := self.model.row_of(chain.name)) is not None:
+            self.table.selectRow(row)
 
     def _show_words(self, degrees: float) -> None:
         document, theme = self._document, self._theme
         reach = int((self._strength >= degrees).sum())
         paper = document.review.state.method == "paper"
-        words = [
-            f'Frames by strength  <span style="color:{theme.before}">■</span> '
-            f"{reach} of {document.frames} reach τ"
-        ]
+        square = inked("■", theme.before)
+        words = [f"Frames by strength  {square} {reach} of {document.frames} reach τ"]
         if not paper:
-            words.append(f'<span style="color:{theme.soft}">■ the paper\'s m(t)</span>')
+            words.append(inked("■ the paper's m(t)", theme.soft))
         # The paper's detector has a fixed τ and knows no noise.
         name = "automatic τ" if paper else "noise floor"
-        words.append(f'<span style="color:{theme.soft}">╌ {name} {self._floor:.2f}°</span>')
+        words.append(inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
         self.strength_words.set_text(" &nbsp; ".join(words))
         curve = self.costs.curves.get(document.chain)
-        words = [
-            f'<span style="color:{theme.after}">━ FSR</span>',
-            f'<span style="color:{theme.rejected}">■ false alarms</span>',
-        ]
+        words = [inked("━ FSR", theme.after), inked("■ false alarms", theme.rejected)]
         if curve is not None:
             suggested = np.degrees(curve.suggested())
-            words.append(
-                f'<span style="color:{theme.accepted}">▼ suggested {suggested:.2f}°</span>'
-            )
+            words.append(inked(f"▼ suggested {suggested:.2f}°", theme.accepted))
         self.cost_words.set_text("Errors put into this clip  " + " &nbsp; ".join(words))
         found = len(document.review.state.of_chain(document.chain))
         count = "1 interval" if found == 1 else f"{found} intervals"
@@ -323,7 +252,7 @@ class TuningPanel(QWidget):
     def set_scope(self, scope: Scope) -> None:
         """τ is set for the selected chain, its segment on both sides, or all."""
         self.scope = scope
-        self._mark("review")
+        self._stale.mark()
 
     def chains_in_scope(self) -> tuple[str, ...]:
         """Names of the chains that a τ is set for."""
@@ -339,7 +268,7 @@ class TuningPanel(QWidget):
 
     def set_tau_degrees(self, degrees: float, drag: int = 0) -> None:
         """Set τ of the chains in scope."""
-        degrees = min(max(round(degrees, 2), _SMALLEST_TAU), _LARGEST_TAU)
+        degrees = min(max(round(degrees, 2), SMALLEST_TAU), LARGEST_TAU)
         tau = float(np.radians(degrees))
         self._document.set_taus(dict.fromkeys(self.chains_in_scope(), tau), drag)
 
@@ -352,14 +281,7 @@ class TuningPanel(QWidget):
     def _drop(self) -> None:
         self._latest.flush()
         self._drag = 0
-        self._mark("review")
-
-    def _spin(self, degrees: float) -> None:
-        """Steps of a spin box in quick succession are one step of the history."""
-        if not self._burst.isActive():
-            self._spun = self._document.begin_drag()
-        self._burst.start()
-        self.set_tau_degrees(degrees, self._spun)
+        self._stale.mark()
 
     def suggest(self) -> None:
         """τ of the chains in scope: what each one's own curve speaks for; one step."""
@@ -385,10 +307,10 @@ class TuningPanel(QWidget):
         """Other profiles in the table: none, one beside the present τ, or two instead of it."""
         self.model.show_beside(others)
         self.tabs.setCurrentIndex(1)
-        self._mark("chain")
+        self._stale.mark_all()
 
     def _choose(self, index: QModelIndex) -> None:
-        if name := self.model.chain(index.row()):
+        if name := self.model.things[index.row()].chain:
             self._document.select_chain(name)
 
     def _enable(self, ready: bool) -> None:

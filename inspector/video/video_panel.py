@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtGui import QAction, QImage, QShowEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QToolButton, QWidget
 
 from inspector.session.document import Document
 from inspector.session.settings import FARTHEST_S, Settings
 from inspector.video.screen import Screen
 from inspector.video.video_reader import Picture, VideoReader
-from inspector.widgets.background import Task
+from inspector.widgets.background import OneTask, Task
+from inspector.widgets.building import action_button, hbox, soft, tool_button, vbox
 from inspector.widgets.labels import ElidedLabel, SteadyLabel
 from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.theme import Theme
@@ -41,54 +41,33 @@ class VideoPanel(QWidget):
         self.shown: Picture | None = None
         self._offset = 0.0
         self._held: float | None = None
-        self._task: Task | None = None
+        self._task = OneTask(self)
         self._size: tuple[int, int] | None = None  # for which the shown picture was made
-        self.screen = Screen(theme, NO_VIDEO)
-        self.offset = QDoubleSpinBox()
+        self.display = Screen(theme, NO_VIDEO)
+        self.offset = QDoubleSpinBox(decimals=3, singleStep=0.001, suffix=" s")
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
-        self.offset.setDecimals(3)
-        self.offset.setSingleStep(0.001)
-        self.offset.setSuffix(" s")
         self.offset.setKeyboardTracking(False)
         self.offset.setAccessibleName("Offset of the video")
         self.offset.setToolTip("Seconds into the video at which the clip's first frame lies")
         self.back = self._button("◀", "One video frame back", lambda: self.nudge(-1))
         self.forth = self._button("▶", "One video frame on", lambda: self.nudge(+1))
-        self.hold = QToolButton()
-        self.hold.setDefaultAction(self._hold)
+        self.hold = action_button(self._hold)
         self.hold.setObjectName("hold")
-        self.facts = ElidedLabel()
-        self.clock = SteadyLabel()
-        for label in (self.facts, self.clock):
-            label.setObjectName("soft")
-        row = QHBoxLayout()
-        row.setContentsMargins(8, 4, 8, 0)
-        row.addWidget(QLabel("Offset"))
-        row.addWidget(self.offset, 1)
-        for button in (self.back, self.forth, self.hold):
-            row.addWidget(button)
-        below = QHBoxLayout()
-        below.setContentsMargins(8, 0, 8, 6)
-        below.addWidget(self.facts, 1)
-        below.addWidget(self.clock)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        column.addWidget(self.screen, 1)
-        column.addLayout(row)
-        column.addLayout(below)
-        self._letters = LetterKeys(self)
-        self._letters.watch(self.offset)
-        self.offset.valueChanged.connect(self._offset_edited)
-        self.screen.resized.connect(self._follow)
+        self.facts, self.clock = soft(ElidedLabel()), soft(SteadyLabel())
+        buttons = self.back, self.forth, self.hold
+        row = hbox("Offset", (self.offset, 1), *buttons, margins=(8, 4, 8, 0))
+        below = hbox((self.facts, 1), self.clock, margins=(8, 0, 8, 6))
+        vbox((self.display, 1), row, below, owner=self, margins=(0, 0, 0, 0), spacing=4)
+        LetterKeys(self, self.offset)
+        self.offset.valueChanged.connect(self._set_offset)
+        self.offset.valueChanged.connect(self._follow)
+        self.display.resized.connect(self._follow)
         document.frame_changed.connect(self._follow)
         document.opened.connect(self._clip_opened)
         self._tell()
 
     def _button(self, glyph: str, tip: str, do: Callable[[], None]) -> QToolButton:
-        button = QToolButton()
-        button.setText(glyph)
-        button.setToolTip(tip)
+        button = tool_button(glyph, tip, flat=False)
         button.setAccessibleName(tip)
         button.setAutoRepeat(True)
         button.clicked.connect(lambda: do())
@@ -97,7 +76,7 @@ class VideoPanel(QWidget):
     @property
     def busy(self) -> bool:
         """True while a thread opens a video or decodes a picture for this panel."""
-        return self._task is not None
+        return self._task.running
 
     # -- which video --------------------------------------------------------------------------
 
@@ -113,9 +92,7 @@ class VideoPanel(QWidget):
 
     def let_go(self, text: str = NO_VIDEO) -> None:
         """Close the file and say something in its place."""
-        if self._task is not None:
-            self._task.cancel()
-        self._task = None
+        self._task.cancel()
         self._replace_reader(None, 0.0)
         self._set_picture(None, text)
         self._tell()
@@ -129,11 +106,9 @@ class VideoPanel(QWidget):
             self._load(Path(path), offset, lambda error: self.let_go(str(error)))
 
     def _load(self, path: Path, offset: float, failed: Callable[[Exception], None]) -> None:
-        if self._task is not None:
-            self._task.cancel()
         if self.reader is None:
             self._set_picture(None, f"Opening {path.name} …")
-        self._run(
+        self._task.run(
             lambda: VideoReader(path),
             lambda reader: self._loaded(reader, offset),
             lambda error: self._not_loaded(error, failed),
@@ -194,19 +169,14 @@ class VideoPanel(QWidget):
             self._held += by
         self._follow()
 
-    def _offset_edited(self, seconds: float) -> None:
-        self._set_offset(seconds)
-        self._follow()
-
     def _set_offset(self, seconds: float) -> None:
         self._show_offset(seconds)
         self._remember()
 
     def _show_offset(self, seconds: float) -> None:
         self._offset = seconds
-        self.offset.blockSignals(True)
-        self.offset.setValue(seconds)
-        self.offset.blockSignals(False)
+        with QSignalBlocker(self.offset):
+            self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
         """Another video, which nothing holds."""
@@ -221,9 +191,9 @@ class VideoPanel(QWidget):
     def _follow(self) -> None:
         """Ask for the picture of now; while one is being decoded, only the last wish counts."""
         reader = self.reader
-        if reader is None or self._task is not None or not self.isVisible():
+        if reader is None or self.busy or not self.isVisible():
             return
-        seconds, size = self.time(), self.screen.pixels()
+        seconds, size = self.time(), self.display.pixels()
         if self.shown is not None and size == self._size and self.shown.covers(seconds):
             return
         if place := reader.place(seconds):
@@ -235,34 +205,17 @@ class VideoPanel(QWidget):
             self._set_picture(picture, AFTER)
             self._follow()
 
-        self._run(
+        self._task.run(
             lambda: reader.picture(seconds, *size), decoded, lambda error: self.let_go(str(error))
         )
 
-    def _run(
-        self,
-        work: Callable[[], Any],
-        done: Callable[[Any], None],
-        failed: Callable[[Exception], None],
-    ) -> None:
-        """The one thing at a time that a thread does for this panel."""
-        task = self._task = Task(work, self)
-
-        def then(go_on: Callable[[Any], None], result: Any) -> None:
-            self._task = None
-            go_on(result)
-
-        task.finished.connect(lambda result: then(done, result))
-        task.failed.connect(lambda error: then(failed, error))
-        task.start()
-
     def _set_picture(self, picture: Picture | None, otherwise: str) -> None:
         if picture is None:
-            self.screen.show_image(None, otherwise)
+            self.display.show_image(None, otherwise)
         else:
             height, width, _ = picture.pixels.shape
             form = QImage.Format.Format_RGB888
-            self.screen.show_image(QImage(picture.pixels.data, width, height, 3 * width, form))
+            self.display.show_image(QImage(picture.pixels.data, width, height, 3 * width, form))
         self.shown = picture  # keeps the memory that the screen paints from
         self._tell_time()
 
@@ -272,11 +225,12 @@ class VideoPanel(QWidget):
         for widget in (self.back, self.forth, self._hold):
             widget.setEnabled(reader is not None)
         self.offset.setEnabled(reader is not None and self._held is None)
-        text = ""
+        text = tip = ""
         if reader is not None:
             text = f"{reader.fps:.4g} fps · {reader.width}×{reader.height} · {reader.path.name}"
+            tip = f"{reader.path}\n{reader.duration:.2f} s"
         self.facts.setText(text)
-        self.facts.setToolTip(text and f"{reader.path}\n{reader.duration:.2f} s")
+        self.facts.setToolTip(tip)
         self._tell_time()
 
     def _tell_time(self) -> None:
@@ -285,8 +239,8 @@ class VideoPanel(QWidget):
 
     def set_theme(self, theme: Theme) -> None:
         """Colour the bars and sentences."""
-        self.screen.theme = theme
-        self.screen.update()
+        self.display.theme = theme
+        self.display.update()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Out of sight nothing is decoded."""

@@ -32,8 +32,6 @@ WANTS_PYAV = (
 TOLERANCE = 0.0005
 _FPS = 25.0  # of a file that does not say
 _KEPT_BYTES = 96_000_000  # decoded frames that are kept, so that steps back need no decoding
-
-
 _SPARSE = "mpeg"  # a format that stamps few frames: after a seek the time is a guess
 _ORDERED = "avi"  # a format that knows only the order of decoding, in which frames come out
 
@@ -217,7 +215,7 @@ class VideoReader:
             if start > last:  # a damaged stream may step back in time
                 break
         if frame.key_frame:
-            if start - self._key > self._gap:
+            if start - self._key > self._gap:  # never with the NaN of a new run
                 self._gap = start - self._key
             self._key = start
         self._passed.append((start, frame))
@@ -248,8 +246,5 @@ def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFr
             yield from packet.decode()
         except av.error.InvalidDataError:
             continue
-        except (
-            av.error.EOFError,
-            IndexError,
-        ):  # IndexError: a damaged file grew a stream on the way
+        except (av.error.EOFError, IndexError):  # a damaged file grew a stream on the way
             return

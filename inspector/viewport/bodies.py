@@ -7,6 +7,7 @@ gather of rotation matrices.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -107,20 +108,23 @@ def build_soup(
                 radius[joint] = max(radius.get(joint, 0.0), 0.50 * bone.width)
         radius.pop(-1, None)
         for joint, r in radius.items():
-            builder.polygons(r * _SPHERE[0], _SPHERE[1], joint, -1, JOINT)
+            builder.polygons(r * SPHERE, TRIANGLES, joint, -1, JOINT)
     return builder.soup()
 
 
 def faces_without(soup: Soup, *parts: int) -> Index:
     """VTK's list of the polygons that belong to no such part: for a shadow, what is small."""
-    kept: list[Index] = []
-    at = 0
-    while at < len(soup.faces):
-        stop = at + 1 + int(soup.faces[at])
-        if soup.part[soup.faces[at + 1]] not in parts:
-            kept.append(soup.faces[at:stop])
-        at = stop
+    kept = [face for face in cells_of(soup.faces) if soup.part[face[1]] not in parts]
     return np.concatenate(kept) if kept else soup.faces[:0]
+
+
+def cells_of(padded: Index) -> Iterator[Index]:
+    """The cells of VTK's padded list, as views: how many points there are, and which."""
+    at = 0
+    while at < len(padded):
+        stop = at + 1 + int(padded[at])
+        yield padded[at:stop]
+        at = stop
 
 
 def place(soup: Soup, rotations: Array, positions: Array) -> Array:
@@ -133,17 +137,6 @@ def place(soup: Soup, rotations: Array, positions: Array) -> Array:
         np.matmul(soup.vertices[first:stop].reshape(shape), matrices[joints], out=out)
         out += positions[joints][:, None]
     return world
-
-
-def collapse(points: Array, soup: Soup, positions: Array, drawn: NDArray[np.bool_]) -> Array:
-    """Points (V, 3) with every bone that is not `drawn`, (bones,), shrunk to its joint.
-
-    A triangle without area is never rasterised: cheaper than rebuilding the mesh, and with no
-    transparent pixel to shade.
-    """
-    hidden = ~drawn[soup.bone] & (soup.bone >= 0)
-    points[hidden] = positions[soup.joint[hidden]]
-    return points
 
 
 def _is_free(motion: Motion, joint: int) -> bool:
@@ -277,9 +270,4 @@ def _sphere() -> tuple[Array, Index]:
     return points, np.array(faces, dtype=np.int64)
 
 
-_SPHERE = _sphere()
-
-
-def unit_sphere() -> tuple[Array, Index]:
-    """Corners (42, 3) and triangles (80, 3) of a small sphere of radius 1."""
-    return _SPHERE
+SPHERE, TRIANGLES = _sphere()

@@ -100,4 +100,5 @@ def scale_paint(shape: Soup | Skin, theme: Theme, offsets: NDArray[np.float64]) 
     shade[[JOINT, SKIN, BAND], 0] = (-0.28, 0.15, -0.45)
     towards = np.where(shade[shape.part] > 0.0, white, black)
     share = np.abs(shade[shape.part])
-    return ((1.0 - share) * colour + share * towards).astype(np.uint8)
+    painted: Colours = ((1.0 - share) * colour + share * towards).astype(np.uint8)
+    return painted

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QAbstractAnimation, QVariantAnimation
@@ -19,12 +19,6 @@ from twistcore.figure import heading
 from twistcore.rotation import Array, normalise, rotate
 
 
-@dataclass(frozen=True, eq=False)
-class _Turn:
-    start: OrbitCamera
-    stop: OrbitCamera
-
-
 class Steering(QWidget):
     """The camera's part of the view; who inherits draws when `_schedule` is called."""
 
@@ -35,7 +29,7 @@ class Steering(QWidget):
     _framed = "iso"  # the preset that is kept as the view changes size; '' once moved
     _anchor: Chain | None = None  # followed instead of the root
     _anchored: Array | None = None
-    _turn: _Turn | None = None
+    _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # from where to where
     _turning: QVariantAnimation | None = None
 
     def _schedule(self) -> None:
@@ -58,7 +52,7 @@ class Steering(QWidget):
         return self._camera
 
     @camera.setter
-    def camera(self, camera: OrbitCamera) -> None:
+    def camera(self, camera: OrbitCamera | None) -> None:
         self._camera = camera
 
     def set_view(self, name: str) -> None:
@@ -90,7 +84,7 @@ class Steering(QWidget):
         self._framed = ""
         self._hold(chain)
         if milliseconds > 0 and self.isVisible():
-            self._turn = _Turn(replace(start, ahead=goal.ahead).looking_from(start.direction), goal)
+            self._turn = replace(start, ahead=goal.ahead).looking_from(start.direction), goal
             if self._turning is None:
                 self._turning = QVariantAnimation(self)
                 self._turning.setStartValue(0.0)
@@ -148,7 +142,7 @@ class Steering(QWidget):
     def _turned(self, share: float) -> None:
         if self._turn is not None:
             smooth = share * share * (3.0 - 2.0 * share)
-            self.camera = between(self._turn.start, self._turn.stop, smooth)
+            self.camera = between(*self._turn, smooth)
             self._schedule()
             if share >= 1.0:
                 self._turn = None
@@ -165,7 +159,7 @@ class Steering(QWidget):
         data = self.document.data
         assert data is not None
         assert self.scene is not None
-        bodies = place(self.scene.bodies, data.rotations[frame], data.positions[frame])
+        bodies = place(self.scene.shapes.bodies, data.rotations[frame], data.positions[frame])
         stop = frame + max(2, round(0.25 * data.motion.fps))
         some = data.positions[frame:stop]
         level = some[:, :1] - some[:1, :1]
@@ -212,7 +206,8 @@ class Steering(QWidget):
             self._anchored = here
             self.camera = self.camera.moved(step)
             if self._turn is not None:
-                self._turn = _Turn(self._turn.start.moved(step), self._turn.stop.moved(step))
+                start, stop = self._turn
+                self._turn = start.moved(step), stop.moved(step)
 
     # -- mouse --------------------------------------------------------------------------------
 

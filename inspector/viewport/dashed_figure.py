@@ -6,11 +6,10 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import SignalInstance
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from inspector.viewport.bodies import Bone, build_soup, collapse, place
+from inspector.viewport.bodies import Bone, build_soup, cells_of, place
 from inspector.viewport.bone_colours import rgb
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Pose
@@ -33,17 +32,6 @@ class Companion(Protocol):
         """Global rotations (joints, 4) and positions (joints, 3), or None where there is none."""
 
 
-def _segments(lines: NDArray[np.int64]) -> NDArray[np.int64]:
-    """VTK's padded list of lines of many points each as pairs of points, (n, 2)."""
-    pairs: list[tuple[int, int]] = []
-    at = 0
-    while at < len(lines):
-        points = lines[at + 1 : at + 1 + lines[at]].tolist()
-        pairs += pairwise(points)
-        at += 1 + int(lines[at])
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
-
-
 class DashedOutline:
     """Bones of the third figure that differ from the solid one, as dashed edges."""
 
@@ -51,7 +39,8 @@ class DashedOutline:
         self._soup = build_soup(bones, grown=_GROWN, joints=False)
         self._bones = np.array([b.parent for b in bones], dtype=np.int64)
         self._still = _STILL * height
-        self._edges = _segments(self._soup.edges)
+        pairs = [pair for line in cells_of(self._soup.edges) for pair in pairwise(line[1:])]
+        self._edges = np.array(pairs, dtype=np.int64).reshape(-1, 2)
         starts = np.arange(_DASHES) / _DASHES
         self._shares = np.stack([starts, starts + _DRAWN / _DASHES], axis=1).ravel()
         count = len(self._edges) * len(self._shares)
@@ -81,11 +70,10 @@ class DashedOutline:
         if not self._piece.shown:
             return
         points = place(self._soup, rotations, positions)
-        collapse(points, self._soup, positions, drawn)
+        points[~drawn[self._soup.bone]] = positions[0]  # no length: not drawn
         start, stop = points[self._edges[:, 0]], points[self._edges[:, 1]]
         dashes = start[:, None] + self._shares[:, None] * (stop - start)[:, None]
-        self._piece.points[:] = dashes.reshape(-1, 3)
-        self._piece.moved()
+        self._piece.move(dashes.reshape(-1, 3))
 
     def remove(self) -> None:
         """Take it out of the picture."""

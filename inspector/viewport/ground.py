@@ -62,7 +62,9 @@ def ground_mesh(ground: Ground) -> pv.PolyData:
     origin = origin + ground.level * ground.up
     radius = count * ground.cell
     stops = np.linspace(-1.0, 1.0, _STOPS)
-    points, lines, fade = [], [], []
+    points: list[Array] = []
+    lines: list[int] = []
+    fade: list[float] = []
     for along, across in ((first, second), (second, first)):
         for s in np.arange(1 - count, count) * ground.cell:
             half = np.sqrt(radius**2 - s**2)  # as far as the disc reaches

@@ -87,6 +87,16 @@ class Piece:
         """One colour, (3,) in 0…255, for a piece without colours of its own."""
         self.actor.GetProperty().SetColor(*(np.asarray(colour, dtype=float) / 255.0))
 
+    def move(self, points: ArrayLike) -> None:
+        """Put the vertices there, (V, 3)."""
+        self.points[:] = points
+        self.moved()
+
+    def paint(self, colours: ArrayLike) -> None:
+        """Give the vertices these colours, (V, channels)."""
+        self.colours[:] = colours
+        self.painted()
+
     def moved(self) -> None:
         """`points` (and `normals`) have been written."""
         self._data.Modified()
@@ -123,7 +133,7 @@ class Piece:
         self._renderers.clear()
 
 
-def specimens(renderer: vtkRenderer, paper: np.ndarray) -> list[Piece]:
+def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
     """One small piece of every kind that a figure is made of, in the colour of the paper, (3,).
 
     Drawn while nobody waits, before the first clip, they make the driver compile its shaders.
@@ -137,11 +147,10 @@ def specimens(renderer: vtkRenderer, paper: np.ndarray) -> list[Piece]:
         Piece(3, lines=line, channels=0).unlit(width=2.0),
     ]
     for piece in made:
-        piece.points[:] = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]]
+        piece.move([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]])
         width = min(3, piece.colours.shape[1])
         piece.colours[:, :width] = paper[:width]
         piece.tint(paper)
-        piece.moved()
         piece.painted()
         piece.add_to(renderer)
     return made

@@ -45,16 +45,16 @@ class Navigation(QObject):
         if kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             event.ignore()  # on to the window, which knows the keys
             return True
-        if kind in (QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick):
-            self._press(event)
+        if isinstance(event, QWheelEvent):
+            self._wheel(event)
+        elif not isinstance(event, QMouseEvent):
+            return kind in (QEvent.Type.Enter, QEvent.Type.Leave, QEvent.Type.Gesture)
         elif kind == QEvent.Type.MouseMove:
             self._move(event)
         elif kind == QEvent.Type.MouseButtonRelease:
             self._release(event)
-        elif kind == QEvent.Type.Wheel:
-            self._wheel(event)
         else:
-            return kind in (QEvent.Type.Enter, QEvent.Type.Leave, QEvent.Type.Gesture)
+            self._press(event)
         event.accept()
         return True
 

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from inspector.session.document import Show
 from inspector.viewport.bone_colours import scale_colour
+from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme
 
 _Shown = TypeVar("_Shown", bound=QWidget)
@@ -35,7 +36,10 @@ class Overlays:
     def set_theme(self, theme: Theme, points: float) -> None:
         """Draw in other colours; points: of the legend's type."""
         self.notice.setStyleSheet(f"color: {theme.soft}; background: transparent; font-size: 15px")
-        self.legend.setStyleSheet(_legend_style(theme, points))
+        self.legend.setStyleSheet(
+            f"background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line};"
+            f"border-radius: 4px; padding: 4px 8px; font-size: {points:.1f}pt;"
+        )
         self.legend.adjustSize()
         self.divider.setStyleSheet(f"background: {theme.line}")
         self.scale.set_theme(theme)
@@ -43,6 +47,7 @@ class Overlays:
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
         """Each in its corner, and none of a figure's over a view that draws nothing."""
         view = self.notice.parentWidget()  # kept, it would outlive its end, and OpenGL with it
+        assert view is not None
         high = view.height()
         self.legend.setVisible(drawing)
         self.legend.move(_MARGIN, _MARGIN)
@@ -75,7 +80,7 @@ def legend_text(theme: Theme, show: str, chain: str, degrees: float) -> str:
         colour = theme.before if abs(degrees) >= 0.05 else theme.soft
         number = f"{degrees:+.1f}°".replace("-", "−") if abs(degrees) >= 0.05 else "0.0°"
         text += f"&nbsp;&nbsp;&nbsp; <b>{chain}</b>&nbsp; "
-        text += f"<span style='color:{colour}'>{number} off</span>"
+        text += inked(f"{number} off", colour)
     return text
 
 
@@ -131,16 +136,8 @@ class OffsetScale(QWidget):
             painter.drawText(QPointF(left, self.height() - 4 - self.fontMetrics().descent()), text)
 
 
-def _legend_style(theme: Theme, points: float) -> str:
-    """Style sheet of the legend, in type of a size."""
-    return (
-        f"background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line};"
-        f"border-radius: 4px; padding: 4px 8px; font-size: {points:.1f}pt;"
-    )
-
-
 def _key(mark: str, colour: str, text: str) -> str:
-    return f"<span style='color:{colour}'>{mark}</span>&nbsp;{text}"
+    return f"{inked(mark, colour)}&nbsp;{text}"
 
 
 def _let_through(widget: _Shown) -> _Shown:

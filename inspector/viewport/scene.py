@@ -10,7 +10,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Document
 from inspector.viewport import opengl
-from inspector.viewport.bodies import Bone, Soup, find_bones
+from inspector.viewport.bodies import Bone, find_bones
 from inspector.viewport.bone_colours import mix, mixed_hex
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
@@ -45,13 +45,14 @@ class Scene:
         grid = ground_mesh(self.ground)
         self._fade = np.array(grid["fade"])[:, None]
         self._grid = Piece(grid.n_points, lines=grid.lines).unlit().add_to(self._left)
-        self._grid.points[:] = grid.points
-        self._grid.moved()
+        self._grid.move(grid.points)
         lines = np.array([[2, 2 * k, 2 * k + 1] for k in range(6)]).ravel()
         self._triads = Piece(12, lines=lines).unlit(width=3.0)
         self._triads.colours[:] = np.repeat(np.tile(_AXES, (2, 1)), 2, axis=0)
         self.trails: Trails | None = None
         self._seen: tuple[float, ...] = ()
+        self._other: Solid | None = None  # the solid one on the right
+        self._third: DashedOutline | None = None  # few clips are tracked
         self._dress(Style.WEDGES)
         self.set_theme(theme)
 
@@ -67,11 +68,6 @@ class Scene:
         """Whether before and after stand side by side."""
         return self._right is not None
 
-    @property
-    def bodies(self) -> Soup:
-        """The wedges of the solid figure."""
-        return self.shapes.bodies
-
     def set_style(self, style: Style) -> None:
         """Wedges or skin."""
         if style != self.style:
@@ -86,19 +82,17 @@ class Scene:
         trailing = self.trails is not None
         self.set_trails(False)
         self._undress()
-        window = self._plotter.ren_win
         if on:
             self._right = vtkOpenGLRenderer()
             self._right.SetUseOIT(False)
             self._right.SetActiveCamera(self._left.GetActiveCamera())
-            lights = self._left.GetLights()
             self._right.AutomaticLightCreationOff()
-            for k in range(lights.GetNumberOfItems()):
-                self._right.AddLight(lights.GetItemAsObject(k))
+            _light(self._right)
             self._right.SetViewport(0.5, 0.0, 1.0, 1.0)
             self._left.SetViewport(0.0, 0.0, 0.5, 1.0)
             self._grid.add_to(self._right)
-            window.AddRenderer(self._right)
+            if self._plotter.ren_win is not None:
+                self._plotter.ren_win.AddRenderer(self._right)
         else:
             self._drop_right()
         self._dress(self.style)
@@ -110,7 +104,7 @@ class Scene:
         if self.trails is not None:
             self.trails.remove()
             self.trails = None
-        if on:
+        if on and self._document.data is not None:
             length = max(1, round(REACH * self._document.data.motion.fps))
             self.trails = Trails(self._document, length, self.renderers())
             self.trails.set_theme(self._theme, background(self._theme))
@@ -151,8 +145,7 @@ class Scene:
         axes = matrix_from_quaternion(pose.rotations[joints]).transpose(0, 2, 1)  # rows: x, y, z
         start = np.repeat(pose.positions[joints], 3, axis=0)
         stop = start + 0.06 * self.height * axes.reshape(6, 3)
-        self._triads.points[:] = np.stack([start, stop], axis=1).reshape(12, 3)
-        self._triads.moved()
+        self._triads.move(np.stack([start, stop], axis=1).reshape(12, 3))
 
     def show_from(self, camera: OrbitCamera) -> None:
         """Look through the camera."""
@@ -186,31 +179,30 @@ class Scene:
         self.shapes = Shapes(style, self.bones, self._chains, self.height)
         self._solid = Solid(self.shapes, self.ground, self._left)
         self._ghost = Ghost(self.shapes, self._left)
-        self._other: Solid | None = None
         if self._right is not None:
             self._other = Solid(self.shapes, self.ground, self._right)
         self._triads.add_to(self.renderers()[-1])
-        self._third: DashedOutline | None = None  # few clips are tracked
 
     def _undress(self) -> None:
-        for figure in (self._solid, self._ghost, self._other, self._third):
-            if figure is not None:
-                figure.remove()
+        for figure in self._figures():
+            figure.remove()
         self._other = self._third = None
         self._triads.remove()
+
+    def _figures(self) -> list[Solid | Ghost | DashedOutline]:
+        every = (self._solid, self._ghost, self._other, self._third)
+        return [figure for figure in every if figure is not None]
 
     def _restore(self) -> None:
         """Give the theme's colours to everything."""
         back = background(self._theme)
         for renderer in self.renderers():
             renderer.SetBackground(*(back / 255.0))
-        for figure in (self._solid, self._ghost, self._other, self._third):
-            if figure is not None:
-                figure.set_theme(self._theme)
+        for figure in self._figures():
+            figure.set_theme(self._theme)
         ink = mix(self._theme.line, self._theme.soft, 0.30)
         fade = 0.85 * self._fade
-        self._grid.colours[:] = (fade * ink + (1.0 - fade) * back).astype(np.uint8)
-        self._grid.painted()
+        self._grid.paint((fade * ink + (1.0 - fade) * back).astype(np.uint8))
         if self.trails is not None:
             self.trails.set_theme(self._theme, back)
 
@@ -243,11 +235,6 @@ def background_hex(theme: Theme) -> str:
     return mixed_hex(theme.surface, theme.window, 0.6)
 
 
-def set_background(plotter: QtInteractor, colour: Array) -> None:
-    """One colour, (3,) in 0…255."""
-    plotter.renderer.SetBackground(*(colour / 255.0))
-
-
 def make_plotter(parent: QWidget) -> QtInteractor | None:
     """The widget that a scene stands in, lit and empty; None without OpenGL."""
     if not opengl.renderer_name():
@@ -255,19 +242,19 @@ def make_plotter(parent: QWidget) -> QtInteractor | None:
     plotter = QtInteractor(parent, auto_update=False, multi_samples=opengl.multisamples())
     plotter.setAcceptDrops(False)  # the window opens what is dropped
     plotter.reset_key_events()
-    _set_lights(plotter)
+    plotter.remove_all_lights()
+    _light(plotter.renderer)
     # The ghost is thin and convex: plain blending does, at a tenth of the cost of VTK's
     # order-independent pass over the whole picture.
     plotter.renderer.SetUseOIT(False)
     return plotter
 
 
-def _set_lights(plotter: QtInteractor) -> None:
+def _light(renderer: vtkRenderer) -> None:
     """A key light from above the camera's left and a faint fill: two lights are cheap."""
-    plotter.remove_all_lights()
     for place_, strength in (((-0.7, 0.9, 1.0), 0.85), ((0.8, -0.2, 0.6), 0.30)):
         light = vtkLight()
         light.SetLightTypeToCameraLight()
         light.SetPosition(*place_)
         light.SetIntensity(strength)
-        plotter.renderer.AddLight(light)
+        renderer.AddLight(light)

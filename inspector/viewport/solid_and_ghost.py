@@ -16,7 +16,6 @@ from inspector.viewport.bodies import (
     Bone,
     Soup,
     build_soup,
-    collapse,
     faces_without,
     place,
 )
@@ -68,8 +67,6 @@ class Shapes:
         self.bodies: Soup = build_soup(bones, without=self.skin.covered)
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)
-        self.covered = np.zeros(len(bones), dtype=bool)
-        self.covered[list(self.skin.covered)] = True
         # A wedge turns with its own joint; skin is wrung by the joint below as well.
         self._other = self._parents.copy()
         for number in self.skin.covered:
@@ -82,26 +79,41 @@ class Shapes:
         return found
 
 
-class Solid:
+class _Figure:
+    """Wedges, and skin where there is any: of each the shape, its faces and what goes with them."""
+
+    def __init__(
+        self, parts: list[tuple[Soup | Skin, Piece, Piece]], renderer: vtkRenderer
+    ) -> None:
+        self.parts = parts
+        self.pieces = [piece for _, *pieces in parts for piece in pieces]
+        for piece in self.pieces:
+            piece.add_to(renderer)
+
+    def remove(self) -> None:
+        """Take it out of the picture."""
+        for piece in self.pieces:
+            piece.remove()
+
+
+class Solid(_Figure):
     """A figure and its shadow in a renderer."""
 
     def __init__(self, shapes: Shapes, ground: Ground, renderer: vtkRenderer) -> None:
-        self.shapes = shapes
-        self._ground = ground
         wedges, skin = shapes.bodies, shapes.skin
-        count, covered = len(wedges.vertices), len(skin.bone)
-        self._wedges = Piece(count, faces=wedges.faces).lit()
         # Without spheres and stripes it is the same shadow of a quarter of the polygons.
-        flat = faces_without(wedges, JOINT, STRIPE)
-        self._shadow = Piece(count, faces=flat, channels=0).unlit()
-        self.pieces = [self._shadow, self._wedges]
-        self._tubes: Piece | None = None
-        if covered:
-            self._tubes = Piece(covered, faces=skin.faces, normals=True).lit()
-            self._tubes_shadow = Piece(covered, faces=skin.faces, channels=0).unlit()
-            self.pieces += [self._tubes_shadow, self._tubes]
-        for piece in self.pieces:
-            piece.add_to(renderer)
+        shadows = (wedges, faces_without(wedges, JOINT, STRIPE)), (skin, skin.faces)
+        parts: list[tuple[Soup | Skin, Piece, Piece]] = [
+            (
+                shape,
+                Piece(len(shape.bone), faces=shape.faces, normals=shape is skin).lit(),
+                Piece(len(shape.bone), faces=flat, channels=0).unlit(),
+            )
+            for shape, flat in shadows
+            if len(shape.bone)
+        ]
+        super().__init__(parts, renderer)
+        self._ground = ground
         self._painted: tuple[bytes, bytes] | None = None
 
     def set_theme(self, theme: Theme) -> None:
@@ -109,104 +121,70 @@ class Solid:
         self._theme = theme
         self._colours = palette(theme)
         self._painted = None
-        shade = mix(theme.window, "#000000", 0.38 if theme.dark else 0.13)
-        self._shadow.tint(shade)
-        if self._tubes is not None:
-            self._tubes_shadow.tint(shade)
+        for _, _, shadow in self.parts:
+            shadow.tint(mix(theme.window, "#000000", 0.38 if theme.dark else 0.13))
 
     def draw(self, pose: Pose) -> None:
         """Move and paint."""
-        points = place(self.shapes.bodies, pose.rotations, pose.positions)
-        self._wedges.points[:] = points
-        self._shadow.points[:] = shadow_points(points, self._ground)
-        self._wedges.moved()
-        self._shadow.moved()
-        if self._tubes is not None:
-            points, normals = drape(self.shapes.skin, pose.rotations, pose.positions)
-            self._tubes.points[:] = points
-            self._tubes.normals[:] = normals
-            self._tubes_shadow.points[:] = shadow_points(points, self._ground)
-            self._tubes.moved()
-            self._tubes_shadow.moved()
         degrees = b"" if pose.offsets is None else np.round(np.degrees(pose.offsets), 1).tobytes()
         look = pose.roles.tobytes(), degrees
-        if look != self._painted:
-            self._painted = look
-            for piece, shape in ((self._wedges, self.shapes.bodies), (self._tubes, self._skin)):
-                if piece is not None:
-                    piece.colours[:] = self._paint(shape, pose)
-                    piece.painted()
-
-    @property
-    def _skin(self) -> Skin:
-        return self.shapes.skin
-
-    def _paint(self, shape: Soup | Skin, pose: Pose) -> NDArray[np.uint8]:
-        if pose.offsets is None:
-            return paint(shape, self._colours, pose.roles)
-        return scale_paint(shape, self._theme, pose.offsets)
-
-    def remove(self) -> None:
-        """Take it out of the picture."""
-        for piece in self.pieces:
-            piece.remove()
+        for shape, faces, shadow in self.parts:
+            points, normals = _placed(shape, pose.rotations, pose.positions)
+            if normals is not None:
+                faces.normals[:] = normals
+            faces.move(points)
+            shadow.move(shadow_points(points, self._ground))
+            if look == self._painted:
+                continue
+            if pose.offsets is None:
+                faces.paint(paint(shape, self._colours, pose.roles))
+            else:
+                faces.paint(scale_paint(shape, self._theme, pose.offsets))
+        self._painted = look
 
 
-class Ghost:
+class Ghost(_Figure):
     """The other figure as a thin shell: faces that let the solid through, an outline."""
 
     def __init__(self, shapes: Shapes, renderer: vtkRenderer) -> None:
-        self.shapes = shapes
-        around, skin = shapes.around, shapes.skin
-        count, covered = len(around.vertices), len(skin.bone)
-        self._wedges = Piece(count, faces=around.faces, channels=4).unlit(back_faces=False)
-        self._outline = Piece(count, lines=around.edges, channels=0).unlit(width=2.0)
-        self.pieces = [self._wedges.blended(), self._outline]
-        self._tubes: Piece | None = None
-        self._edges: Piece | None = None
-        if covered:
-            self._tubes = Piece(covered, faces=skin.faces, channels=4).unlit(back_faces=False)
-            self._edges = Piece(covered, lines=skin.edges, channels=0).unlit(width=2.0)
-            self.pieces += [self._tubes.blended(), self._edges]
-        for piece in self.pieces:
-            piece.add_to(renderer)
+        parts: list[tuple[Soup | Skin, Piece, Piece]] = [
+            (
+                shape,
+                Piece(len(shape.bone), faces=shape.faces, channels=4)
+                .unlit(back_faces=False)
+                .blended(),
+                Piece(len(shape.bone), lines=shape.edges, channels=0).unlit(width=2.0),
+            )
+            for shape in (shapes.around, shapes.skin)
+            if len(shape.bone)
+        ]
+        super().__init__(parts, renderer)
 
     def set_theme(self, theme: Theme) -> None:
         """Take over colours."""
-        for piece in (self._outline, self._edges):
-            if piece is not None:
-                piece.tint(rgb(theme.before))
-        for piece, shape in ((self._wedges, self.shapes.around), (self._tubes, self.shapes.skin)):
-            if piece is not None:
-                piece.colours[:] = ghost_paint(shape, theme)
-                piece.painted()
+        for shape, faces, outline in self.parts:
+            faces.paint(ghost_paint(shape, theme))
+            outline.tint(rgb(theme.before))
 
     def draw(self, pose: Pose) -> None:
         """Move it, and show of it what differs."""
-        shapes, covered = self.shapes, self.shapes.covered
-        drawn = np.zeros_like(covered) if pose.ghost is None else pose.ghost[1]
-        rotations = pose.rotations if pose.ghost is None else pose.ghost[0]
-        bare = bool((drawn & ~covered).any())
-        for piece in (self._wedges, self._outline):
-            piece.show(bare)
-        if bare:
-            points = place(shapes.around, rotations, pose.positions)
-            collapse(points, shapes.around, pose.positions, drawn)
-            for piece in (self._wedges, self._outline):
-                piece.points[:] = points
-                piece.moved()
-        worn = bool((drawn & covered).any())
-        if worn:
-            points, _ = drape(shapes.skin, rotations, pose.positions, grown=_GROWN)
-            points[~drawn[shapes.skin.bone]] = pose.positions[0]  # no area: not drawn
-        for piece in (self._tubes, self._edges):
-            if piece is not None:
-                piece.show(worn)
-                if worn:
-                    piece.points[:] = points
-                    piece.moved()
+        rotations, drawn = pose.ghost or (pose.rotations, None)
+        for shape, *pieces in self.parts:
+            hidden = None if drawn is None else ~drawn[shape.bone]
+            shown = hidden is not None and not hidden.all()
+            if shown:
+                points, _ = _placed(shape, rotations, pose.positions, grown=_GROWN)
+                points[hidden] = pose.positions[0]  # no area: not drawn
+            for piece in pieces:
+                piece.show(shown)
+                if shown:
+                    piece.move(points)
 
-    def remove(self) -> None:
-        """Take it out of the picture."""
-        for piece in self.pieces:
-            piece.remove()
+
+def _placed(
+    shape: Soup | Skin, rotations: Array, positions: Array, *, grown: float = 1.0
+) -> tuple[Array, Array | None]:
+    """Vertices in the world, and of skin their normals, both (V, 3); wedges have grown already."""
+    if isinstance(shape, Skin):
+        return drape(shape, rotations, positions, grown=grown)
+    return place(shape, rotations, positions), None

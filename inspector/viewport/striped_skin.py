@@ -90,7 +90,7 @@ def build_skin(
         before = np.flatnonzero(child == parent[k])
         below[k] = after[0] if len(after) else k
         above[k] = before[0] if len(before) else k
-    for k in sorted(own, key=lambda n: _depth(n, above)):
+    for k in sorted(range(count), key=lambda n: _depth(n, above)):
         chain, number = pairs[k]
         bone = bones[number]
         length = float(np.linalg.norm(bone.tip))

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal, SignalInstance
+from PySide6.QtCore import QEvent, QTimer, SignalInstance
 from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 from pyvistaqt import QtInteractor
@@ -19,8 +20,9 @@ from inspector.viewport.frame_drawing import FrameDrawing, Guest
 from inspector.viewport.mesh_actor import Piece, specimens
 from inspector.viewport.mouse import Navigation, Pointing
 from inspector.viewport.overlays import EMPTY, Overlays
-from inspector.viewport.scene import Scene, background, make_plotter, set_background
+from inspector.viewport.scene import Scene, background, make_plotter
 from inspector.viewport.solid_and_ghost import Style
+from inspector.widgets.later import Stale
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
 from twistcore.figure import heading
@@ -38,19 +40,16 @@ class Viewport(Steering):
     context lives.
     """
 
-    _stale = Signal()
-
-    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, theme: Theme) -> None:
+        super().__init__()
         self.document = document
         self.theme = theme
         self.view: QtInteractor | None = None
         self.drawing = FrameDrawing(document)
         self.pointing = Pointing(self, self.drawing)
         self._scale = 1.0
-        # Queued it comes before Qt's next repaint: one repaint for the picture and the plots.
-        self._stale.connect(self.refresh, Qt.ConnectionType.QueuedConnection)
-        self._asked = False
+        self._stale = Stale(self)
+        self._stale.due.connect(self.refresh)
         self._timer = QTimer(self, singleShot=True, interval=_AFTER_CURVES_MS)
         self._timer.timeout.connect(self.refresh)
         self._builder = QTimer(self, singleShot=True, interval=_FIGURE_MS)
@@ -79,7 +78,7 @@ class Viewport(Steering):
         if self._scene:
             self._scene.set_theme(theme)
         elif self.view:
-            set_background(self.view, background(theme))
+            self.view.renderer.SetBackground(*(background(theme) / 255.0))
         self._schedule()
 
     def set_scale(self, scale: float) -> None:
@@ -120,12 +119,8 @@ class Viewport(Steering):
 
     def look_like(self, other: Viewport) -> None:
         """Take over how another view of the same clip looks at it."""
-        looks = other.drawing.looks
-        self.set_style(looks.style)
-        self.set_side_by_side(looks.split)
-        self.set_trails(looks.trails)
-        self.set_colour_by_offset(looks.by_offset)
-        self.set_triads(looks.triads)
+        self.drawing.looks = replace(other.drawing.looks)
+        self.set_side_by_side(self.drawing.looks.split)
         self.take_view(other)
 
     def invite(self, guest: Guest | None) -> None:
@@ -145,7 +140,7 @@ class Viewport(Steering):
     def refresh(self) -> None:
         """Draw what the document says now; the picture follows with Qt's next repaint."""
         self._timer.stop()
-        self._asked = False
+        self._stale.take()
         if self.view is None:
             return
         scene = self.scene
@@ -154,17 +149,21 @@ class Viewport(Steering):
             assert self.camera is not None
             self.drawing.draw(scene, self.camera)
             self.overlays.tell(self.drawing.legend(scene, self.theme))
-        QWidget.update(self.view)
+        self._repaint()
+
+    def _repaint(self) -> None:
+        """With Qt's next repaint; what pyvista calls `update` would render at once."""
+        if self.view is not None:
+            QWidget.update(self.view)
 
     def _schedule(self) -> None:
-        if not self._asked and not self._builder.isActive():
-            self._asked = True
-            self._stale.emit()
+        if not self._builder.isActive():
+            self._stale.mark()
 
     @property
     def pending(self) -> bool:
         """Whether a picture is still to be drawn."""
-        return self._asked or self._timer.isActive() or self._builder.isActive()
+        return self._stale.pending or self._timer.isActive() or self._builder.isActive()
 
     # -- the clip -----------------------------------------------------------------------------
 
@@ -210,12 +209,12 @@ class Viewport(Steering):
             for piece in self._specimens:
                 piece.remove()
             self._specimens = []
-            QWidget.update(self.view)  # the light makes them differ from the paper a little
+            self._repaint()  # the light makes them differ from the paper a little
         elif self.view is not None and self._scene is None:
             self._specimens = specimens(self.view.renderer, background(self.theme))
-            self.view.reset_camera(render=False)
+            self.view.renderer.reset_camera(render=False)
             self._warmer.start()
-            QWidget.update(self.view)
+            self._repaint()
 
     def _cool(self) -> None:
         self._warmer.stop()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,7 @@ import pyqtgraph as pg
 
 from twistcore.rotation import Array
 
-_ROOT_TICKS = (1, 5, 20, 50, 100, 180)
+_ROOT_TICKS = (0, 1, 5, 20, 50, 100, 180)
 _TICK_ROOM = 13.0  # pixels between two labels of the root scale, in type of the usual size
 
 
@@ -23,6 +25,15 @@ def root_scale(degrees: Array | float) -> Array:
 def from_root_scale(value: float) -> float:
     """Degrees of a place on the root scale."""
     return float(np.sign(value) * value * value)
+
+
+def apart(places: Iterable[float], room: float) -> list[float]:
+    """As many of the rising places as find room beside each other."""
+    chosen = [-math.inf]
+    for at in places:
+        if at - chosen[-1] >= room:
+            chosen.append(at)
+    return chosen[1:]
 
 
 class Axis(pg.AxisItem):
@@ -60,11 +71,7 @@ class RootAxis(Axis):
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Round degrees, as many as find room."""
         room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
-        chosen: list[float] = [0.0]
-        for degrees in _ROOT_TICKS:
-            at = float(root_scale(float(degrees)))
-            if at - chosen[-1] >= room:
-                chosen.append(at)
+        chosen = apart(root_scale(np.array(_ROOT_TICKS)).tolist(), room)
         ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
 

@@ -60,6 +60,43 @@ class Task(QObject):
         self.deleteLater()
 
 
+class OneTask(QObject):
+    """One work at a time: another takes the place of what is under way."""
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._task: Task | None = None
+
+    @property
+    def running(self) -> bool:
+        """Whether an answer is still to come."""
+        return self._task is not None
+
+    def run(
+        self,
+        work: Callable[[], Any],
+        done: Callable[[Any], object],
+        failed: Callable[[Any], object] | None = None,
+    ) -> None:
+        """Run `work()` in the pool, and when nothing is under way any more `done` or `failed`."""
+        self.cancel()
+        self._task = Task(work, self)
+        self._task.finished.connect(lambda result: self._end(done, result))
+        if failed is not None:
+            self._task.failed.connect(lambda error: self._end(failed, error))
+        self._task.start()
+
+    def cancel(self) -> None:
+        """Forget what is under way."""
+        if self._task is not None:
+            self._task.cancel()
+            self._task = None
+
+    def _end(self, tell: Callable[[Any], object], result: Any) -> None:
+        self._task = None
+        tell(result)
+
+
 class _Runner(QRunnable):
     def __init__(self, work: Callable[[], Any], done: Callable[[object, object], None]) -> None:
         super().__init__()

@@ -7,7 +7,7 @@ from typing import Any
 
 import pyqtgraph as pg
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QColor, QPen
+from PySide6.QtGui import QColor, QFont, QPen
 from PySide6.QtWidgets import QGraphicsGridLayout, QGraphicsItem, QSizePolicy, QWidget
 
 from inspector.widgets.theme import Theme
@@ -62,6 +62,17 @@ class Canvas(pg.GraphicsView):
         for axis in self.axes.values():
             axis.setPen(QPen(QColor(theme.line), 1.0))
             axis.setTextPen(QColor(theme.soft))
+
+    def count_from(self, first: int) -> None:
+        """Call the first frame `first`, on an axis of frames."""
+        axis = self.axes["bottom"]
+        axis.first, axis.picture = first, None
+        self.touch()
+
+    def set_type(self, font: QFont) -> None:
+        """The type of the numbers at the axes."""
+        for axis in self.axes.values():
+            axis.setStyle(tickFont=font, tickLength=-4, autoExpandTextSpace=False)
 
     def touch(self) -> None:
         """Be painted with the window's next repaint."""

@@ -35,6 +35,11 @@ class SteadyLabel(QLabel):
             self.setFixedSize(room)
 
 
+def inked(text: str, colour: str) -> str:
+    """Rich text in a colour, '#rrggbb'."""
+    return f"<span style='color:{colour}'>{text}</span>"
+
+
 class Caption(QWidget):
     """Rich text as wide as there is room, broken into lines; it grows with them, never shrinks.
 
@@ -43,9 +48,7 @@ class Caption(QWidget):
 
     def __init__(self, *, soft: bool = False) -> None:
         super().__init__()
-        self.label = QLabel(self)
-        self.label.setTextFormat(Qt.TextFormat.RichText)
-        self.label.setWordWrap(True)
+        self.label = QLabel(self, textFormat=Qt.TextFormat.RichText, wordWrap=True)
         if soft:
             self.label.setObjectName("soft")
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)

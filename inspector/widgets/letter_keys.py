@@ -8,10 +8,10 @@ from PySide6.QtWidgets import QAbstractSpinBox
 
 
 class LetterKeys(QObject):
-    """Lets A, R, N, Space … through a spin box to the actions: it only needs figures."""
+    """Lets A, R, N, Space … through spin boxes to the actions: they only need figures."""
 
-    def watch(self, *boxes: QAbstractSpinBox) -> None:
-        """Watch over spin boxes."""
+    def __init__(self, parent: QObject, *boxes: QAbstractSpinBox) -> None:
+        super().__init__(parent)
         for box in boxes:
             box.installEventFilter(self)
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
+
+from inspector.widgets.building import hbox, tool_button
 
 _SHOWN_MS = 8000
-
 
 Answers = Sequence[tuple[str, Callable[[], object]]]
 
@@ -19,25 +20,17 @@ class MessageBar(QFrame):
     A question that an error covers is back when the error is closed.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.setObjectName("bar")
-        self.label = QLabel()
-        self.label.setWordWrap(True)
-        self.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        close = QToolButton()
-        close.setText("✕")
-        close.setAutoRaise(True)
-        close.setToolTip("Close this message")
+        selectable = Qt.TextInteractionFlag.TextSelectableByMouse
+        self.label = QLabel(wordWrap=True, textInteractionFlags=selectable)
+        close = tool_button("✕", "Close this message")
         close.clicked.connect(self._close)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(10, 4, 4, 4)
-        layout.addWidget(self.label, 1)
         self._answers = QHBoxLayout()
-        layout.addLayout(self._answers)
+        layout = hbox((self.label, 1), self._answers, owner=self, margins=(10, 4, 4, 4))
         layout.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
+        self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self.hide)
         self._asked: tuple[str, Answers] | None = None  # the question that waits
         self.hide()
@@ -61,7 +54,7 @@ class MessageBar(QFrame):
         self._timer.stop()
         for name, slot in answers:
             button = QPushButton(name)
-            button.clicked.connect(self._answered)
+            button.clicked.connect(self.clear)
             button.clicked.connect(lambda _=False, do=slot: do())
             self._answers.addWidget(button)
 
@@ -73,11 +66,9 @@ class MessageBar(QFrame):
 
     def buttons(self) -> list[QPushButton]:
         """The answers that are offered now."""
-        every = (self._answers.itemAt(k).widget() for k in range(self._answers.count()))
+        items = (self._answers.itemAt(k) for k in range(self._answers.count()))
+        every = (item.widget() for item in items if item is not None)
         return [b for b in every if isinstance(b, QPushButton)]
-
-    def _answered(self) -> None:
-        self.clear()
 
     def _close(self) -> None:
         if self._asked is not None and not self._answers.count():

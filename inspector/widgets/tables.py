@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from PySide6.QtCore import (
+    QAbstractItemModel,
     QAbstractProxyModel,
     QAbstractTableModel,
     QModelIndex,
@@ -15,8 +16,16 @@ from PySide6.QtCore import (
     Qt,
 )
 from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QStyledItemDelegate, QStyleOptionViewItem
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
+)
 
+from inspector.widgets.theme import Theme
+
+_Thing = TypeVar("_Thing")
 _Feature = QStyleOptionViewItem.ViewItemFeature
 Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE = Qt.ItemDataRole.UserRole
@@ -43,7 +52,7 @@ class Row:
     tick: bool | None = None
 
 
-class RowModel(QAbstractTableModel):
+class RowModel(QAbstractTableModel, Generic[_Thing]):
     """Rows for things that have a key. A subclass says what `things` there are and `describe`s one.
 
     A thing equal to the one shown before under its key is not drawn again, so things must be
@@ -54,23 +63,24 @@ class RowModel(QAbstractTableModel):
     head_tips: tuple[str, ...] = ()
     right: range = range(0)  # columns of figures
 
-    def __init__(self) -> None:
+    def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self.things: Sequence[Any] = ()
+        self.theme = theme
+        self.things: Sequence[_Thing] = ()
         self._keys: list[Hashable] = []
         self._rows: dict[Hashable, Row] = {}
 
-    def key(self, thing: Any) -> Hashable:
+    def key(self, thing: _Thing) -> Hashable:
         """What tells a thing from the others."""
         raise NotImplementedError
 
-    def describe(self, thing: Any) -> Row:
+    def describe(self, thing: _Thing) -> Row:
         """What is shown of it; asked only for rows that are seen."""
         raise NotImplementedError
 
     # -- change -------------------------------------------------------------------------------
 
-    def show(self, things: Sequence[Any]) -> None:
+    def show(self, things: Sequence[_Thing]) -> None:
         """Other things, or others of the same."""
         keys = [self.key(t) for t in things]
         if keys != self._keys:
@@ -80,23 +90,21 @@ class RowModel(QAbstractTableModel):
             changed = [k for k, (a, b) in enumerate(zip(before, things, strict=True)) if a != b]
             for row in changed:
                 self._rows.pop(keys[row], None)
-            if len(changed) > _FEW:
-                changed = [changed[0], changed[-1]]
-                self.dataChanged.emit(self.index(changed[0], 0), self._last(changed[-1]))
-            else:
-                for row in changed:
-                    self.dataChanged.emit(self.index(row, 0), self._last(row))
+            spans = [(row, row) for row in changed]
+            for first, last in [(changed[0], changed[-1])] if len(changed) > _FEW else spans:
+                self.dataChanged.emit(self.index(first, 0), self._last(last))
 
-    def clear(self) -> None:
-        """No things, and other heads where they change."""
+    def begin_anew(self, things: Sequence[_Thing]) -> None:
+        """Things under other heads, or too many others: a new table."""
         self.beginResetModel()
-        self.things, self._keys = (), []
+        self.things, self._keys = things, [self.key(t) for t in things]
         self._rows.clear()
-        self.take_heads()
         self.endResetModel()
 
-    def take_heads(self) -> None:
-        """Give other `heads` where a subclass has changing ones."""
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self.theme = theme
+        self.redraw()
 
     def redraw(self) -> None:
         """Describe everything anew: another theme, other numbering."""
@@ -104,7 +112,7 @@ class RowModel(QAbstractTableModel):
         if self.things:
             self.dataChanged.emit(self.index(0, 0), self._last(len(self.things) - 1))
 
-    def _change_rows(self, things: Sequence[Any], keys: list[Hashable]) -> None:
+    def _change_rows(self, things: Sequence[_Thing], keys: list[Hashable]) -> None:
         new, old = set(keys), set(self._keys)
         if new == old:
             self._reorder(things, keys)
@@ -113,10 +121,7 @@ class RowModel(QAbstractTableModel):
         come = [row for row, key in enumerate(keys) if key not in old]
         stay = [key for key in self._keys if key in new]
         if len(gone) + len(come) > _FEW or stay != [key for key in keys if key in old]:
-            self.beginResetModel()
-            self.things, self._keys = things, keys
-            self._rows.clear()
-            self.endResetModel()
+            self.begin_anew(things)
             return
         left = list(self.things)
         for row in reversed(gone):
@@ -133,7 +138,7 @@ class RowModel(QAbstractTableModel):
             self.endInsertRows()
         self.show(things)
 
-    def _reorder(self, things: Sequence[Any], keys: list[Hashable]) -> None:
+    def _reorder(self, things: Sequence[_Thing], keys: list[Hashable]) -> None:
         """The same things in another order: what is selected stays selected."""
         self.layoutAboutToBeChanged.emit()
         old, before = self.persistentIndexList(), self._keys
@@ -193,7 +198,7 @@ class RowModel(QAbstractTableModel):
             return None if colour is None else QColor(colour)
         if role == Qt.ItemDataRole.CheckStateRole and column == 0:
             tick = self.row(index.row()).tick
-            return None if tick is None else self.tick(tick)
+            return None if tick is None else _tick(tick)
         if role == Qt.ItemDataRole.ToolTipRole:
             tips = self.row(index.row()).tips
             return tips[column % len(tips)] if tips else None
@@ -206,9 +211,20 @@ class RowModel(QAbstractTableModel):
         """Figures stand on the right."""
         return _RIGHT if column in self.right else _LEFT
 
-    def tick(self, on: bool) -> Qt.CheckState:
-        """A tick as Qt calls it."""
-        return Qt.CheckState.Checked if on else Qt.CheckState.Unchecked
+
+class RowTable(QTableView):
+    """A table of whole rows under heads, without a grid; room: pixels beside a line's height."""
+
+    def __init__(self, model: QAbstractItemModel, *, several: bool = False, room: int = 8) -> None:
+        """`several`: rows may be selected together."""
+        super().__init__(showGrid=False, wordWrap=False)
+        mode = QAbstractItemView.SelectionMode
+        self.setModel(model)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(mode.ExtendedSelection if several else mode.SingleSelection)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
+        self.horizontalHeader().setHighlightSections(False)
 
 
 class RowDelegate(QStyledItemDelegate):
@@ -218,7 +234,7 @@ class RowDelegate(QStyledItemDelegate):
     """
 
     def __init__(
-        self, model: RowModel, parent: QObject, proxy: QAbstractProxyModel | None = None
+        self, model: RowModel[Any], parent: QObject, proxy: QAbstractProxyModel | None = None
     ) -> None:
         super().__init__(parent)
         self._model, self._proxy = model, proxy
@@ -227,6 +243,7 @@ class RowDelegate(QStyledItemDelegate):
         """What the model's data() says, by the same description."""
         source = self._proxy.mapToSource(index) if self._proxy else index
         row, column = self._model.row(source.row()), source.column()
+        assert isinstance(index, QModelIndex)
         option.index = index
         option.displayAlignment = self._model.alignment(column)
         option.text = row.texts[column]
@@ -235,4 +252,8 @@ class RowDelegate(QStyledItemDelegate):
             option.palette.setColor(QPalette.ColorRole.Text, QColor(colour))
         if column == 0 and row.tick is not None:
             option.features |= _Feature.HasCheckIndicator
-            option.checkState = self._model.tick(row.tick)
+            option.checkState = _tick(row.tick)
+
+
+def _tick(on: bool) -> Qt.CheckState:
+    return Qt.CheckState.Checked if on else Qt.CheckState.Unchecked

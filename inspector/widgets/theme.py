@@ -34,46 +34,27 @@ class Theme:
     warning: str
 
 
-LIGHT = Theme(
-    dark=False,
-    window="#eef1f4",
-    surface="#ffffff",
-    raised="#f7f9fa",
-    line="#d3dae1",
-    text="#18202a",
-    soft="#556170",
-    accent="#5b3fc4",
-    on_accent="#ffffff",
-    before="#a65300",
-    after="#1668b3",
-    tracked="#a8197f",
-    tau="#b3261e",
-    accepted="#1b7040",
-    rejected="#a3342b",
-    undecided="#6b5b00",
-    bone="#a9b4c0",
-    warning="#8a4b00",
-)
-DARK = Theme(
-    dark=True,
-    window="#15191f",
-    surface="#1c2129",
-    raised="#262d37",
-    line="#3a4350",
-    text="#e7ecf2",
-    soft="#a6b1bf",
-    accent="#a693ff",
-    on_accent="#14101f",
-    before="#ff9d3d",
-    after="#62b1f5",
-    tracked="#ff86d0",
-    tau="#ff7b72",
-    accepted="#6fce95",
-    rejected="#ff938a",
-    undecided="#d9c65a",
-    bone="#6d7988",
-    warning="#ffb45e",
-)
+_COLOURS = {  # light, dark
+    "window": ("#eef1f4", "#15191f"),
+    "surface": ("#ffffff", "#1c2129"),
+    "raised": ("#f7f9fa", "#262d37"),
+    "line": ("#d3dae1", "#3a4350"),
+    "text": ("#18202a", "#e7ecf2"),
+    "soft": ("#556170", "#a6b1bf"),
+    "accent": ("#5b3fc4", "#a693ff"),
+    "on_accent": ("#ffffff", "#14101f"),
+    "before": ("#a65300", "#ff9d3d"),
+    "after": ("#1668b3", "#62b1f5"),
+    "tracked": ("#a8197f", "#ff86d0"),
+    "tau": ("#b3261e", "#ff7b72"),
+    "accepted": ("#1b7040", "#6fce95"),
+    "rejected": ("#a3342b", "#ff938a"),
+    "undecided": ("#6b5b00", "#d9c65a"),
+    "bone": ("#a9b4c0", "#6d7988"),
+    "warning": ("#8a4b00", "#ffb45e"),
+}
+LIGHT = Theme(dark=False, **{role: light for role, (light, _) in _COLOURS.items()})
+DARK = Theme(dark=True, **{role: dark for role, (_, dark) in _COLOURS.items()})
 
 
 def system_theme() -> Theme:
@@ -156,9 +137,5 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
 def mixed(colour: str, paper: str, alpha: int) -> QColor:
     """A colour as it looks on paper at alpha/255; opaque fills are 30 times as fast."""
     above, below, share = QColor(colour), QColor(paper), alpha / 255.0
-    return QColor(
-        *(
-            round(share * a + (1.0 - share) * b)
-            for a, b in zip(above.getRgb()[:3], below.getRgb()[:3], strict=True)
-        )
-    )
+    parts = (QColor.red, QColor.green, QColor.blue)
+    return QColor(*(round(share * p(above) + (1.0 - share) * p(below)) for p in parts))

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QWidget
 
 from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis
 from inspector.widgets.canvas import Canvas
@@ -38,21 +37,18 @@ class TracePlot(Canvas):
 
     asked = Signal(int)
 
-    def __init__(
-        self, theme: Theme, unit: str = "", *, root: bool = False, parent: QWidget | None = None
-    ) -> None:
+    def __init__(self, theme: Theme, unit: str = "", *, root: bool = False) -> None:
         """`unit`: stands behind the numbers of the left axis; root: degrees on a root scale."""
         left = RootAxis("left") if root else UnitAxis("left")
         if isinstance(left, UnitAxis):
             left.unit = unit
-        super().__init__({"left": left, "bottom": FrameAxis("bottom")}, parent=parent)
+        super().__init__({"left": left, "bottom": FrameAxis("bottom")})
         self._lines: Sequence[Trace] = ()
         self.curves: list[pg.PlotCurveItem] = []
         self._dots = pg.ScatterPlotItem(symbol="o", size=3, pen=None)
         self.axes["left"].setWidth(_AXIS_WIDTH)
         self.axes["bottom"].setHeight(_AXIS_HEIGHT)
-        for axis in self.axes.values():
-            axis.setStyle(tickFont=figures_font(8.0), tickLength=-4, autoExpandTextSpace=False)
+        self.set_type(figures_font(8.0))
         self.playhead = pg.InfiniteLine(angle=90)
         self.playhead.setZValue(20)
         self._level = pg.InfiniteLine(angle=0)
@@ -78,17 +74,16 @@ class TracePlot(Canvas):
         while len(self.curves) < len(lines):
             self.curves.append(pg.PlotCurveItem())
             self.addItem(self.curves[-1])
-        dots: list[Trace] = [line for line in lines if line.dots]
+        dots = [line for line in lines if line.dots]
         for curve, line in zip_longest(self.curves, lines):
             if line is None:
                 curve.setData([], [])
                 continue
             pen = pg.mkPen(getattr(self.theme, line.role), width=1.3)
             curve.setData(line.x, line.y, pen=pen, connect="finite", antialias=True)
-        known = [np.isfinite(line.y) for line in dots]
+        places = np.hstack([np.zeros((2, 0)), *(np.stack([k.x, k.y]) for k in dots)])
         self._dots.setData(
-            np.concatenate([k.x[at] for k, at in zip(dots, known, strict=True)] or [np.zeros(0)]),
-            np.concatenate([k.y[at] for k, at in zip(dots, known, strict=True)] or [np.zeros(0)]),
+            *places[:, np.isfinite(places[1])],
             brush=pg.mkBrush(getattr(self.theme, dots[0].role)) if dots else None,
         )
         self.touch()
@@ -100,10 +95,10 @@ class TracePlot(Canvas):
         self.view.setYRange(low, high, padding=0.06)
         self.touch()
 
-    def fit(self, frames: int, low: float = 0.0) -> None:
-        """All frames, and values from `low` to the largest."""
+    def fit(self, frames: int) -> None:
+        """All frames, and values from 0 to the largest."""
         tops = [float(np.nanmax(k.y)) for k in self._lines if np.isfinite(k.y).any()]
-        self.show_range(frames, low, max([*tops, low + 1e-3]))
+        self.show_range(frames, 0.0, max([*tops, 1e-3]))
 
     def show_level(self, value: float | None) -> None:
         """A line across, or none."""
@@ -115,13 +110,6 @@ class TracePlot(Canvas):
     def show_frame(self, frame: int) -> None:
         """Move the playhead."""
         self.playhead.setValue(frame)
-        self.touch()
-
-    def count_from(self, first: int) -> None:
-        """Call the first frame `first`."""
-        axis = self.axes["bottom"]
-        axis.first = first
-        axis.picture = None
         self.touch()
 
     def _clicked(self, event: Any) -> None:

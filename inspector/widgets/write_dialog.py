@@ -11,12 +11,12 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QHBoxLayout,
     QLineEdit,
     QPushButton,
-    QVBoxLayout,
     QWidget,
 )
+
+from inspector.widgets.building import hbox, vbox
 
 
 class WriteDialog(QDialog):
@@ -32,9 +32,7 @@ class WriteDialog(QDialog):
         self.path.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
         browse = QPushButton("Browse…")
         browse.clicked.connect(self._browse)
-        self.where = QHBoxLayout()
-        self.where.addWidget(self.path, 1)
-        self.where.addWidget(browse)
+        self.where = hbox((self.path, 1), browse)
         self.replace = QCheckBox("Replace the file that is there")
         self.form = QFormLayout()
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -47,10 +45,7 @@ class WriteDialog(QDialog):
         buttons.button(QDialogButtonBox.StandardButton.Save).setText(self.windowTitle())
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.addLayout(self.form)
-        layout.addStretch(1)
-        layout.addWidget(buttons)
+        vbox(self.form, None, buttons, owner=self)
 
     def pattern(self) -> str:
         """The files that a file dialog lists."""

@@ -38,7 +38,7 @@ def changed(one, other, by=24):
 def limb_pixels(qtbot, view, joint):
     """The pixels of the bones on a joint: what changes when they alone are not drawn."""
     whole = picture(qtbot, view)
-    soup = view.scene.bodies
+    soup = view.scene.shapes.bodies
     mine = np.isin(soup.bone, [k for k, b in enumerate(view.scene.bones) if b.parent == joint])
     kept = soup.vertices[mine].copy()
     soup.vertices[mine] = 0.0  # no area: not drawn

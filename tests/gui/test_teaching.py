@@ -295,7 +295,7 @@ def test_labels_keep_apart_and_inside(qtbot, taught):
     taught.lesson.set_what_if(WhatIf(twist=1.0, counter=True, bend=1.2))
     taught.viewport.focus_chain()
     qtbot.wait(100)
-    boxes = taught.teaching.gizmo.labels.boxes()
+    boxes = [box for _, box, _, _ in taught.teaching.gizmo.labels._placed]
     assert len(boxes) >= 9
     for k, one in enumerate(boxes):
         assert taught.viewport.rect().adjusted(-4, -4, 4, 4).contains(one.toRect())
@@ -304,7 +304,7 @@ def test_labels_keep_apart_and_inside(qtbot, taught):
 
 def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
     button = taught.teaching.equations.buttons["theta_p"]
-    taught.teaching.scroll.ensureWidgetVisible(button)
+    taught.teaching.scroll_area.ensureWidgetVisible(button)
     pane = taught.timeline.panes["theta"]
     width = pane.curves["p_after"].pen.widthF()
     other = near(picture(qtbot, taught.viewport), colour("swing", DARK))

@@ -110,7 +110,7 @@ def test_the_picture_belongs_to_the_frame_at_any_offset(qtbot, show_clip, tmp_pa
 def test_the_screen_shows_what_was_decoded_in_its_aspect(qtbot, window):
     window.document.go_to(120)
     assert shown(qtbot, window) == 25
-    screen = window.video.screen
+    screen = window.video.display
     grabbed = screen.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
     lines = np.frombuffer(grabbed.constBits(), np.uint8).reshape(grabbed.height(), -1)
     pixels = lines[:, : 3 * grabbed.width()].reshape(grabbed.height(), grabbed.width(), 3)
@@ -163,13 +163,13 @@ def test_outside_its_range_the_video_says_so(qtbot, window):
     assert shown(qtbot, window) == 0
     window.video.offset.setValue(-0.5)
     assert shown(qtbot, window) is None
-    assert window.video.screen.text == BEFORE
+    assert window.video.display.text == BEFORE
     window.document.go_to(60)
     assert shown(qtbot, window) == 0
     window.document.go_to(343)
     window.video.offset.setValue(0.0)
     assert shown(qtbot, window) is None
-    assert window.video.screen.text == AFTER
+    assert window.video.display.text == AFTER
     window.document.go_to(287)  # 2.392 s: the last of the 60 frames lasts until 2.4 s
     assert shown(qtbot, window) == FRAMES - 1
     window.document.go_to(288)
@@ -184,7 +184,7 @@ def test_video_and_offset_come_back_with_their_clip(qtbot, show_clip, clip, movi
     window.video.offset.setValue(0.32)
     open_clip(qtbot, window, other)
     settle(qtbot, window)
-    assert window.video.screen.text == NO_VIDEO
+    assert window.video.display.text == NO_VIDEO
     assert not window.actions_by_id["hold_video"].isEnabled()
     close_window(qtbot, window)
     settings, complaint = load_settings(tmp_path / "settings.json")
@@ -218,7 +218,7 @@ def test_a_video_that_is_gone_is_told_in_its_place_only(qtbot, show_clip, movie)
     movie.unlink()
     open_clip(qtbot, window, path)
     settle(qtbot, window)
-    assert window.video.screen.text == f"witness.mp4: the video is no longer in {movie.parent}."
+    assert window.video.display.text == f"witness.mp4: the video is no longer in {movie.parent}."
     assert not window.bar.isVisible()
     assert list(window.settings.videos.values()) == [(str(movie), 0.25)]  # it may come back
     assert window.document.frames == 344
@@ -277,7 +277,7 @@ def test_closing_lets_the_file_go(qtbot, window, movie):
     act(window, "close_video")
     assert window.settings.videos == {}
     qtbot.waitUntil(lambda: files_open(movie) == 0, timeout=3000)
-    assert window.video.screen.text == NO_VIDEO
+    assert window.video.display.text == NO_VIDEO
 
 
 def test_playing_keeps_real_time_beside_a_decoder_that_is_slow(qtbot, window, monkeypatch):

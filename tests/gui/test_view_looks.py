@@ -55,7 +55,7 @@ def dressed():
 def skin_pixels(qtbot, view):
     """Pixels that the limbs' skin takes up."""
     whole = picture(qtbot, view)
-    tubes = view.scene._solid._tubes
+    tubes = view.scene._solid.pieces[-2]
     tubes.show(False)
     view.view.update()
     without = picture(qtbot, view)
