@@ -118,7 +118,7 @@ class Tracked(QObject):
             return None
         state = self._document.review.state
         tracking = self.asked or state.tracking
-        return tracking and _Wanted(id(data), tracking, state.chosen(undecided=True))
+        return _Wanted(id(data), tracking, state.chosen(undecided=True)) if tracking else None
 
     def _halt(self) -> None:
         if self._task is not None:
@@ -163,5 +163,6 @@ def _work(data: Analysed, wanted: _Wanted, tell: Tell) -> Result:
     tell(1.0)
     rotations, positions = forward_kinematics(found)
     first = leading_frames(refined)
-    captured = (m.sliced(first, m.frames) for m in (refined, found))
-    return Result(wanted, rotations, positions, traces, quality_before_and_after(*captured))
+    before, after = (m.sliced(first, m.frames) for m in (refined, found))
+    quality = quality_before_and_after(before, after)
+    return Result(wanted, rotations, positions, traces, quality)

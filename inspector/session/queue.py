@@ -76,15 +76,12 @@ class FolderQueue(QObject):
         self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # one core for the window
         self._workers: list[_Worker] = []
         self._started = 0.0
-        self._poll = QTimer(self)
-        self._poll.setInterval(_POLL_MS)
+        self._poll = QTimer(self, interval=_POLL_MS)
         self._poll.timeout.connect(self._look)
+        self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._settle.timeout.connect(self.rescan)
         self._watcher = QFileSystemWatcher(self)
         self._watcher.directoryChanged.connect(lambda _: self._settle.start())
-        self._settle = QTimer(self)
-        self._settle.setSingleShot(True)
-        self._settle.setInterval(_SETTLE_MS)
-        self._settle.timeout.connect(self.rescan)
 
     # -- what views read ----------------------------------------------------------------------
 

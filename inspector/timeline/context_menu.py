@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
@@ -48,9 +49,6 @@ def context_menu(
         ("Reject", Decision.REJECTED),
         ("Reset to undecided", Decision.UNDECIDED),
     ):
-        add(
-            text,
-            lambda d=decision: document.decide(d, [there.id]) if there else None,
-            enabled=there is not None and there.decision != decision,
-        )
+        able = there is not None and there.decision != decision
+        add(text, partial(document.decide, decision, [there.id] if there else []), enabled=able)
     return menu

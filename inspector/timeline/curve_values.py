@@ -53,7 +53,7 @@ def thinned(
     ends = np.stack([np.fmin.reduce(block), np.fmax.reduce(block)], axis=1)
     at = (seams + 1 - start) // step
     ends[at[(at >= 0) & (at < bins)]] = np.nan
-    x = start + step * (np.arange(bins) + 0.5) - 0.5
+    x = start + step * (np.arange(bins, dtype=np.float64) + 0.5) - 0.5
     return np.repeat(x, 2), ends.ravel()
 
 
