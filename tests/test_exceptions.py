@@ -20,7 +20,6 @@ EXAMPLES = {
     "twistcore.quamo.npz_poses.PosesError": (("a.npz: expected poses",), {}),
     "twistcore.quamo.stability.UnstableGainsError": (("κP is too large",), {}),
     "inspector.session.opening.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),
-    "inspector.session.keeper._HeldError": (("Twist Inspector, process 7",), {}),
     "twistcore.progress.Cancelled": ((), {}),
     "inspector.video.video_reader.VideoError": (("a.mp4: no video",), {}),
 }

@@ -88,15 +88,14 @@ class Document(QObject):
         self.data = data
         self.frame = 0
         self.interval_id = None
-        self._review = aside.review if aside else data.review
+        self._review = aside.kept.review if aside else data.review
         self.method = self.review.state.method
         self._corrected = Corrected(data.analysis)
         self.hidden = frozenset()
         if aside is not None:
             self.keeper.go_on(aside)
         else:
-            names = [chain.name for chain in data.chains]
-            self.keeper.begin(data.clip, names, data.review, data.session, data.session_sha256)
+            self.keeper.begin(data)
         intervals = self.review.state.intervals
         self.chain = intervals[0].interval.chain if intervals else ""
         if not self.chain and data.chains:

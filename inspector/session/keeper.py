@@ -2,43 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
 from inspector.session.leftovers import Leftover, holds_more, read_leftover
-from inspector.session.review_journal import ReviewJournal
+from inspector.session.opening import Analysed
+from inspector.session.review_journal import KeptReview, ReviewJournal
 from inspector.session.review_lock import ReviewLock
 from inspector.session.session_files import (
     JOURNAL_SUFFIX,
-    KnownSessions,
+    at_first,
     journals,
-    refuge_path,
     remember_place,
-    session_path,
+    write_known,
     written,
 )
 from twistcore.atomic import free_name
-from twistcore.bvh import Clip
+from twistcore.errors import TwistError
 from twistcore.file_lock import is_held
 from twistcore.review import Review
 from twistcore.review.session import session_bytes
-
-
-class _HeldError(Exception):
-    """Another window has the session that was to be written; says who."""
 
 
 @dataclass(frozen=True, eq=False)
 class PutAside:
     """A review that another clip is open instead of, for a while."""
 
-    clip: Clip
-    review: Review
-    session_file: Path | None
-    known: KnownSessions
+    kept: KeptReview
     journal: Path | None
     steps: int
     leftovers: tuple[Leftover, ...]
@@ -56,96 +49,76 @@ class Keeper(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.session_file: Path | None = None
         self.read_only = False
         self.leftovers: list[Leftover] = []  # of earlier runs, not answered, the latest first
         self.notes: list[str] = []  # what went wrong when the clip was taken up
         self.away: Path | None = None  # the refuge, where the clip's folder cannot be written
         self.lock: ReviewLock | None = None
-        self.journal = ReviewJournal(self._places, lambda: not self.read_only, self)
+        self.journal = ReviewJournal(lambda: not self.read_only, self)
         self.journal.told.connect(self.told)
-        self._clip: Clip | None = None
-        self._review: Review | None = None
-        self._known = KnownSessions()
+        self._kept: KeptReview | None = None
         self._robbed: Path | None = None  # the clip whose lock was just taken from another window
 
     # -- one clip after the other -------------------------------------------------------------
 
-    def begin(
-        self,
-        clip: Clip,
-        chains: Sequence[str],
-        review: Review,
-        session_file: Path | None,
-        sha256: str = "",
-    ) -> None:
-        """Watch over another clip's review; `leftovers` are what earlier runs left of it.
-
-        chains: names of the clip's; sha256: of the session file as it was read.
-        """
-        self.end()
-        self._watch(clip, review, session_file, KnownSessions())
-        if session_file is not None:
-            self._known.know(session_file, sha256)
+    def begin(self, data: Analysed) -> None:
+        """Watch over another clip's review; `leftovers` are what earlier runs left of it."""
+        known = {data.session: data.session_sha256} if data.session is not None else {}
+        self._watch(KeptReview(data.clip, data.review, data.session, known))
         if self.read_only:
             return
-        for leftover in self._find_leftovers(frozenset(chains)):
-            if holds_more(leftover, clip, review.state):
+        for leftover in self._find_leftovers(data):
+            if holds_more(leftover, data.clip, data.review.state):
                 self.leftovers.append(leftover)
-            elif review.saved:  # it is in the session file, or there is nothing in it
+            elif data.review.saved:  # it is in the session file, or there is nothing in it
                 self.forget(leftover)
 
     @property
     def review(self) -> Review:
         """The review that it watches over."""
-        assert self._review is not None
-        return self._review
+        assert self._kept is not None
+        return self._kept.review
+
+    @property
+    def session_file(self) -> Path | None:
+        """Where its session is, once it has one."""
+        return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
         """What is needed to go on later, once another clip was open meanwhile."""
-        if self._clip is None or self._review is None:
+        if self._kept is None:
             return None
         self.journal.flush()
-        return PutAside(
-            self._clip,
-            self._review,
-            self.session_file,
-            self._known,
-            self.journal.path,
-            self.journal.steps,
-            tuple(self.leftovers),
-        )
+        return PutAside(self._kept, self.journal.path, self.journal.steps, tuple(self.leftovers))
 
     def go_on(self, aside: PutAside) -> None:
         """Watch over a review again that was put aside, in the journal that it had."""
-        self.end()
-        self._watch(aside.clip, aside.review, aside.session_file, aside.known)
-        if not self.read_only:
-            self.leftovers = [left for left in aside.leftovers if left.path.exists()]
-        if not self.read_only and not aside.review.saved:
+        self._watch(aside.kept)
+        if self.read_only:
+            return
+        self.leftovers = [left for left in aside.leftovers if left.path.exists()]
+        if not aside.kept.review.saved:
             self.journal.go_on(aside.journal, aside.steps)
 
-    def _watch(
-        self, clip: Clip, review: Review, session_file: Path | None, known: KnownSessions
-    ) -> None:
-        self._clip, self._review = clip, review
-        self.session_file, self._known = session_file, known
-        self.journal.watch(clip, review)
-        self.read_only = not self._take_lock()
+    def _watch(self, kept: KeptReview) -> None:
+        self.end()
+        self._kept = kept
+        self.journal.watch(kept)
+        self.read_only = not self._take_lock(kept)
 
-    def _find_leftovers(self, chains: frozenset[str]) -> list[Leftover]:
+    def _find_leftovers(self, data: Analysed) -> list[Leftover]:
         """Journals beside the clip, its session and in the refuge, the latest first.
 
         Those that a living window holds are none, unless that was robbed of the lock just now.
         """
-        assert self._clip is not None
-        robbed, self._robbed = self._robbed == self._clip.path, None
+        assert self._kept is not None
+        robbed, self._robbed = self._robbed == data.clip.path, None
         found = []
-        places = dict.fromkeys((*self._places(), session_path(self._clip.path)))
-        for path in (path for place in places for path in journals(place)):
+        chains = frozenset(chain.name for chain in data.chains)
+        for path in (path for place in self._kept.all_places for path in journals(place)):
             if not robbed and is_held(path):
                 continue
-            leftover, told = read_leftover(path, self._clip, chains)
+            leftover, told = read_leftover(path, data.clip, chains)
             if told:
                 self.notes.append(told)
             if leftover is not None:
@@ -159,11 +132,10 @@ class Keeper(QObject):
         if self.lock is not None:
             self.lock.release()
         self.lock = None
-        self._clip = self._review = None
+        self._kept = None
 
     def continue_with(self, leftover: Leftover) -> None:
         """Go on with a recovered review, in its own journal."""
-        self._review = leftover.recovered.review
         self.journal.continue_with(leftover.recovered)
         self.leftovers.remove(leftover)
 
@@ -197,48 +169,42 @@ class Keeper(QObject):
 
     def save(self, path: Path | None = None) -> tuple[bool, str]:
         """Write the session file, at `path` if given; whether it was, and what is to be said."""
-        if self._clip is None or self._review is None:
+        kept = self._kept
+        if kept is None:
             return False, "Nothing was saved: the clip is no longer open for review."
-        wanted = path or self.session_file or session_path(self._clip.path)
-        if (self.read_only or not self.may_change()) and (
-            path is None or path == self.session_file
-        ):
-            name = self._clip.name
+        if (self.read_only or not self.may_change()) and path in (None, kept.session_file):
+            name = kept.clip.name
             return False, f"This window cannot save it: {name} is under review in another one."
         self.journal.flush()
-        refuge = refuge_path(self._clip.path)
-        for place in (wanted,) if path else dict.fromkeys((wanted, refuge)):
-            try:
-                if place == refuge:
-                    place.parent.mkdir(parents=True, exist_ok=True)
-                told = self._write_session(place)
-            except _HeldError as error:
-                return False, f"{place.name} is open in another window ({error})."
-            except OSError as error:
-                last = error
-                continue
-            if place != wanted:
-                told += f"{wanted}: not saved ({last.strerror}); the session is {place} instead."
-            self.session_file = place
-            remember_place(self._clip.path, place)
-            self._review.mark_saved()
-            self.journal.give_up()
-            return True, told
-        stay = f"Your decisions stay {self.journal.where()}."
-        return False, f"{wanted}: not saved ({last.strerror}). {stay}"
+        places = (path,) if path else kept.places
+        try:
+            place, told, trouble = at_first(places, lambda p: self._write_session(kept, p))
+        except TwistError as error:
+            return False, str(error)
+        except OSError as error:
+            stay = f"Your decisions stay {self.journal.where()}."
+            return False, f"{places[0]}: not saved ({error.strerror}). {stay}"
+        if trouble is not None:
+            told += f"{places[0]}: not saved ({trouble.strerror}); the session is {place} instead."
+        kept.session_file = place
+        remember_place(kept.clip.path, place)
+        kept.review.mark_saved()
+        self.journal.give_up()
+        return True, told
 
-    def _write_session(self, path: Path) -> str:
-        """Write it under its own lock, which is then the one that is held; what is to be said."""
-        assert self._clip is not None
-        assert self._review is not None
-        data = session_bytes(self._clip, self._review.state)
+    def _write_session(self, kept: KeptReview, path: Path) -> str:
+        """Write it under its own lock, which is then the one that is held; what is to be said.
+
+        TwistError where another window has that session.
+        """
+        data = session_bytes(kept.clip, kept.review.state)
         lock = _lock_of(path)
         if self.lock is not None and self.lock.path == lock.path:
-            return self._known.write(path, data)
+            return write_known(path, data, kept.known)
         if not lock.take():
-            raise _HeldError(str(lock.holder))
+            raise TwistError(f"{path.name} is open in another window ({lock.holder}).")
         try:
-            told = self._known.write(path, data)
+            told = write_known(path, data, kept.known)
         except OSError:
             lock.release()
             raise
@@ -250,9 +216,9 @@ class Keeper(QObject):
     @property
     def files(self) -> frozenset[Path]:
         """What only the review itself may write: session, journal, lock."""
-        if self._clip is None:
+        if self._kept is None:
             return frozenset()
-        own = [*self._places(), session_path(self._clip.path)]
+        own = self._kept.all_places
         beside = [p.with_name(p.name + JOURNAL_SUFFIX) for p in own]
         locks = [p.with_name(p.name + ".lock") for p in beside]
         journal = [self.journal.path] if self.journal.path is not None else []
@@ -262,9 +228,10 @@ class Keeper(QObject):
 
     def may_change(self) -> bool:
         """Whether the review is this window's to change; if not, `locked` says so."""
-        if not self.read_only and not (self.lock is None or self.lock.is_ours()):
+        kept, lock = self._kept, self.lock
+        if kept and lock and not self.read_only and not lock.is_ours():
             self.journal.flush()
-            self.read_only = self.lock.holder is not None or not self._take_lock()
+            self.read_only = lock.holder is not None or not self._take_lock(kept)
             if self.read_only:
                 self.journal.close()
         if self.read_only:
@@ -273,7 +240,7 @@ class Keeper(QObject):
 
     def take_over(self) -> str:
         """Take the lock from its holder; a sentence if that failed, else ''."""
-        if self.lock is None or self._clip is None:
+        if self.lock is None or self._kept is None:
             return ""
         try:
             self.read_only = not self.lock.take_over()
@@ -281,31 +248,21 @@ class Keeper(QObject):
             return f"{self.lock.path.name}: the lock cannot be taken ({error.strerror})."
         if self.read_only:
             return f"The lock is held again by {self.lock.holder}."
-        self._robbed = self._clip.path
+        self._robbed = self._kept.clip.path
         return ""
 
-    def _places(self) -> tuple[Path, ...]:
-        """The session that a journal and a lock belong to, and the one in the refuge."""
-        assert self._clip is not None
-        wanted = self.session_file or session_path(self._clip.path)
-        return tuple(dict.fromkeys((wanted, refuge_path(self._clip.path))))
-
-    def _take_lock(self) -> bool:
-        places = self._places()
-        self.away = None
-        for place in places:
+    def _take_lock(self, kept: KeptReview) -> bool:
+        def take(place: Path) -> tuple[ReviewLock, bool]:
             lock = _lock_of(place)
-            try:
-                if place == places[-1]:
-                    place.parent.mkdir(parents=True, exist_ok=True)
-                taken = lock.take()
-            except OSError:
-                continue
-            self.lock = lock
-            self.away = place.parent if place != places[0] else None
-            return taken
-        self.lock = None
-        return True  # nowhere to write: nobody else can either
+            return lock, lock.take()
+
+        self.lock = self.away = None
+        try:
+            place, (self.lock, taken), trouble = at_first(kept.places, take)
+        except OSError:
+            return True  # nowhere to write: nobody else can either
+        self.away = place.parent if trouble else None
+        return taken
 
 
 def _lock_of(session: Path) -> ReviewLock:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from inspector.session.leftovers import same_review
-from inspector.session.session_files import JOURNAL_SUFFIX
+from inspector.session.session_files import JOURNAL_SUFFIX, at_first, refuge_path, session_path
 from twistcore.atomic import free_name
 from twistcore.bvh import Clip
 from twistcore.errors import TwistError
@@ -19,6 +20,30 @@ from twistcore.review.journal import command_to_json, state_entry
 
 _IDLE_MS = 300  # a drag that pauses this long is put on disk
 _RETRY_MS = 5000  # what the disk did not take is tried again
+
+
+@dataclass(eq=False)
+class KeptReview:
+    """A review that is watched over, of which clip, and the session that it goes into.
+
+    known: SHA-256 of session files as this program read or wrote them.
+    """
+
+    clip: Clip
+    review: Review
+    session_file: Path | None
+    known: dict[Path, str]
+
+    @property
+    def places(self) -> tuple[Path, ...]:
+        """The session that a journal and a lock belong to, and the one in the refuge."""
+        wanted = self.session_file or session_path(self.clip.path)
+        return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
+
+    @property
+    def all_places(self) -> tuple[Path, ...]:
+        """These and the session beside the clip."""
+        return tuple(dict.fromkeys((*self.places, session_path(self.clip.path))))
 
 
 class ReviewJournal(QObject):
@@ -32,18 +57,11 @@ class ReviewJournal(QObject):
     failing = Signal(str)  # steps are not on disk, said again with every one
     caught_up = Signal()  # what was said to be in the window only is on disk, or given up
 
-    def __init__(
-        self,
-        places: Callable[[], tuple[Path, ...]],
-        may_write: Callable[[], bool],
-        parent: QObject | None = None,
-    ) -> None:
-        """`places`: the sessions beside which it may lie, the refuge's last."""
+    def __init__(self, may_write: Callable[[], bool], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.steps = 0  # of the review, not in a session file
-        self._places, self._may_write = places, may_write
-        self._clip: Clip | None = None
-        self._review: Review | None = None
+        self._may_write = may_write
+        self._kept: KeptReview | None = None
         self._journal: Journal | None = None
         self._pending: Command | None = None
         self._first = 0  # position of the review's history at which the journal begins
@@ -66,31 +84,30 @@ class ReviewJournal(QObject):
 
     # -- one review after the other -----------------------------------------------------------
 
-    def watch(self, clip: Clip, review: Review) -> None:
+    def watch(self, kept: KeptReview) -> None:
         """Take up another review; the last one has come to its `end`."""
-        self._clip, self._review = clip, review
+        self._kept = kept
 
     def go_on(self, path: Path | None, steps: int) -> None:
         """Go on with the review, which was put aside: in the journal it had if all of it is there.
 
         steps: as they were then.
         """
-        assert self._clip is not None
-        assert self._review is not None
+        kept = self._open
         self._detached = True
         if path is not None:
             with suppress(TwistError):
-                recovered = recover(path, self._clip)
-                if same_review(self._clip, recovered.review.state, self._review.state):
+                recovered = recover(path, kept.clip)
+                if same_review(kept.clip, recovered.review.state, kept.review.state):
                     self._resume(recovered)
                     return
         self.steps = steps
-        self._begin(self._review.state, steps)
+        self._begin(kept.review.state)
 
     def continue_with(self, recovered: Recovered) -> None:
         """Go on with a recovered review, in its own journal."""
         self.give_up()  # nothing was done in the review that was open
-        self._review = recovered.review
+        self._open.review = recovered.review
         self._resume(recovered)
         self._first, self._detached = 0, False
 
@@ -115,10 +132,15 @@ class ReviewJournal(QObject):
         self.flush()
         if self._journal is not None:
             self.retry()
-        if self._review is None or not self._review.saved:
+        if self._kept is None or not self._kept.review.saved:
             self.close()
         self.give_up()
-        self._clip = self._review = None
+        self._kept = None
+
+    @property
+    def _open(self) -> KeptReview:
+        assert self._kept is not None
+        return self._kept
 
     # -- recording ----------------------------------------------------------------------------
 
@@ -137,12 +159,11 @@ class ReviewJournal(QObject):
     def record_step(self, entry: Mapping[str, Any]) -> None:
         """Put an undo or redo on disk; what is older than the journal, as the whole state."""
         self.flush()
-        if self._clip is None or self._review is None:
+        if (kept := self._kept) is None:
             return
-        if self._journal is None or self._review.position < self._first:
+        if self._journal is None or kept.review.position < self._first:
             self._detached = True
-        state = state_entry(self._clip, self._review.state)
-        self._append(state if self._detached else entry)
+        self._append(state_entry(kept.clip, kept.review.state) if self._detached else entry)
 
     def flush(self) -> None:
         """Put a waiting drag on disk."""
@@ -153,13 +174,13 @@ class ReviewJournal(QObject):
 
     def retry(self) -> bool:
         """Try again to put on disk what it did not take; True if all is there."""
-        if self._behind and self._clip is not None and self._review is not None:
+        if self._behind and self._kept is not None:
             journal = self._journal
             if journal is not None and journal.is_there():
                 self._write(journal.write_waiting)
             else:
                 self.close()
-                self._begin(self._review.state, self.steps)
+                self._begin(self._kept.review.state)
         return not self._behind
 
     def where(self) -> str:
@@ -177,10 +198,10 @@ class ReviewJournal(QObject):
             self._journal = Journal.resume(recovered)
         except OSError:
             self._journal = None
-            self._begin(recovered.review.state, recovered.steps)
+            self._begin(recovered.review.state)
 
     def _append(self, entry: Mapping[str, Any]) -> None:
-        if not self._may_write() or self._clip is None or self._review is None:
+        if not self._may_write() or self._kept is None:
             return
         self.steps += 1
         journal = self._journal
@@ -189,48 +210,39 @@ class ReviewJournal(QObject):
             return
         if journal is not None:  # deleted, or its folder was
             self.close()
-            if self._begin(self._review.state, self.steps):
+            if self._begin(self._kept.review.state):
                 told = f"{journal.path.name} was deleted while it was open; it is now "
                 self.told.emit(f"{told}{self.path}.", True)
         elif self._detached:  # an undo of what was saved
-            self._begin(self._review.state, self.steps)
+            self._begin(self._kept.review.state)
         elif (begun := self._begin_before_last()) is not None:
             self._write(lambda: begun.append(entry))
 
     def _begin_before_last(self) -> Journal | None:
         """Begin a journal with the review as it was before its last command, None if it cannot."""
-        assert self._review is not None
-        before = max(0, self.steps - 1)
-        if self._begin(self._review.state_before_last, before):
-            self._first, self._detached = self._review.position - 1, False
+        review = self._open.review
+        if self._begin(review.state_before_last, back=1):
+            self._first, self._detached = review.position - 1, False
         return self._journal
 
-    def _begin(self, state: ReviewState, steps: int) -> bool:
-        """Begin a journal with a state that unsaved steps led to; False if no disk takes it."""
-        assert self._clip is not None
-        places = self._places()
-        for place in places:
-            path = free_name(place, JOURNAL_SUFFIX)
-            try:
-                if place == places[-1]:
-                    place.parent.mkdir(parents=True, exist_ok=True)
-                self._journal = Journal(path, self._clip, state, steps)
-            except OSError as error:
-                last = error
-                continue
-            self._detached = True
-            self._caught_up()
-            return True
-        self._complain(last)
-        return False
+    def _begin(self, state: ReviewState, *, back: int = 0) -> bool:
+        """Begin a journal with a state, so many steps back; False if no disk takes it."""
+        clip, steps = self._open.clip, max(0, self.steps - back)
 
-    def _write(self, work: Callable[[], None]) -> None:
+        def begin(place: Path) -> None:
+            self._journal = Journal(free_name(place, JOURNAL_SUFFIX), clip, state, steps)
+            self._detached = True
+
+        return self._write(lambda: at_first(self._open.places, begin))
+
+    def _write(self, work: Callable[[], object]) -> bool:
         try:
             work()
         except OSError as error:
             self._complain(error)
-        else:
-            self._caught_up()
+            return False
+        self._caught_up()
+        return True
 
     def _complain(self, error: OSError) -> None:
         self._behind = True

@@ -9,13 +9,17 @@ import hashlib
 import json
 import os
 import re
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 import platformdirs
 
 from twistcore.atomic import free_name, write_atomically
 from twistcore.encoding import json_bytes
+
+_Made = TypeVar("_Made")
 
 SESSION_SUFFIX = ".twist.json"
 REPLAY_SUFFIX = ".replay.json"  # what an export did: never a review that goes on
@@ -44,8 +48,30 @@ def is_session(path: Path) -> bool:
 def refuge_path(clip: Path) -> Path:
     """Where the session lies if the clip's folder cannot be written."""
     mark = hashlib.sha256(os.fsencode(clip.resolve())).hexdigest()[:12]
-    folder = platformdirs.user_state_path("twist-inspector", appauthor=False)
-    return folder / f"{clip.stem}-{mark}{SESSION_SUFFIX}"
+    return _refuge() / f"{clip.stem}-{mark}{SESSION_SUFFIX}"
+
+
+def _refuge() -> Path:
+    return platformdirs.user_state_path("twist-inspector", appauthor=False)
+
+
+def at_first(
+    places: Iterable[Path], make: Callable[[Path], _Made]
+) -> tuple[Path, _Made, OSError | None]:
+    """What `make` makes at the first place that takes it, where, and why not at the one before.
+
+    Raises the last OSError where none does.
+    """
+    trouble = None
+    for place in places:
+        try:
+            if place.parent == _refuge():
+                place.parent.mkdir(parents=True, exist_ok=True)
+            return place, make(place), trouble
+        except OSError as error:
+            trouble = error
+    assert trouble is not None
+    raise trouble
 
 
 def kept_sessions(clip: Path) -> list[Path]:
@@ -102,28 +128,19 @@ def set_aside(path: Path, why: str) -> str:
     return f"{why}. It was set aside as {aside.name}."
 
 
-class KnownSessions:
-    """Session files as this program read or wrote them: what else lies there is kept."""
+def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
+    """Write a session; another review that lies there is kept beside it, and a sentence says so.
 
-    def __init__(self) -> None:
-        self._sha256: dict[Path, str] = {}
-
-    def know(self, path: Path, sha256: str) -> None:
-        """Its review is the open one."""
-        self._sha256[path] = sha256
-
-    def write(self, path: Path, data: bytes) -> str:
-        """Write it; another review that lies there is kept beside it, and a sentence says so.
-
-        Raises OSError and leaves what is there as it was.
-        """
-        told = ""
-        if path.exists():
-            there = path.read_bytes()
-            if hashlib.sha256(there).hexdigest() != self._sha256.get(path):
-                kept = free_name(path, ".earlier")
-                write_atomically(kept, there)
-                told = f"{path.name} held another review; that one is now {kept.name}. "
-        write_atomically(path, data)
-        self.know(path, hashlib.sha256(data).hexdigest())
-        return told
+    known: SHA-256 of session files as this program read or wrote them, this one's from now on.
+    Raises OSError and leaves what is there as it was.
+    """
+    told = ""
+    if path.exists():
+        there = path.read_bytes()
+        if hashlib.sha256(there).hexdigest() != known.get(path):
+            kept = free_name(path, ".earlier")
+            write_atomically(kept, there)
+            told = f"{path.name} held another review; that one is now {kept.name}. "
+    write_atomically(path, data)
+    known[path] = hashlib.sha256(data).hexdigest()
+    return told
