@@ -7,12 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.session.opening import Analysed, ClipMissingError, analyse, analyse_session
 from inspector.widgets.background import Task
 from twistcore.analysis import ClipAnalysis
-from twistcore.detection import Analysis
 from twistcore.progress import Tell
 from twistcore.tuning import Profile
 
@@ -26,12 +25,12 @@ class ClipOpener(QObject):
     share = Signal(float)  # how far that is, 0…1, where a person would begin to wonder
     over = Signal()  # it is done, cannot be done or was cancelled
     analysed = Signal(object)  # the clip, as Analysed
-    message = Signal(str, bool)
-    question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     locate = Signal(object)  # the clip of this session file is asked for
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, tell: SignalInstance, ask: SignalInstance, parent: QObject) -> None:
+        """`tell`, `ask`: the document's `message` and `question`."""
         super().__init__(parent)
+        self._tell, self._ask = tell, ask
         self._task: Task | None = None
         self._since = 0.0
 
@@ -55,13 +54,9 @@ class ClipOpener(QObject):
         """Let a detector analyse the open clip; at once where it has done so before."""
         if clip.kept(method) is not None:
             then()
-            return
-
-        def done(_: Analysis) -> None:
-            self._end()
-            then()
-
-        self._start(f"Detecting in {clip.name}", lambda tell: clip.by(method, tell), done)
+        else:
+            what = f"Detecting in {clip.name}"
+            self._start(what, lambda tell: clip.by(method, tell), lambda _: then())
 
     def cancel(self) -> None:
         """Give up what is being opened."""
@@ -70,10 +65,14 @@ class ClipOpener(QObject):
             self._end()
 
     def _start(self, what: str, work: Callable[[Tell], Any], then: Callable[[Any], object]) -> None:
+        def done(result: object) -> None:
+            self._end()
+            then(result)
+
         if self._task is not None:
             self._task.cancel()
         self._task = task = Task(lambda: work(task.tell), self)
-        task.finished.connect(then)
+        task.finished.connect(done)
         task.failed.connect(self._fail)
         task.progress.connect(self._tell_share)
         self._since = time.monotonic()
@@ -88,9 +87,9 @@ class ClipOpener(QObject):
         self._end()
         if isinstance(error, ClipMissingError):
             session = error.session
-            self.question.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))
+            self._ask.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))
         else:
-            self.message.emit(str(error), True)
+            self._tell.emit(str(error), True)
 
     def _end(self) -> None:
         self._task = None

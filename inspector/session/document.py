@@ -61,14 +61,10 @@ class Document(QObject):
         self.frame = 0
         self.show = Show.BOTH
         self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
-        self.opener = ClipOpener(self)
+        self.opener = ClipOpener(self.message, self.question, self)
         self.opener.analysed.connect(self.show_clip)
-        self.opener.message.connect(self.message)
-        self.opener.question.connect(self.question)
-        self.keeper = Keeper(self)
-        self.keeper.told.connect(self.message)
-        self.recovery = Recovery(self.keeper, lambda: self.data, self.do, self._use_review, self)
-        self.recovery.message.connect(self.message)
+        self.keeper = Keeper(self.message, self)
+        self.recovery = Recovery(self.keeper, self.do, self._use_review, self)
         self.recovery.question.connect(self.question)
         self.recovery.withdrawn.connect(self.withdrawn)
         self.reviewer = ""
@@ -84,37 +80,34 @@ class Document(QObject):
         """Make an analysed clip the present one; aside: its review, if that was put aside."""
         self.opener.cancel()
         self.leaving.emit()
-        self.recovery.end()
-        self.data = data
+        self.recovery.end(data)
+        self._hold(data, aside.kept.review if aside else data.review)
         self.frame = 0
         self.interval_id = None
-        self._review = aside.kept.review if aside else data.review
-        self.method = self.review.state.method
-        self._corrected = Corrected(data.analysis)
         self.hidden = frozenset()
         if aside is not None:
             self.keeper.go_on(aside)
         else:
             self.keeper.begin(data)
-        intervals = self.review.state.intervals
-        self.chain = intervals[0].interval.chain if intervals else ""
-        if not self.chain and data.chains:
-            self.chain = data.chains[0].name
-        self._corrected.take(self.review.state.chosen(undecided=True))
+        chains = [j.interval.chain for j in self.intervals] or [c.name for c in data.chains]
+        self.chain = chains[0] if chains else ""
         self.opened.emit()
         if aside is None:
             for text, wrong in opening_notes(data, self.keeper.away, self.keeper.notes):
                 self.message.emit(text, wrong)
-        self.recovery.begin(data)
+        self.recovery.begin()
+
+    def _hold(self, data: Analysed, review: Review) -> None:
+        self.data, self._review, self.method = data, review, review.state.method
+        self._corrected = Corrected(data.analysis)
+        self._corrected.take(review.state.chosen(undecided=True))
 
     def snapshot(self, parent: QObject | None = None) -> Document:
         """A document with the same clip, review and selection, and nothing behind it on disk."""
         other = Document(parent)
         if self.data is not None:
-            other.data, other.method = self.data, self.method
-            other._review = Review(self.review.state)
-            other._corrected = Corrected(self.data.analysis)
-            other._corrected.take(self.review.state.chosen(undecided=True))
+            other._hold(self.data, Review(self.review.state))
+            other.method = self.method
         other.chain, other.interval_id, other.frame = self.chain, self.interval_id, self.frame
         other.show, other.hidden, other.first_frame = self.show, self.hidden, self.first_frame
         return other
@@ -146,10 +139,7 @@ class Document(QObject):
     @property
     def interval(self) -> Judged | None:
         """The selected interval."""
-        for judged in self.intervals:
-            if judged.id == self.interval_id:
-                return judged
-        return None
+        return next((j for j in self.intervals if j.id == self.interval_id), None)
 
     @property
     def frames(self) -> int:

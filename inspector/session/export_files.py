@@ -9,6 +9,7 @@ from pathlib import Path
 
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
+from twistcore.atomic import same_file
 from twistcore.bvh import Clip, EulerJump, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.errors import TwistError
@@ -84,8 +85,7 @@ def check_targets(
     it, whatever the person says of the export itself.
     """
     path, replay = choice.path, replay_path(choice.path)
-    there, source = path.exists(), clip.path.resolve()
-    if path.resolve() == source or (there and clip.path.exists() and path.samefile(clip.path)):
+    if path.resolve() == clip.path.resolve() or same_file(path, clip.path):
         raise TwistError(f"{path}: choose another name; the source is never overwritten.")
     if path in own or replay in own:
         raise TwistError(f"{path}: choose another name; the review itself is kept there.")
@@ -155,11 +155,9 @@ def uncorrected(document: Document) -> str:
     assert document.data is not None
     motion = document.data.motion
     accepted = {i.chain for i in document.review.state.chosen()}
-    stuck = [
+    stuck = "; ".join(
         f"{c.label} ({', '.join(joints)})"
         for c in document.data.chains
         if c.name in accepted and (joints := uncorrectable_joints(motion, c))
-    ]
-    if not stuck:
-        return ""
-    return f"Not corrected, for want of three rotation channels: {'; '.join(stuck)}."
+    )
+    return f"Not corrected, for want of three rotation channels: {stuck}." if stuck else ""

@@ -15,14 +15,12 @@ class Exporter(QObject):
 
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
     ended = Signal()
-    _progress = Signal(float)
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document = document
         self._export: Export | None = None  # what is being written
         self._failed = False
-        self._progress.connect(self._tell)
 
     @property
     def running(self) -> bool:
@@ -42,19 +40,20 @@ class Exporter(QObject):
             return
         self._export, self._failed = export, False
         self._tell(0.0)
-        task = Task(lambda: write(export, self._progress.emit), self)
+        task = Task(lambda: write(export, task.tell), self)
+        task.progress.connect(self._tell)
         task.finished.connect(self._take)
         task.failed.connect(self._fail)
         task.start()
 
     def finish(self) -> bool:
         """Wait until nothing is being written; False if that went wrong, and the person is told."""
-        if self.running:
-            loop = QEventLoop()
-            self.ended.connect(loop.quit)
-            loop.exec(QEventLoop.ProcessEventsFlag.ExcludeUserInputEvents)
-            return not self._failed
-        return True
+        if self._export is None:
+            return True
+        loop = QEventLoop()
+        self.ended.connect(loop.quit)
+        loop.exec(QEventLoop.ProcessEventsFlag.ExcludeUserInputEvents)
+        return not self._failed
 
     def _tell(self, share: float) -> None:
         if self._export is not None:
@@ -68,11 +67,10 @@ class Exporter(QObject):
     def _fail(self, error: Exception) -> None:
         assert self._export is not None
         self._failed = True
+        told = f"{self._export.choice.path}: not written: {error}"
         if isinstance(error, OSError):
-            which = error.filename or self._export.choice.path
-            self._end(f"{which}: not written ({error.strerror}).", wrong=True)
-        else:
-            self._end(f"{self._export.choice.path}: not written: {error}", wrong=True)
+            told = f"{error.filename or self._export.choice.path}: not written ({error.strerror})."
+        self._end(told, wrong=True)
 
     def _end(self, text: str, *, wrong: bool) -> None:
         if self._export is not None:  # some of it may be there, if not all

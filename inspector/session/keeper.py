@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.session.leftovers import Leftover, holds_more, read_leftover
 from inspector.session.opening import Analysed
@@ -44,18 +44,18 @@ class Keeper(QObject):
     forgotten.
     """
 
-    told = Signal(str, bool)  # a sentence for the person; True if something went wrong
     locked = Signal()  # another window has, or has taken, the review
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, told: SignalInstance, parent: QObject) -> None:
+        """`told`: a sentence for the person; True if something went wrong."""
         super().__init__(parent)
+        self.told = told
         self.read_only = False
         self.leftovers: list[Leftover] = []  # of earlier runs, not answered, the latest first
         self.notes: list[str] = []  # what went wrong when the clip was taken up
         self.away: Path | None = None  # the refuge, where the clip's folder cannot be written
         self.lock: ReviewLock | None = None
-        self.journal = ReviewJournal(lambda: not self.read_only, self)
-        self.journal.told.connect(self.told)
+        self.journal = ReviewJournal(told, lambda: not self.read_only, self)
         self._kept: KeptReview | None = None
         self._robbed: Path | None = None  # the clip whose lock was just taken from another window
 

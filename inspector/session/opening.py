@@ -94,14 +94,11 @@ def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> 
     notes = [f"Another session of {path.name}, not the latest, is {other}." for other in older]
     try:
         kept, sha256 = read_session_file(session)
-    except FormatError as error:
-        notes.append(set_aside(session, str(error)))
-        return replace(_read(path, profile, tell), notes=tuple(notes))
     except TwistError as error:
-        notes.append(f"{error}: its review is not shown.")
-        return replace(_read(path, profile, tell), notes=tuple(notes))
-    data = _with_session(session, sha256, kept, path, tell)
-    return replace(data, notes=tuple(notes))
+        damaged = isinstance(error, FormatError)
+        why = set_aside(session, str(error)) if damaged else f"{error}: its review is not shown."
+        return replace(_read(path, profile, tell), notes=(*notes, why))
+    return replace(_with_session(session, sha256, kept, path, tell), notes=tuple(notes))
 
 
 def _read(path: Path, profile: Profile | None, tell: Tell) -> Analysed:
@@ -173,17 +170,13 @@ def opening_notes(
     if data.session is not None:
         yield f"Going on with {data.session.name}.", False
     chain_notes = dict.fromkeys(w for c in data.chains for w in c.warnings)
-    told = [f"{data.clip.name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
+    name, told = data.clip.name, []
     if away is not None:
-        told.insert(
-            0,
-            f"{data.clip.name} lies in a folder that cannot be written: "
-            f"your decisions are kept in {away}.",
-        )
+        cannot = f"{name} lies in a folder that cannot be written"
+        told.append(f"{cannot}: your decisions are kept in {away}.")
+    told += [f"{name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
     if not data.chains:
-        told.append(
-            f"{data.clip.name}: no chain of parent, child and grandchild; nothing to detect."
-        )
+        told.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
     stuck = [c.label for c in data.chains if uncorrectable_joints(data.motion, c)]
     if stuck:
         told.append(f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels.")

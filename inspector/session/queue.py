@@ -11,6 +11,7 @@ from enum import StrEnum
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
 
@@ -60,6 +61,12 @@ class _Worker:
     pipe: Connection
     path: Path | None = None
     until: float = 0.0
+
+    def kill(self) -> None:
+        self.pipe.close()
+        self.process.kill()
+        self.process.join(1.0)
+        self.process.close()
 
 
 class FolderQueue(QObject):
@@ -115,10 +122,8 @@ class FolderQueue(QObject):
 
     def next_after(self, path: Path | None) -> Path | None:
         """The worst clip that is ready and not yet decided, other than `path`."""
-        for clip in self.ordered:
-            if clip.state == ClipState.READY and clip.path != path and not clip.done:
-                return clip.path
-        return None
+        ready = (c for c in self.ordered if c.state == ClipState.READY and not c.done)
+        return next((c.path for c in ready if c.path != path), None)
 
     # -- the folder ---------------------------------------------------------------------------
 
@@ -140,10 +145,17 @@ class FolderQueue(QObject):
         for path in there:
             if path not in self.clips or self.clips[path].reason == _GONE:
                 self.clips[path] = QueuedClip(path, decided=decided_in(path))
-        for path in [p for p in self.clips if p not in there]:
-            self.clips[path] = replace(self.clips[path], state=ClipState.FAILED, reason=_GONE)
-        self._start()
+        for path in self.clips.keys() - there:
+            self._put(path, state=ClipState.FAILED, reason=_GONE)
+        if any(c.state == ClipState.WAITING for c in self.clips.values()):
+            self._poll.start()
+            self._look()
         self.changed.emit()
+
+    def _put(self, path: Path, **known: Any) -> None:
+        """What is known of a clip by now, if it is still one of the folder opened last."""
+        if path in self.clips:
+            self.clips[path] = replace(self.clips[path], **known)
 
     def use_profile(self, profile: Profile | None) -> None:
         """Survey the folder again at a profile's τ, or at each clip's automatic one."""
@@ -155,16 +167,12 @@ class FolderQueue(QObject):
 
     def refresh(self, path: Path) -> None:
         """Read a clip's session again: it was saved."""
-        if path in self.clips:
-            self.clips[path] = replace(self.clips[path], decided=decided_in(path))
-            self.changed.emit()
+        self._put(path, decided=decided_in(path))
+        self.changed.emit()
 
     def cancel(self) -> None:
         """Stop surveying; what is known stays."""
-        self._poll.stop()
-        for worker in self._workers:
-            self._kill(worker)
-        self._workers = []
+        self._stop()
         for path, clip in self.clips.items():
             if clip.state == ClipState.ANALYSING:
                 self.clips[path] = replace(clip, state=ClipState.WAITING)
@@ -179,16 +187,9 @@ class FolderQueue(QObject):
 
     # -- the processes ------------------------------------------------------------------------
 
-    def _start(self) -> None:
-        if any(c.state == ClipState.WAITING for c in self.clips.values()):
-            self._poll.start()
-            self._look()
-
     def _look(self) -> None:
         """Take answers, bury the dead, hand out work: a few microseconds when nothing is new."""
-        changed = False
-        for worker in list(self._workers):
-            changed |= self._check(worker)
+        changed = any([self._check(worker) for worker in list(self._workers)])
         waiting = [p for p, c in self.clips.items() if c.state == ClipState.WAITING]
         while waiting and len(self._workers) < self._count:
             self._workers.append(_spawn())
@@ -197,10 +198,7 @@ class FolderQueue(QObject):
                 self._give(worker, waiting.pop(0))
                 changed = True
         if not waiting and all(w.path is None for w in self._workers):
-            self._poll.stop()
-            for worker in self._workers:
-                self._kill(worker)
-            self._workers = []
+            self._stop()
             self.finished.emit()
         if changed:
             self.changed.emit()
@@ -212,55 +210,46 @@ class FolderQueue(QObject):
             size = 0
         worker.path = path
         worker.until = time.monotonic() + _PATIENCE_S + size / 1e6
-        self.clips[path] = replace(self.clips[path], state=ClipState.ANALYSING)
+        self._put(path, state=ClipState.ANALYSING)
         try:
             worker.pipe.send((path, self.profile))
         except OSError:
             self._end(worker, "the analysis stopped before it began")
 
     def _check(self, worker: _Worker) -> bool:
+        """Whether it has answered, died or been stopped: then its clip is no longer analysed."""
         if worker.path is None:
             return False
         try:
             if worker.pipe.poll():
-                self._take(worker, worker.pipe.recv())
-                return True
+                self._take(worker.path, worker.pipe.recv())
+                worker.path = None
+            elif time.monotonic() > worker.until:
+                self._end(worker, "the analysis took too long and was stopped")
+            else:
+                return False
         except (EOFError, OSError):
             self._end(worker, "the analysis was ended by the system, perhaps for want of memory")
-            return True
-        if time.monotonic() > worker.until:
-            self._end(worker, "the analysis took too long and was stopped")
-            return True
-        return False
+        return True
 
-    def _take(self, worker: _Worker, answer: ClipSurvey | str) -> None:
-        path, worker.path = worker.path, None
-        if path not in self.clips:
-            return
-        clip = self.clips[path]
-        if isinstance(answer, ClipSurvey):
-            self.clips[path] = replace(
-                clip,
-                state=ClipState.READY,
-                severity=answer.severity,
-                intervals=answer.intervals,
-            )
+    def _take(self, path: Path, answer: ClipSurvey | str) -> None:
+        if isinstance(answer, str):
+            self._put(path, state=ClipState.FAILED, reason=answer)
         else:
-            self.clips[path] = replace(clip, state=ClipState.FAILED, reason=answer)
+            found = {"severity": answer.severity, "intervals": answer.intervals}
+            self._put(path, state=ClipState.READY, **found)
 
     def _end(self, worker: _Worker, reason: str) -> None:
-        if worker.path in self.clips:
-            clip = self.clips[worker.path]
-            self.clips[clip.path] = replace(clip, state=ClipState.FAILED, reason=reason)
-        self._kill(worker)
+        if worker.path is not None:
+            self._put(worker.path, state=ClipState.FAILED, reason=reason)
+        worker.kill()
         self._workers.remove(worker)
 
-    @staticmethod
-    def _kill(worker: _Worker) -> None:
-        worker.pipe.close()
-        worker.process.kill()
-        worker.process.join(1.0)
-        worker.process.close()
+    def _stop(self) -> None:
+        self._poll.stop()
+        for worker in self._workers:
+            worker.kill()
+        self._workers = []
 
 
 _GONE = "no longer in the folder"

@@ -20,21 +20,20 @@ class Recovery(QObject):
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is no longer one
-    message = Signal(str, bool)
     save_elsewhere = Signal()  # a place for the session is asked for
     open_again = Signal(object)  # this clip is to be read anew
 
     def __init__(
         self,
         keeper: Keeper,
-        data: Callable[[], Analysed | None],
         do: Callable[[Command], bool],
         use: Callable[[Review], None],
-        parent: QObject | None = None,
+        parent: QObject,
     ) -> None:
-        """`data`: the open clip; do: carries out a command; use: makes a review the open one."""
+        """`do`: carries out a command; use: makes a review the open one."""
         super().__init__(parent)
-        self._keeper, self._data, self._do, self._use = keeper, data, do, use
+        self._keeper, self._do, self._use = keeper, do, use
+        self._data: Analysed | None = None  # the open clip
         self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
         self._changed = ""  # what is to be said about it
         self._asks_about_disk = False
@@ -42,22 +41,23 @@ class Recovery(QObject):
         keeper.journal.caught_up.connect(self._disk_has_room)
         keeper.locked.connect(self._ask_about_lock)
 
-    def begin(self, data: Analysed) -> None:
-        """Another clip is open."""
-        self._stamp, self._changed = data.stamp, ""
+    def begin(self) -> None:
+        """The clip of the last `end` is open."""
+        self._stamp, self._changed = self._open().stamp, ""
         if self._keeper.read_only:
             self._ask_about_lock()
         else:
             self._ask_next()
 
-    def end(self) -> None:
-        """The clip is about to go: no question about it may be answered any more."""
+    def end(self, data: Analysed) -> None:
+        """The clip gives way to this one: no question about it may be answered any more."""
+        self._data = data
         self._asks_about_disk = False
         self.withdrawn.emit()
 
     def look_around(self) -> None:
         """The person is back at the window: what have other programs done meanwhile?"""
-        if self._data() is not None:
+        if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
             self.check_clip()
@@ -67,7 +67,7 @@ class Recovery(QObject):
 
         The person is asked once whether to open it again.
         """
-        data = self._data()
+        data = self._data
         if data is None or data.stamp is None:
             return ""
         stamp = stamp_of(data.clip.path)
@@ -117,9 +117,8 @@ class Recovery(QObject):
         return bool(review.position) or not review.saved
 
     def _open(self) -> Analysed:
-        data = self._data()
-        assert data is not None
-        return data
+        assert self._data is not None
+        return self._data
 
     def restore(self, leftover: Leftover) -> None:
         """Go on with the review that an earlier run left in its journal.
@@ -146,7 +145,7 @@ class Recovery(QObject):
         if not lost:
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):
-            self.message.emit(
+            self._keeper.told.emit(
                 f"{of - lost} of {of} decisions were taken over; the others are about nothing "
                 f"here, or were decided otherwise. They stay in {name}.",
                 True,
@@ -155,10 +154,9 @@ class Recovery(QObject):
 
     def discard(self, leftover: Leftover) -> None:
         """Forget what an earlier run left."""
-        if leftover not in self._keeper.leftovers:
-            return
-        self._keeper.forget(leftover)
-        self._ask_next()
+        if leftover in self._keeper.leftovers:
+            self._keeper.forget(leftover)
+            self._ask_next()
 
     def _ask_about_lock(self) -> None:
         lock, name = self._keeper.lock, self._open().clip.name
@@ -171,7 +169,7 @@ class Recovery(QObject):
 
     def _take_over(self) -> None:
         if trouble := self._keeper.take_over():
-            self.message.emit(trouble, True)
+            self._keeper.told.emit(trouble, True)
         else:  # what the other window has saved meanwhile is read, what it has not is offered
             self.open_again.emit(self._source())
 
@@ -187,10 +185,10 @@ class Recovery(QObject):
         self.question.emit(text, (again, ("Save elsewhere…", self.save_elsewhere.emit)))
 
     def _disk_has_room(self) -> None:
-        if self._asks_about_disk and self._data() is not None:
+        if self._asks_about_disk:
             self._asks_about_disk = False
             self.withdrawn.emit()
-            self.message.emit("All steps are on disk.", False)
+            self._keeper.told.emit("All steps are on disk.", False)
             self._ask_next()
 
 

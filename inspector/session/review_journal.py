@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, Signal, SignalInstance
 
 from inspector.session.leftovers import same_review
 from inspector.session.session_files import JOURNAL_SUFFIX, at_first, refuge_path, session_path
@@ -53,14 +53,15 @@ class ReviewJournal(QObject):
     behind. A drag is one entry: where it ended.
     """
 
-    told = Signal(str, bool)  # a sentence for the person; True if something went wrong
     failing = Signal(str)  # steps are not on disk, said again with every one
     caught_up = Signal()  # what was said to be in the window only is on disk, or given up
 
-    def __init__(self, may_write: Callable[[], bool], parent: QObject | None = None) -> None:
+    def __init__(
+        self, told: SignalInstance, may_write: Callable[[], bool], parent: QObject
+    ) -> None:
         super().__init__(parent)
         self.steps = 0  # of the review, not in a session file
-        self._may_write = may_write
+        self._told, self._may_write = told, may_write
         self._kept: KeptReview | None = None
         self._journal: Journal | None = None
         self._pending: Command | None = None
@@ -212,7 +213,7 @@ class ReviewJournal(QObject):
             self.close()
             if self._begin(self._kept.review.state):
                 told = f"{journal.path.name} was deleted while it was open; it is now "
-                self.told.emit(f"{told}{self.path}.", True)
+                self._told.emit(f"{told}{self.path}.", True)
         elif self._detached:  # an undo of what was saved
             self._begin(self._kept.review.state)
         elif (begun := self._begin_before_last()) is not None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import math
 import os
 import stat
 from dataclasses import asdict, dataclass, field
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import platformdirs
 
 from inspector.session import settings_checks as checks
 from inspector.session.settings_checks import Check
-from twistcore.atomic import write_atomically
+from twistcore.atomic import free_name, write_atomically
 
 RECENT = 10
 VIDEOS = 500
@@ -176,19 +176,9 @@ def _whole(digits: str) -> float:
 
 def _set_aside(path: Path, data: bytes) -> Path:
     """Keep a copy beside a file, one for the same bytes; raises OSError."""
-    for k in count(1):
-        aside = path.with_name(f"{path.name}.damaged{f'-{k}' if k > 1 else ''}")
-        try:
-            file = aside.open("xb")
-        except FileExistsError:
-            if aside.is_file() and aside.read_bytes() == data:
-                return aside
-            continue
-        try:
-            with file:
-                file.write(data)
-        except OSError:  # a full disk: half a copy is none
-            aside.unlink(missing_ok=True)
-            raise
-        return aside
-    raise AssertionError  # there is always a next number
+    for aside in path.parent.glob(f"{glob.escape(path.name)}.damaged*"):
+        if aside.is_file() and aside.read_bytes() == data:
+            return aside
+    aside = free_name(path, ".damaged")
+    write_atomically(aside, data)
+    return aside

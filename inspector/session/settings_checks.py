@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any
 
@@ -18,11 +18,15 @@ _SEAL = "-"
 _LONGEST_PATH = 32_767  # of Windows, the longest there is
 
 
-def _where(good: Callable[[Any], bool], keep: Callable[[Any], Any] = lambda value: value) -> Check:
-    """Whatever is `good`, as `keep` returns it; both may raise ValueError."""
+def _of(
+    *kinds: type,
+    good: Callable[[Any], bool] = lambda value: True,
+    keep: Callable[[Any], Any] = lambda value: value,
+) -> Check:
+    """A `good` value of these types, as `keep` returns it; both may raise ValueError."""
 
     def check(value: Any) -> Any:
-        if not good(value):
+        if type(value) not in kinds or not good(value):
             raise ValueError
         return keep(value)
 
@@ -31,23 +35,23 @@ def _where(good: Callable[[Any], bool], keep: Callable[[Any], Any] = lambda valu
 
 def one_of(*allowed: str) -> Check:
     """One of these words."""
-    return _where(lambda value: isinstance(value, str) and value in allowed)
+    return _of(str, good=lambda value: value in allowed)
 
 
 def whole(low: int, high: int) -> Check:
     """A whole number from `low` to `high`; true and false are none."""
-    return _where(lambda value: type(value) is int and low <= value <= high)
+    return _of(int, good=lambda value: low <= value <= high)
 
 
 def number(low: float, high: float) -> Check:
     """A number from `low` to `high`, as a float."""
-    return _where(lambda value: type(value) in (int, float) and low <= value <= high, float)
+    return _of(int, float, good=lambda value: low <= value <= high, keep=float)
 
 
 def text(longest: int) -> Check:
     """Text that any file can hold: no half of a surrogate pair."""
     # UnicodeEncodeError is a ValueError.
-    return _where(lambda value: isinstance(value, str) and len(value) <= longest, _encodable)
+    return _of(str, good=lambda value: len(value) <= longest, keep=_encodable)
 
 
 def _encodable(value: str, errors: str = "strict") -> str:
@@ -65,16 +69,14 @@ def path(value: Any) -> str:
 def sealed_bytes(longest: int) -> Check:
     """Bytes as hexadecimal digits, without the seal that they came with; it must fit."""
 
-    def check(value: Any) -> str:
-        if not isinstance(value, str) or len(value) > longest or not value.isascii():
-            raise ValueError
+    def unsealed(value: str) -> str:
         digits, _, _ = value.partition(_SEAL)
         bytes.fromhex(digits)
         if value not in (digits, sealed(digits)):  # earlier versions wrote no seal
             raise ValueError
         return digits
 
-    return check
+    return _of(str, good=lambda value: len(value) <= longest and value.isascii(), keep=unsealed)
 
 
 def sealed(digits: str) -> str:
@@ -84,34 +86,30 @@ def sealed(digits: str) -> str:
 
 def both(first: Check, second: Check) -> Check:
     """A list of two."""
-    return _where(
-        lambda value: isinstance(value, list | tuple) and len(value) == 2,
-        lambda value: (first(value[0]), second(value[1])),
+    return _of(
+        list,
+        tuple,
+        good=lambda two: len(two) == 2,
+        keep=lambda two: (first(two[0]), second(two[1])),
     )
 
 
 def list_of(entry: Check, most: int) -> Check:
     """A list of at most so many, all of them good."""
-    return _where(
-        lambda value: isinstance(value, list) and len(value) <= most,
-        lambda value: [entry(v) for v in value],
+    return _of(
+        list, good=lambda some: len(some) <= most, keep=lambda some: [entry(one) for one in some]
     )
 
 
 def first_of(entry: Check, most: int) -> Check:
     """A list; its first good entries are kept."""
-    return _where(
-        lambda value: isinstance(value, list), lambda value: list(_good(entry, value))[:most]
-    )
+    return _of(list, keep=lambda some: _good(entry, some)[:most])
 
 
 def last_by(key: Check, entry: Check, most: int) -> Check:
     """An object; its last good entries are kept."""
     pair = both(key, entry)
-    return _where(
-        lambda value: isinstance(value, dict),
-        lambda value: dict(list(_good(pair, value.items()))[-most:]),
-    )
+    return _of(dict, keep=lambda some: dict(_good(pair, some.items())[-most:]))
 
 
 def shallow(value: Any, depth: int = 20) -> Any:
@@ -126,8 +124,10 @@ def shallow(value: Any, depth: int = 20) -> Any:
     return value
 
 
-def _good(check: Check, values: Iterable[Any]) -> Iterator[Any]:
+def _good(check: Check, values: Iterable[Any]) -> list[Any]:
     """What is kept of some values; those of which that is nothing are left out."""
+    good = []
     for value in values:
         with suppress(ValueError):
-            yield check(value)
+            good.append(check(value))
+    return good

@@ -171,7 +171,7 @@ def test_a_folder_in_which_nothing_can_be_set_aside(path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("pathlib.Path.open", full)
+    monkeypatch.setattr("tempfile.mkstemp", full)
     data = path.stat()
     monkeypatch.setattr("pathlib.Path.read_bytes", lambda _: b'{"theme": "pink"}')
     settings, said = load_settings(path)
