@@ -13,7 +13,6 @@ from twistcore.errors import TwistError
 class Exporter(QObject):
     """Says how far it is and how it ended; the review may go on meanwhile."""
 
-    message = Signal(str, bool)  # a sentence for the person; True if something went wrong
     ended = Signal()
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
@@ -31,12 +30,12 @@ class Exporter(QObject):
         """Write what was chosen, with the review as it is now."""
         if self._export is not None:
             name = self._export.choice.path.name
-            self.message.emit(f"{name} is still being written; export again then.", True)
+            self._document.message.emit(f"{name} is still being written; export again then.", True)
             return
         try:
             export = prepare(self._document, choice)
         except TwistError as error:
-            self.message.emit(str(error), True)
+            self._document.message.emit(str(error), True)
             return
         self._export, self._failed = export, False
         self._tell(0.0)
@@ -58,7 +57,7 @@ class Exporter(QObject):
     def _tell(self, share: float) -> None:
         if self._export is not None:
             done = f" {100.0 * share:.0f} %" if share > 0.0 else ""
-            self.message.emit(f"Writing {self._export.choice.path.name} …{done}", False)
+            self._document.message.emit(f"Writing {self._export.choice.path.name} …{done}", False)
 
     def _take(self, text: str) -> None:
         assert self._export is not None
@@ -76,5 +75,5 @@ class Exporter(QObject):
         if self._export is not None:  # some of it may be there, if not all
             self._document.exported.update(self._export.ours)
         self._export = None
-        self.message.emit(text, wrong)
+        self._document.message.emit(text, wrong)
         self.ended.emit()

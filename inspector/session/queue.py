@@ -167,8 +167,9 @@ class FolderQueue(QObject):
 
     def refresh(self, path: Path) -> None:
         """Read a clip's session again: it was saved."""
-        self._put(path, decided=decided_in(path))
-        self.changed.emit()
+        if path in self.clips:
+            self._put(path, decided=decided_in(path))
+            self.changed.emit()
 
     def cancel(self) -> None:
         """Stop surveying; what is known stays."""
@@ -189,7 +190,7 @@ class FolderQueue(QObject):
 
     def _look(self) -> None:
         """Take answers, bury the dead, hand out work: a few microseconds when nothing is new."""
-        changed = any([self._check(worker) for worker in list(self._workers)])
+        changed = bool([w for w in tuple(self._workers) if self._check(w)])
         waiting = [p for p, c in self.clips.items() if c.state == ClipState.WAITING]
         while waiting and len(self._workers) < self._count:
             self._workers.append(_spawn())

@@ -20,7 +20,7 @@ _LONGEST_PATH = 32_767  # of Windows, the longest there is
 
 def _of(
     *kinds: type,
-    good: Callable[[Any], bool] = lambda value: True,
+    good: Callable[[Any], bool] = lambda _: True,
     keep: Callable[[Any], Any] = lambda value: value,
 ) -> Check:
     """A `good` value of these types, as `keep` returns it; both may raise ValueError."""

@@ -38,7 +38,6 @@ class Script(QObject):
         document.opened.connect(self._begin)
         document.message.connect(self._watch)
         document.question.connect(self._asked)
-        window.exporter.message.connect(self._watch)
         window.queue.changed.connect(self._look_at_folder)
         self._dialogs = QTimer(self, interval=_LOOK_MS)
         self._dialogs.timeout.connect(self._look_for_dialog)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from PySide6.QtWidgets import (
     QMainWindow,
     QMenu,
     QToolBar,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -49,6 +47,7 @@ from inspector.video.video_reader import SUFFIXES
 from inspector.viewport.viewport import Viewport
 from inspector.widgets import theme as themes
 from inspector.widgets.background import Task
+from inspector.widgets.building import Part, vbox
 from inspector.widgets.fronts import bring_to_front
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
@@ -67,8 +66,8 @@ _LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
 _Area = Qt.DockWidgetArea
 
 
-class MainWindow(QMainWindow):
-    """The program's window; docks: by their object names."""
+class MainWindow(Parts):
+    """The program's window."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
         """`settings_file`: where to keep the settings at the end; None: nowhere."""
@@ -88,7 +87,7 @@ class MainWindow(QMainWindow):
             self.document, settings, MENUS, self.actions_by_id, self.apply_theme, self
         )
         self.program.take_settings()
-        self.docks: dict[str, QDockWidget] = {}
+        self.docks = {}
         self._build_views(self.program.wanted_theme())
         self._build_docks()
         self._build_bars()
@@ -104,7 +103,7 @@ class MainWindow(QMainWindow):
         self.bar = MessageBar()
         self.viewport = Viewport(document, theme)
         self.transport = Transport(document, self.player, actions)
-        self.setCentralWidget(_column({self.bar: 0, self.viewport: 1, self.transport: 0}))
+        self.setCentralWidget(_column(self.bar, (self.viewport, 1), self.transport))
         own_surface(self.viewport)
         self.chains = ChainsPanel(document, theme)
         self.intervals = IntervalsPanel(document, theme)
@@ -121,21 +120,19 @@ class MainWindow(QMainWindow):
         self.viewport.accompany(self.quality.tracked)
 
     def _build_docks(self) -> None:
-        right = _column({self.intervals: 1, self.detail: 0})
+        right = _column((self.intervals, 1), self.detail)
         self._dock("Curves", self.timeline, _Area.BottomDockWidgetArea)
         self._dock("Video", self.video, _Area.BottomDockWidgetArea).hide()
         self._dock("Clips", self.clips, _Area.LeftDockWidgetArea).hide()
         chains = self._dock("Chains", self.chains, _Area.LeftDockWidgetArea)
         intervals = self._dock("Intervals", right, _Area.RightDockWidgetArea)
-        history = self._dock("History", HistoryPanel(self.document), _Area.RightDockWidgetArea)
+        self._dock("History", HistoryPanel(self.document), _Area.RightDockWidgetArea)
         tuning = self._dock("Tuning", self.tuning, _Area.RightDockWidgetArea)
-        self.tabifyDockWidget(intervals, history)
-        self.tabifyDockWidget(intervals, tuning)
         teaching = self._dock("Teaching", self.teaching, _Area.RightDockWidgetArea)
-        self.tabifyDockWidget(tuning, teaching)
         self._dock("Guide", self.guide, _Area.LeftDockWidgetArea).hide()
         quality = self._dock("Quality", self.quality, _Area.RightDockWidgetArea)
-        self.tabifyDockWidget(teaching, quality)
+        for tab in (self.docks["history"], tuning, teaching, quality):
+            self.tabifyDockWidget(intervals, tab)
         tuning.visibilityChanged.connect(self.tuning.set_seen)
         teaching.visibilityChanged.connect(self.teaching.set_shown)
         quality.visibilityChanged.connect(self.quality.set_seen)
@@ -203,21 +200,14 @@ class MainWindow(QMainWindow):
             self.teaching.typesetter, bar, self,
         )  # fmt: skip
         self.video_actions = VideoActions(document, self.video, docks["video"], self)
-        parts = Parts(
-            self, docks, document, self.player, self.settings, self.viewport, self.timeline,
-            self.tuning, self.video, self.quality, self.presentation, self.program, self.files,
-            self.review_actions, self.tuning_actions, self.teaching_actions, self.record_actions,
-            self.video_actions,
-        )  # fmt: skip
         for spec in (spec for menu in MENUS.values() for spec in menu if spec is not None):
-            spec.connect(actions[spec.id], parts)
+            spec.connect(actions[spec.id], self)
         for name in OF_THE_FIGURE:
             actions[name].setEnabled(self.viewport.view is not None)
 
     def _connect(self) -> None:
         document, actions = self.document, self.actions_by_id
         document.message.connect(self.bar.show_message)
-        self.exporter.message.connect(self.bar.show_message)
         document.question.connect(self.bar.ask)
         document.withdrawn.connect(self.bar.clear)
         document.message.connect(self.statusBar().clearMessage)
@@ -359,12 +349,8 @@ class MainWindow(QMainWindow):
         super().closeEvent(event)
 
 
-def _column(content: Mapping[QWidget, int]) -> QWidget:
-    """Widgets under one another without gaps, and which of them takes what is left."""
+def _column(*parts: Part) -> QWidget:
+    """Widgets under one another without gaps."""
     column = QWidget()
-    layout = QVBoxLayout(column)
-    layout.setContentsMargins(0, 0, 0, 0)
-    layout.setSpacing(0)
-    for widget, stretch in content.items():
-        layout.addWidget(widget, stretch)
+    vbox(*parts, owner=column, margins=(0, 0, 0, 0), spacing=0)
     return column

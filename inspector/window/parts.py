@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -28,12 +28,10 @@ from inspector.window.program_actions import ProgramActions
 from inspector.window.review_actions import ReviewActions
 
 
-@dataclass(frozen=True, eq=False)
-class Parts:
-    """What actions reach; docks: by their object names."""
+class Parts(QMainWindow):
+    """The window, as actions know it; docks: by their object names."""
 
-    window: QMainWindow
-    docks: Mapping[str, QDockWidget]
+    docks: dict[str, QDockWidget]
     document: Document
     player: Player
     settings: Settings
@@ -45,7 +43,7 @@ class Parts:
     presentation: Presentation
     program: ProgramActions
     files: FileActions
-    review: ReviewActions
+    review_actions: ReviewActions
     tuning_actions: TuningActions
     teaching_actions: TeachingActions
     record_actions: RecordActions

@@ -168,7 +168,7 @@ def test_a_fifo_does_not_hang(path):
 def test_a_folder_in_which_nothing_can_be_set_aside(path, monkeypatch):
     path.write_text('{"theme": "pink"}')
 
-    def full(*_):
+    def full(*_, **__):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("tempfile.mkstemp", full)
