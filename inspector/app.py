@@ -92,12 +92,12 @@ def _say(window: MainWindow, complaint: str) -> None:
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
     """What drives the window by itself, if that was asked for."""
-    from inspector.window.demo import Demo, Screenshot
+    from inspector.window.demo import demo, screenshot
 
     if arguments.demo:
-        return Demo(window, arguments.demo, arguments.file or SAMPLE)
+        return demo(window, arguments.demo, arguments.file or SAMPLE)
     if arguments.screenshot:
-        return Screenshot(window, arguments.screenshot, arguments.file)
+        return screenshot(window, arguments.screenshot, arguments.file)
     return None
 
 

@@ -7,6 +7,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 from unittest.mock import patch
@@ -14,7 +15,6 @@ from unittest.mock import patch
 import numpy as np
 from PySide6.QtCore import QEventLoop, QPoint, QTimer
 from PySide6.QtGui import QImage
-from PySide6.QtTest import QTest
 
 from inspector.app import make_application
 from inspector.bundled import SAMPLE
@@ -39,32 +39,28 @@ def main() -> int:
     from inspector.window.main_window import MainWindow
 
     def trails(window: MainWindow) -> None:
-        act(window, "trails")
-        window.viewport.set_view("iso")
+        act(window, "trails", "view_iso")
 
     def queue(window: MainWindow) -> None:
         window.queue.open(SAMPLE.parent)
         window.docks["clips"].show()
-        while window.queue.running:
-            QTest.qWait(50)
+        wait_for(lambda: not window.queue.running)
 
     def teaching(window: MainWindow) -> None:
         act(window, "show_teaching")
-        while not window.teaching.typesetter.done:
-            QTest.qWait(20)
+        wait_for(lambda: window.teaching.typesetter.done)
         window.document.select_chain("RightUpLeg")
         window.document.go_to(100)
         window.lesson.set_what_if(WhatIf(twist=1.1, counter=True, bend=0.9))
-        act(window, "focus_chain")
 
     def lit(window: MainWindow) -> None:
         teaching(window)
+        act(window, "focus_chain")
         window.lesson.light("theta_p")
 
     def tuning(window: MainWindow) -> None:
         act(window, "show_tuning")
-        while len(window.tuning.costs.curves) < len(window.tuning.costs.names):
-            QTest.qWait(50)
+        wait_for(lambda: len(window.tuning.costs.curves) == len(window.tuning.costs.names))
         window.tuning.set_tau_degrees(5.0)
 
     def profiles(window: MainWindow) -> None:
@@ -77,8 +73,7 @@ def main() -> int:
 
     def quality(window: MainWindow) -> None:
         act(window, "show_quality")
-        while window.quality.evidence.known is None:
-            wait(50)
+        wait_for(lambda: window.quality.evidence.known is not None)
         window.document.select_chain("LeftForeArm")
 
     def tracking(window: MainWindow) -> None:
@@ -87,19 +82,18 @@ def main() -> int:
         wait(50)
         window.quality.page.learned.setChecked(True)
         act(window, "track_joints")
-        while window.quality.tracked.result is None:
-            wait(50)
+        wait_for(lambda: window.quality.tracked.result is not None)
         window.document.go_to(150)
 
     pictures: tuple[tuple[str, str, Callable[[MainWindow], None]], ...] = (
-        ("inspector", "light", lambda w: act(w)),
-        ("inspector-dark", "dark", lambda w: act(w)),
+        ("inspector", "light", act),
+        ("inspector-dark", "dark", act),
         ("skin-side-by-side", "dark", lambda w: act(w, "skin", "side_by_side")),
         ("trails", "light", trails),
         ("folder", "light", queue),
         ("both-detectors", "light", lambda w: act(w, "both_detectors")),
         ("presentation", "dark", lambda w: act(w, "presentation")),
-        ("without-opengl", "light", lambda w: act(w)),
+        ("without-opengl", "light", act),
         ("teaching", "light", teaching),
         ("teaching-lit", "dark", lit),
         ("tuning", "light", tuning),
@@ -117,9 +111,8 @@ def main() -> int:
             window.resize(*_SIZE)
             window.show()
             window.open_path(clip)
-            while window.document.data is None:
-                QTest.qWait(20)
-            QTest.qWait(_SETTLE_MS)
+            wait_for(partial(getattr, window.document, "data"))
+            wait(_SETTLE_MS)
             act(window, "next_interval", "accept", "accept")
             judged = window.document.interval
             assert judged is not None
@@ -130,19 +123,18 @@ def main() -> int:
             save(window, name)
             window.document.review.mark_saved()
             window.close()
-            QTest.qWait(50)
-        window = MainWindow(Settings(theme="light", turn_ms=0), None)
-        act(window, "why_quaternions")
-        lesson = window.teaching_actions.five_trackers
-        assert lesson is not None
-        wait(_SETTLE_MS)
-        keep(lesson.grab().toImage(), "why-quaternions")
-        window.close()
-        window = MainWindow(Settings(theme="light", turn_ms=0), None)
-        window.resize(*_TOUR_SIZE)
-        window.show()
-        lead(window)
-        window.close()
+            wait(50)
+    window = MainWindow(Settings(theme="light", turn_ms=0), None)
+    act(window, "why_quaternions")
+    lesson = window.teaching_actions.five_trackers
+    assert lesson is not None
+    wait(_SETTLE_MS)
+    keep(lesson.grab().toImage(), "why-quaternions")
+    lesson.close()
+    window.resize(*_TOUR_SIZE)
+    window.show()
+    lead(window)
+    window.close()
     return 0
 
 
@@ -150,11 +142,10 @@ def lead(window: MainWindow) -> None:
     """Pictures of every step of the tour, done, and of an exercise with its score."""
     tour, exercise = window.teaching_actions.guided_tour, window.teaching_actions.hidden_errors
     act(window, "tour")
-    while tour.at < 0:
-        QTest.qWait(20)
+    wait_for(lambda: tour.at >= 0)
     while not window.teaching.typesetter.done:
         act(window, "show_teaching")
-        QTest.qWait(20)
+        wait(20)
     window.docks["intervals"].raise_()
     for step in tour.steps:
         tour.show_me.click()
@@ -163,8 +154,7 @@ def lead(window: MainWindow) -> None:
     act(window, "exercise")
     exercise.seed.setValue(_SEED)
     exercise.start.click()
-    while not exercise.score_button.isEnabled():
-        QTest.qWait(20)
+    wait_for(exercise.score_button.isEnabled)
     act(window, "next_interval")
     assert window.document.data is not None
     for judged in window.document.intervals[:-2]:
@@ -189,9 +179,15 @@ def wait(milliseconds: int) -> None:
     loop.exec()
 
 
+def wait_for(ready: Callable[[], object]) -> None:
+    """Let the event loop run until something is so."""
+    while not ready():
+        wait(20)
+
+
 def save(window: MainWindow, name: str, *, small: bool = False) -> None:
     """A picture of the window once it has settled; small: without what lies below the 3D view."""
-    QTest.qWait(_SETTLE_MS)
+    wait(_SETTLE_MS)
     picture = window.grab().toImage()
     if small:
         below = window.timeline.mapTo(window, QPoint(0, 0)).y()

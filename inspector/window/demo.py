@@ -26,12 +26,20 @@ class Script(QObject):
     nobody to answer: a question or a dialog before the end is such a sentence.
     """
 
-    def __init__(self, window: MainWindow, path: Path | None) -> None:
-        """`path`: a clip, a session, a folder; None: the steps are for the empty window."""
+    def __init__(
+        self,
+        window: MainWindow,
+        path: Path | None,
+        steps: Callable[[Script], list[Callable[[], None]]],
+    ) -> None:
+        """`path`: a clip, a session, a folder; None: the steps are for the empty window.
+
+        steps: what to do, in order, asked for once the clip is there.
+        """
         super().__init__(window)
         self.window = window
         self.code = 0
-        self._path = path
+        self._path, self._make_steps = path, steps
         self._over = False
         self._steps: Iterator[Callable[[], None]] | None = None
         document = window.document
@@ -44,10 +52,6 @@ class Script(QObject):
         self._dialogs.start()
         QTimer.singleShot(0, self, self._open)  # what closes the window needs an event loop
         QTimer.singleShot(_GIVE_UP_MS, self, lambda: self.fail("It did not end in time."))
-
-    def steps(self) -> list[Callable[[], None]]:
-        """What to do, in order."""
-        raise NotImplementedError
 
     def shoot(self, path: Path) -> None:
         """Save a picture of the window; raises OSError."""
@@ -71,7 +75,7 @@ class Script(QObject):
 
     def _begin(self) -> None:
         if self._steps is None:
-            self._steps = iter(self.steps())
+            self._steps = iter(self._make_steps(self))
             self._next()
 
     def _next(self) -> None:
@@ -126,59 +130,43 @@ class Script(QObject):
         self.window.close_unasked()
 
 
-class Screenshot(Script):
+def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
     """Open, go to the first interval, take a picture; or of the empty window."""
 
-    def __init__(self, window: MainWindow, picture: Path, path: Path | None) -> None:
-        self._picture = picture
-        super().__init__(window, path)
-
-    def steps(self) -> list[Callable[[], None]]:
-        """See the class."""
-        review, shoot = self.window.review_actions, partial(self.shoot, self._picture)
-        if self.window.document.data is None:
+    def steps(script: Script) -> list[Callable[[], None]]:
+        review, shoot = window.review_actions, partial(script.shoot, picture)
+        if window.document.data is None:
             return [shoot]
         return [partial(review.step_interval, +1), review.look, shoot]
 
+    return Script(window, path, steps)
 
-class Demo(Script):
+
+def demo(window: MainWindow, folder: Path, path: Path) -> Script:
     """Judge every interval by the keys' own actions, export, leave a picture."""
+    review, document = window.review_actions, window.document
+    accept = partial(review.decide, Decision.ACCEPTED)
 
-    def __init__(self, window: MainWindow, folder: Path, path: Path) -> None:
-        self._folder = folder
-        super().__init__(window, path)
+    def to_middle() -> None:
+        if judged := document.interval:
+            document.go_to((judged.interval.start + judged.interval.stop) // 2)
 
-    def steps(self) -> list[Callable[[], None]]:
-        """See the class."""
-        review = self.window.review_actions
-        return [
-            partial(review.step_interval, +1),
-            self._accept,
-            self._accept,
-            self._to_middle,
-            review.look,
-            lambda: self.shoot(self._folder / "inspector.png"),
-            self._accept_rest,
-            self._export,
-        ]
+    def accept_rest() -> None:
+        for _ in document.intervals:
+            accept()
 
-    def _accept(self) -> None:
-        self.window.review_actions.decide(Decision.ACCEPTED)
+    def steps(script: Script) -> list[Callable[[], None]]:
+        def export() -> None:
+            assert document.data is not None
+            folder.mkdir(parents=True, exist_ok=True)
+            target = folder / f"{document.data.clip.path.stem}_refined.bvh"
+            window.files.export(ExportChoice(target, replace=True))  # of an earlier run
+            window.exporter.finish()
+            if not script.code:
+                print(window.bar.label.text())
 
-    def _to_middle(self) -> None:
-        if judged := self.window.document.interval:
-            self.window.document.go_to((judged.interval.start + judged.interval.stop) // 2)
+        shoot = partial(script.shoot, folder / "inspector.png")
+        first = partial(review.step_interval, +1)
+        return [first, accept, accept, to_middle, review.look, shoot, accept_rest, export]
 
-    def _accept_rest(self) -> None:
-        for _ in self.window.document.intervals:
-            self._accept()
-
-    def _export(self) -> None:
-        data = self.window.document.data
-        assert data is not None
-        self._folder.mkdir(parents=True, exist_ok=True)
-        path = self._folder / f"{data.clip.path.stem}_refined.bvh"
-        self.window.files.export(ExportChoice(path, replace=True))  # of an earlier run
-        self.window.exporter.finish()
-        if not self.code:
-            print(self.window.bar.label.text())
+    return Script(window, path, steps)

@@ -12,7 +12,7 @@ import pytest
 from PySide6.QtCore import QTimer
 
 from inspector.session.opening import analyse
-from inspector.window.demo import Screenshot
+from inspector.window.demo import screenshot
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, program, real_screen, wait_until
 from twistcore.review import write_session
@@ -94,7 +94,7 @@ def test_a_picture_that_cannot_be_written_ends_in_a_sentence(tmp_path):
 
 def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, capsys):
     window = show_window()
-    script = Screenshot(window, tmp_path / "window.png", shutil.copy(INJECTED, tmp_path))
+    script = screenshot(window, tmp_path / "window.png", shutil.copy(INJECTED, tmp_path))
     QTimer.singleShot(0, window, window.actions_by_id["show_about"].trigger)
     qtbot.waitUntil(lambda: not window.isVisible())
     assert script.code == 2
