@@ -15,11 +15,10 @@ from inspector.session.clip_opener import ClipOpener
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
-from inspector.session.redetection import at_tau, by_method
 from twistcore.chain import Chain
 from twistcore.detection import Analysis, Interval
 from twistcore.refinement import Corrected
-from twistcore.review import Command, Decide, Decision, Edit, Insert, Judged, Review
+from twistcore.review import Command, Decide, Decision, Edit, Insert, Judged, Redetect, Review
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
 from twistcore.review.proposal import proposed_interval
@@ -340,19 +339,24 @@ class Document(QObject):
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
         """Set τ, radians, of several chains and detect again: one step of the history."""
         if self.data and tau and self._follows_review():
-            self.do(at_tau(self.detector, tau, drag))
+            found = tuple(i for name, t in tau.items() for i in self.detector.intervals(name, t))
+            self.do(Redetect(dict(tau), found, drag=drag))
 
     def use_profile(self, profile: Profile) -> None:
         """Detect with a profile's τ, and with its detector if it names one: one step."""
         if self.data is None or not self._may_change():
             return
-        clip, state = self.data.analysis, self.review.state
+        clip, method = self.data.analysis, profile.method
         own = profile.of(clip.chains)
-        if profile.method in ("", state.method):
+
+        def detect() -> None:  # at the detector's own τ in chains that the profile lacks
+            found = clip.detect(method, tau_radians=own)
+            self.do(Redetect(dict(found.tau), found.intervals, method=method))
+
+        if method in ("", self.review.state.method):
             self.set_taus(own)
         else:
-            method = profile.method
-            self.opener.ask(clip, method, lambda: self.do(by_method(clip, method, own)))
+            self.opener.ask(clip, method, detect)
 
     def use_method(self, method: str) -> None:
         """Detect with another detector, at its own τ; what a person decided stays."""

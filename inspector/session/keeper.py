@@ -218,11 +218,9 @@ class Keeper(QObject):
         """What only the review itself may write: session, journal, lock."""
         if self._kept is None:
             return frozenset()
-        own = self._kept.all_places
-        beside = [p.with_name(p.name + JOURNAL_SUFFIX) for p in own]
-        locks = [p.with_name(p.name + ".lock") for p in beside]
-        journal = [self.journal.path] if self.journal.path is not None else []
-        return frozenset((*own, *beside, *locks, *journal))
+        ends = ("", JOURNAL_SUFFIX, f"{JOURNAL_SUFFIX}.lock")
+        own = {p.with_name(p.name + end) for p in self._kept.all_places for end in ends}
+        return frozenset(own if self.journal.path is None else {*own, self.journal.path})
 
     # -- places and lock ----------------------------------------------------------------------
 

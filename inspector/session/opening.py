@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from inspector.session.clip_on_disk import Stamp, stamp_of
 from inspector.session.session_files import REPLAY_SUFFIX, kept_sessions, set_aside
 from twistcore import analysis as core
 from twistcore.analysis import ClipAnalysis
@@ -23,6 +22,15 @@ from twistcore.review.session import read_session_file
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
 from twistcore.tuning import Profile
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """What changes with a file: seen at no cost, unlike its bytes."""
+
+    modified: int  # nanoseconds
+    size: int
+    file: int  # its number in the file system
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,3 +193,28 @@ def opening_notes(
         yield " ".join(told[:3]) + more, False
     if notes := [*data.notes, *notes]:
         yield " ".join(notes), True
+
+
+def stamp_of(path: Path) -> Stamp | None:
+    """The file's stamp; None for one that is not there."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return Stamp(status.st_mtime_ns, status.st_size, status.st_ino)
+
+
+def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
+    """A sentence if the file's bytes are no longer the clip's, else ''.
+
+    then: the stamp with which it was read. The bytes are compared only where the stamps differ.
+    """
+    if now == then:
+        return ""
+    if now is None:
+        return f"{clip.name} is no longer where it was; what is open stays as it is."
+    try:
+        same = hashlib.sha256(clip.path.read_bytes()).hexdigest() == clip.sha256
+    except OSError as error:
+        return f"{clip.name} can no longer be read ({error.strerror})."
+    return "" if same else f"{clip.name} has changed on disk since it was opened."

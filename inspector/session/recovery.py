@@ -7,10 +7,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from inspector.session.clip_on_disk import Stamp, stamp_of, what_changed
 from inspector.session.keeper import Keeper
 from inspector.session.leftovers import Leftover, missing
-from inspector.session.opening import Analysed
+from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
 from inspector.session.session_files import session_path
 from twistcore.review import CarryOver, Command, Judged, Review
 

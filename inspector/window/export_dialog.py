@@ -26,16 +26,12 @@ class ExportDialog(WriteDialog):
         self.undecided = QCheckBox(f"Correct the {undecided} undecided ones as well")
         self.undecided.setEnabled(undecided > 0)
         self.session = QCheckBox("Session beside it, to go on or to replay the export")
-        self.session.setChecked(True)
         self.report = QCheckBox("Report beside it (HTML, CSV, JSON, markers for Blender)")
-        self.report.setChecked(True)
-        self.warning = QLabel()
-        self.warning.setWordWrap(True)
-        self.undecided.toggled.connect(
-            lambda on: self.warning.setText(
-                "They are accepted in one step, which undo takes back." if on else ""
-            )
-        )
+        for beside in (self.session, self.report):
+            beside.setChecked(True)
+        self.warning = QLabel(wordWrap=True)
+        told = "They are accepted in one step, which undo takes back."
+        self.undecided.toggled.connect(lambda on: self.warning.setText(told if on else ""))
         form = self.form
         form.addRow("Write to", self.where)
         form.addRow(

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QDialog, QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QLineEdit, QListWidget, QListWidgetItem, QWidget
+
+from inspector.widgets.building import vbox
 
 _ROWS = 12
 
@@ -21,10 +23,7 @@ class CommandPalette(QDialog):
         self.line.setPlaceholderText("What do you want to do?")
         self.list = QListWidget()
         self.list.setUniformItemSizes(True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(6, 6, 6, 6)
-        layout.addWidget(self.line)
-        layout.addWidget(self.list)
+        vbox(self.line, self.list, owner=self, margins=(6, 6, 6, 6))
         self.line.textChanged.connect(self._filter)
         self.line.returnPressed.connect(self._do)
         self.line.installEventFilter(self)

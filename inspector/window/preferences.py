@@ -16,11 +16,11 @@ from PySide6.QtWidgets import (
     QSpinBox,
     QTableWidget,
     QTableWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
 from inspector.session.settings import STEPS, Settings
+from inspector.widgets.building import vbox
 from inspector.window.actions import Menus, rows
 
 
@@ -31,28 +31,24 @@ class Preferences(QDialog):
         super().__init__(parent)
         self._rows = tuple(rows(menus))
         self.setWindowTitle("Preferences")
-        self.reviewer = QLineEdit(settings.reviewer)
-        self.reviewer.setPlaceholderText("Your name, kept with every decision")
+        hint = "Your name, kept with every decision"
+        self.reviewer = QLineEdit(settings.reviewer, placeholderText=hint)
         self.first = QComboBox()
         self.first.addItems(["0", "1"])
         self.first.setCurrentIndex(settings.first_frame)
-        self.step = QSpinBox()
-        self.step.setRange(*STEPS)
-        self.step.setValue(settings.step)
+        self.step = QSpinBox(minimum=STEPS[0], maximum=STEPS[1], value=settings.step)
         form = QFormLayout()
         form.addRow("Reviewer", self.reviewer)
         form.addRow("Frames are counted from", self.first)
         form.addRow("Ctrl+← and Ctrl+→ go by", self.step)
-        self.keys = QTableWidget(0, 2)
+        self.keys = QTableWidget(len(self._rows), 2)
         self.keys.setHorizontalHeaderLabels(["Action", "Key"])
         self.keys.verticalHeader().hide()
         header = self.keys.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         header.resizeSection(1, 190)
         self.edits: dict[str, QKeySequenceEdit] = {}
-        for row in self._rows:
-            place = self.keys.rowCount()
-            self.keys.insertRow(place)
+        for place, row in enumerate(self._rows):
             item = QTableWidgetItem(row.text)
             item.setFlags(Qt.ItemFlag.ItemIsEnabled)
             self.keys.setItem(place, 0, item)
@@ -63,18 +59,13 @@ class Preferences(QDialog):
             edit.keySequenceChanged.connect(self._check)
             self.edits[row.id] = edit
             self.keys.setCellWidget(place, 1, edit)
-        self.conflict = QLabel()
-        self.conflict.setWordWrap(True)
+        self.conflict = QLabel(wordWrap=True)
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.addLayout(form)
-        layout.addWidget(self.keys, 1)
-        layout.addWidget(self.conflict)
-        layout.addWidget(self.buttons)
+        vbox(form, (self.keys, 1), self.conflict, self.buttons, owner=self)
         self.resize(560, 640)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 

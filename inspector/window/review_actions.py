@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QInputDialog, QWidget
 
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.document import Document
-from inspector.session.redetection import faint_intervals
 from inspector.widgets.message_bar import MessageBar
+from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval
-from twistcore.review import Decide, Decision, Remove
+from twistcore.review import Decide, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 
 
@@ -135,3 +135,13 @@ class ReviewActions:
         frame, chosen = QInputDialog.getInt(self.window, title, text, now, first, last)
         if chosen:
             self.document.go_to(frame - first)
+
+
+def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
+    """What the detector finds between half of τ and τ, where the review has nothing."""
+    detector, out = clip.by(state.method), []
+    for chain in clip.chains:
+        known = [(j.interval.start, j.interval.stop) for j in state.of_chain(chain.name)]
+        candidates = detector.intervals(chain.name, 0.5 * state.tau[chain.name])
+        out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]
+    return out

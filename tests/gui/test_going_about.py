@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from inspector.session.player import Player
-from inspector.session.redetection import faint_intervals
+from inspector.window.review_actions import faint_intervals
 from tests.gui.pictures import INJECTED
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
