@@ -41,8 +41,8 @@ class Exporter(QObject):
         self._tell(0.0)
         task = Task(lambda: write(export, task.tell), self)
         task.progress.connect(self._tell)
-        task.finished.connect(self._take)
-        task.failed.connect(self._fail)
+        task.finished.connect(lambda text: self._end(export, text, wrong=bool(export.changed)))
+        task.failed.connect(lambda error: self._fail(export, error))
         task.start()
 
     def finish(self) -> bool:
@@ -59,21 +59,15 @@ class Exporter(QObject):
             done = f" {100.0 * share:.0f} %" if share > 0.0 else ""
             self._document.message.emit(f"Writing {self._export.choice.path.name} …{done}", False)
 
-    def _take(self, text: str) -> None:
-        assert self._export is not None
-        self._end(text, wrong=bool(self._export.changed))
-
-    def _fail(self, error: Exception) -> None:
-        assert self._export is not None
+    def _fail(self, export: Export, error: Exception) -> None:
         self._failed = True
-        told = f"{self._export.choice.path}: not written: {error}"
+        told = f"{export.choice.path}: not written: {error}"
         if isinstance(error, OSError):
-            told = f"{error.filename or self._export.choice.path}: not written ({error.strerror})."
-        self._end(told, wrong=True)
+            told = f"{error.filename or export.choice.path}: not written ({error.strerror})."
+        self._end(export, told, wrong=True)
 
-    def _end(self, text: str, *, wrong: bool) -> None:
-        if self._export is not None:  # some of it may be there, if not all
-            self._document.exported.update(self._export.ours)
+    def _end(self, export: Export, text: str, *, wrong: bool) -> None:
+        self._document.exported.update(export.ours)  # some of it may be there, if not all
         self._export = None
         self._document.message.emit(text, wrong)
         self.ended.emit()

@@ -81,8 +81,7 @@ class Player(QObject):
         self._clock.start()
 
     def _tick(self) -> None:
-        data = self._document.data
-        if data is None:
+        if (data := self._document.data) is None:
             self.pause()
             return
         if self._document.frame != self._shown:  # a person moved the playhead meanwhile

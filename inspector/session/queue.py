@@ -6,6 +6,7 @@ import json
 import multiprocessing
 import os
 import time
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from multiprocessing.connection import Connection
@@ -205,10 +206,9 @@ class FolderQueue(QObject):
             self.changed.emit()
 
     def _give(self, worker: _Worker, path: Path) -> None:
-        try:
+        size = 0
+        with suppress(OSError):
             size = path.stat().st_size
-        except OSError:
-            size = 0
         worker.path = path
         worker.until = time.monotonic() + _PATIENCE_S + size / 1e6
         self._put(path, state=ClipState.ANALYSING)
@@ -268,12 +268,8 @@ def _spawn() -> _Worker:
 
 def decided_in(clip: Path) -> tuple[int, int] | None:
     """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
-    sessions = kept_sessions(clip)
-    if not sessions:
-        return None
-    try:
-        document = json.loads(sessions[0].read_text(encoding="utf-8"))
+    with suppress(IndexError, OSError, ValueError, KeyError, TypeError):
+        document = json.loads(kept_sessions(clip)[0].read_text(encoding="utf-8"))
         decisions = [i["decision"] for i in document["intervals"]]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return sum(d != "undecided" for d in decisions), len(decisions)
+        return sum(d != "undecided" for d in decisions), len(decisions)
+    return None

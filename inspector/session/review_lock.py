@@ -77,13 +77,11 @@ class ReviewLock:
 
     def is_free(self) -> bool:
         """Whether its holder has let it go meanwhile."""
-        try:
-            if not self.take():
-                return False
-        except OSError:
-            return False
-        self.release()
-        return True
+        with suppress(OSError):
+            if self.take():
+                self.release()
+                return True
+        return False
 
     def take_over(self) -> bool:
         """Take it from whoever holds it; OSError where that cannot be (a living one on Windows)."""
@@ -98,10 +96,9 @@ class ReviewLock:
         if self._handle is not None and _same(self.path, self._handle):
             return True
         self._let_go()
-        try:
+        with suppress(OSError):
             return self.take()
-        except OSError:
-            return False
+        return False
 
     def release(self) -> None:
         """Let it go, and delete the file if it is ours."""

@@ -121,17 +121,14 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
         return Settings(), tuple(CHECKS)
     damaged: list[str] = []
     values: dict[str, Any] = {}
-    for name, check in CHECKS.items():
-        if name not in document:
-            continue
+    for name in [name for name in CHECKS if name in document]:
         value = document.pop(name)
         try:
-            values[name] = check(value)
-        except ValueError:
-            damaged.append(name)
-        else:
+            values[name] = CHECKS[name](value)
             if isinstance(value, list | dict) and len(values[name]) < len(value):
                 damaged.append(name)
+        except ValueError:
+            damaged.append(name)
     others = checks.last_by(checks.text(100), checks.shallow, 100)(document)
     if len(others) < len(document):
         damaged.append("unknown to this version")

@@ -81,8 +81,7 @@ class FileActions:
 
     def open_folder(self) -> None:
         """Ask for a folder and queue its clips."""
-        name = QFileDialog.getExistingDirectory(self.window, "Open folder")
-        if name:
+        if name := QFileDialog.getExistingDirectory(self.window, "Open folder"):
             self.open_path(Path(name))
 
     def open_queue(self, folder: Path) -> None:
@@ -116,8 +115,7 @@ class FileActions:
     def _opening_share(self, share: float) -> None:
         key = self.cancel.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
         how = f"   {key} cancels." if key else ""
-        text = f"{self._under_way} … {100.0 * share:.0f} %{how}"
-        self.window.statusBar().showMessage(text)
+        self.window.statusBar().showMessage(f"{self._under_way} … {100.0 * share:.0f} %{how}")
 
     def _opening_over(self) -> None:
         self.window.statusBar().clearMessage()
@@ -129,12 +127,9 @@ class FileActions:
         if not self.teaching.program.aside.open:
             self.settings.remember(data.clip.path)
         self._show_recent()
-        motion = data.motion
-        self.window.statusBar().showMessage(
-            f"{data.clip.name}: {motion.frames} frames at {motion.fps:.4g} fps, "
-            f"{len(motion.skeleton)} joints",
-            8000,
-        )
+        frames = f"{data.motion.frames} frames at {data.motion.fps:.4g} fps"
+        text = f"{data.clip.name}: {frames}, {len(data.motion.skeleton)} joints"
+        self.window.statusBar().showMessage(text, 8000)
 
     def _show_recent(self) -> None:
         self.recent_menu.clear()
@@ -147,10 +142,6 @@ class FileActions:
 
     # -- saving and exporting -----------------------------------------------------------------
 
-    def save_session(self) -> bool:
-        """Write the session beside the clip; True if it is on disk."""
-        return self._save(None)
-
     def save_session_as(self) -> None:
         """Ask where to and write the session there."""
         if self.document.data is None:
@@ -160,11 +151,12 @@ class FileActions:
             self.window,
             "Save session as",
             f"Sessions (*{SESSION_SUFFIX})",
-            lambda path: self._save(_named_session(path)),
+            lambda path: self.save_session(_named_session(path)),
             wanted=session_path(self.document.data.clip.path),
         )
 
-    def _save(self, path: Path | None) -> bool:
+    def save_session(self, path: Path | None = None) -> bool:
+        """Write the session, at `path` or where it belongs; True if it is on disk."""
         self.detail.commit()
         saved, told = self.document.keeper.save(path)
         if saved:

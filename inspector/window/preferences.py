@@ -25,11 +25,11 @@ from inspector.window.actions import Menus, rows
 
 
 class Preferences(QDialog):
-    """A form over the settings; what is chosen is taken with OK."""
+    """A form over the settings, which are what was chosen once it is accepted."""
 
     def __init__(self, settings: Settings, menus: Menus, parent: QWidget) -> None:
         super().__init__(parent)
-        self._rows = tuple(rows(menus))
+        self._settings, self._rows = settings, tuple(rows(menus))
         self.setWindowTitle("Preferences")
         hint = "Your name, kept with every decision"
         self.reviewer = QLineEdit(settings.reviewer, placeholderText=hint)
@@ -69,8 +69,9 @@ class Preferences(QDialog):
         self.resize(560, 640)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
-    def take(self, settings: Settings) -> None:
+    def accept(self) -> None:
         """Write the form into the settings."""
+        settings = self._settings
         settings.reviewer = self.reviewer.text().strip()
         settings.first_frame = self.first.currentIndex()
         settings.step = self.step.value()
@@ -81,6 +82,7 @@ class Preferences(QDialog):
             if key != first:
                 changed[row.id] = [key] if key else []
         settings.keys = changed
+        super().accept()
 
     def _check(self) -> None:
         used: dict[str, list[str]] = {}

@@ -53,12 +53,8 @@ class ProgramActions:
     def preferences(self) -> None:
         """Reviewer, how frames are counted, keys."""
         dialog = Preferences(self.settings, self.menus, self.window)
-        dialog.accepted.connect(lambda: self._preferred(dialog))
+        dialog.accepted.connect(self.take_settings)
         dialog.open()
-
-    def _preferred(self, dialog: Preferences) -> None:
-        dialog.take(self.settings)
-        self.take_settings()
 
     def command_palette(self) -> None:
         """Any action by a part of its name."""
