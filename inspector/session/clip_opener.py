@@ -9,7 +9,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
-from inspector.session.opening import Analysed, ClipMissingError, analyse, analyse_session
+from inspector.session.opening import ClipMissingError, analyse, analyse_session
 from inspector.widgets.background import Task
 from twistcore.analysis import ClipAnalysis
 from twistcore.progress import Tell
@@ -41,14 +41,13 @@ class ClipOpener(QObject):
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
         """Open a clip; profile: τ for one that has no session yet."""
-        self._open(path, lambda tell: analyse(path, profile, tell))
+        what = f"Opening {path.name}"
+        self._start(what, lambda tell: analyse(path, profile, tell), self.analysed.emit)
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
         """Open a session and its clip, which may have moved to `clip`."""
-        self._open(path, lambda tell: analyse_session(path, clip, tell))
-
-    def _open(self, path: Path, work: Callable[[Tell], Analysed]) -> None:
-        self._start(f"Opening {path.name}", work, self.analysed.emit)
+        what = f"Opening {path.name}"
+        self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
         """Let a detector analyse the open clip; at once where it has done so before."""

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from inspector.session.session_files import set_aside, written
+from inspector.session.session_files import set_aside
 from twistcore.bvh import Clip
 from twistcore.errors import FormatError, TwistError
 from twistcore.review import Judged, Recovered, ReviewState, recover
@@ -29,11 +28,6 @@ class Leftover:
     def path(self) -> Path:
         """The journal."""
         return self.recovered.path
-
-    @property
-    def when(self) -> datetime:
-        """Its last step, local time."""
-        return datetime.fromtimestamp(written(self.path) / 1e9)
 
 
 def read_leftover(path: Path, clip: Clip, chains: frozenset[str]) -> tuple[Leftover | None, str]:

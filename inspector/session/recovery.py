@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from datetime import datetime
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -10,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from inspector.session.keeper import Keeper
 from inspector.session.leftovers import Leftover, missing
 from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
-from inspector.session.session_files import session_path
+from inspector.session.session_files import session_path, written
 from twistcore.review import CarryOver, Command, Judged, Review
 
 
@@ -101,8 +102,9 @@ class Recovery(QObject):
             which, answer = "Another review of this clip", "Add its decisions"
         else:
             which, answer = "The last review of this clip", "Restore"
+        when = datetime.fromtimestamp(written(leftover.path) / 1e9)
         self.question.emit(
-            f"{which} ended without saving ({leftover.when:%d %B, %H:%M}); {kept}.",
+            f"{which} ended without saving ({when:%d %B, %H:%M}); {kept}.",
             (
                 (answer, lambda: self.restore(leftover)),
                 ("Discard", lambda: self.discard(leftover)),
