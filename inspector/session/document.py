@@ -193,20 +193,15 @@ class Document(QObject):
 
     def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
         """Select an interval and its chain; with `jump` the playhead goes to its start."""
-        if interval_id is not None:
-            judged = self.review.state.find(interval_id)
-            self.chain, old_chain = judged.interval.chain, self.chain
-            changed = interval_id != self.interval_id
-            self.interval_id = interval_id
-            if self.chain != old_chain:
-                self.chain_changed.emit()
-            if changed:
-                self.interval_changed.emit()
-            if jump:
-                self.go_to(judged.interval.start)
-        elif self.interval_id is not None:
-            self.interval_id = None
+        judged = None if interval_id is None else self.review.state.find(interval_id)
+        changed, self.interval_id = interval_id != self.interval_id, interval_id
+        if judged is not None and judged.interval.chain != self.chain:
+            self.chain = judged.interval.chain
+            self.chain_changed.emit()
+        if changed:
             self.interval_changed.emit()
+        if judged is not None and jump:
+            self.go_to(judged.interval.start)
 
     def step_interval(
         self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
@@ -370,9 +365,8 @@ class Document(QObject):
     def _review_changed(self) -> None:
         self.corrected.take(self.review.state.chosen(undecided=True))
         self._follows_review()
-        if self.interval_id is not None and self.interval is None:
-            self.interval_id = None
-            self.interval_changed.emit()
+        if self.interval is None:
+            self.select_interval(None)
         self.intervals_changed.emit()
 
     def _follows_review(self) -> bool:

@@ -51,8 +51,7 @@ class Player(QObject):
     def set_loop(self, on: bool) -> None:
         """Keep to the selected interval and half a second around it."""
         self.looping = on
-        if self.playing:
-            self._begin()
+        self._begin()
 
     def span(self) -> tuple[int, int]:
         """Frames [first, stop) that are played over and over."""
@@ -66,8 +65,7 @@ class Player(QObject):
     def set_speed(self, speed: float) -> None:
         """Play at a multiple of real time; negative goes backwards."""
         self.speed = speed
-        if self.playing:
-            self._begin()
+        self._begin()
         self.changed.emit()
 
     def step_speed(self, direction: int) -> None:
