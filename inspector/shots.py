@@ -52,10 +52,10 @@ def main() -> int:
         window.document.select_chain("RightUpLeg")
         window.document.go_to(100)
         window.lesson.set_what_if(WhatIf(twist=1.1, counter=True, bend=0.9))
+        act(window, "focus_chain")
 
     def lit(window: MainWindow) -> None:
         teaching(window)
-        act(window, "focus_chain")
         window.lesson.light("theta_p")
 
     def tuning(window: MainWindow) -> None:
