@@ -13,7 +13,6 @@ from inspector.session.document import Show
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Sketch, sketch
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import MARKS, colour
-from inspector.viewport.bodies import Index, cells_of
 from inspector.viewport.bone_colours import mixed_hex, rgb
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.frame_drawing import altered_pose
@@ -175,17 +174,17 @@ class GizmoGuest:
         for look in _LOOKS:
             cells, first = [], 0
             for part in (p for p in shapes.parts if p.look == look):
-                cells.append(_shifted(part.cells, first))
+                cells.append(first + part.cells)
                 share = part.share
                 self._slices[look].append((first, first + len(part.points), part.symbol, share))
                 first += len(part.points)
-            padded = np.concatenate(cells)
+            joined = np.concatenate(cells)
             if look in _WIDTHS:
-                piece = Piece(first, lines=padded).unlit(width=_WIDTHS[look])
+                piece = Piece(first, lines=joined).unlit(width=_WIDTHS[look])
             elif look == SOLID:
-                piece = Piece(first, faces=padded).unlit()
+                piece = Piece(first, faces=joined).unlit()
             else:
-                piece = Piece(first, faces=padded, channels=4).unlit().blended()
+                piece = Piece(first, faces=joined, channels=4).unlit().blended()
             self._pieces[look] = piece.add_to(layer)
 
     def _paint(self) -> None:
@@ -312,11 +311,3 @@ class Labels(QWidget):
         for _, box, _, _ in self._placed:
             region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()
         return region
-
-
-def _shifted(cells: Index, first: int) -> Index:
-    """VTK's padded list with all indices moved up."""
-    out = cells.copy()
-    for cell in cells_of(out):
-        cell[1:] += first
-    return out

@@ -13,9 +13,11 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
+Index = NDArray[np.int64]
+
 
 class Piece:
-    """So many vertices with a constant list of polygons or lines.
+    """So many vertices with constant faces, (n, 3) or (n, 4), or lines, (n, 2).
 
     channels: of the colour of a vertex, 3 or 4; 0 draws all in one colour, that of `tint`.
     """
@@ -138,7 +140,7 @@ def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
 
     Drawn while nobody waits, before the first clip, they make the driver compile its shaders.
     """
-    triangle, line = np.array([3, 0, 1, 2]), np.array([2, 0, 1])
+    triangle, line = [[0, 1, 2]], [[0, 1]]
     made = [
         Piece(3, faces=triangle).lit(),
         Piece(3, faces=triangle, channels=0).unlit(),
@@ -156,7 +158,12 @@ def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
     return made
 
 
-def _cells(padded: ArrayLike) -> vtkCellArray:
-    cells = vtkCellArray()
-    cells.ImportLegacyFormat(numpy_to_vtkIdTypeArray(np.asarray(padded, dtype=np.int64), deep=True))
+def segments(lines: Index) -> Index:
+    """The pieces (n, 2) of lines, each a row of points."""
+    return np.stack([lines[..., :-1], lines[..., 1:]], axis=-1).reshape(-1, 2)
+
+
+def _cells(corners: ArrayLike) -> vtkCellArray:
+    cells, found = vtkCellArray(), np.asarray(corners, dtype=np.int64)
+    cells.SetData(found.shape[1], numpy_to_vtkIdTypeArray(found.ravel(), deep=True))
     return cells

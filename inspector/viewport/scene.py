@@ -14,7 +14,7 @@ from inspector.viewport.bodies import Bone, find_bones
 from inspector.viewport.bone_colours import mix, mixed_hex
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
-from inspector.viewport.ground import Ground, ground_mesh, lowest
+from inspector.viewport.ground import Ground, ground_lines, lowest
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.trails import REACH, Trails
@@ -42,13 +42,12 @@ class Scene:
         self.ground: Ground = lowest(data.positions, self.up, self.height)
         self._left: vtkRenderer = plotter.renderer
         self._right: vtkRenderer | None = None
-        grid = ground_mesh(self.ground)
-        self._fade = np.array(grid["fade"])[:, None]
-        self._grid = Piece(grid.n_points, lines=grid.lines).unlit().add_to(self._left)
-        self._grid.move(grid.points)
-        lines = np.array([[2, 2 * k, 2 * k + 1] for k in range(6)]).ravel()
-        self._triads = Piece(12, lines=lines).unlit(width=3.0)
-        self._triads.colours[:] = np.repeat(np.tile(_AXES, (2, 1)), 2, axis=0)
+        points, lines, strength = ground_lines(self.ground)
+        self._fade = 0.85 * strength[:, None]
+        self._grid = Piece(len(points), lines=lines).unlit().add_to(self._left)
+        self._grid.move(points)
+        self._triads = Piece(12, lines=np.arange(12).reshape(6, 2)).unlit(width=3.0)
+        self._triads.paint(np.repeat(np.tile(_AXES, (2, 1)), 2, axis=0))
         self.trails: Trails | None = None
         self._seen: tuple[float, ...] = ()
         self._other: Solid | None = None  # the solid one on the right
@@ -201,8 +200,7 @@ class Scene:
         for figure in self._figures():
             figure.set_theme(self._theme)
         ink = mix(self._theme.line, self._theme.soft, 0.30)
-        fade = 0.85 * self._fade
-        self._grid.paint((fade * ink + (1.0 - fade) * back).astype(np.uint8))
+        self._grid.paint((back + self._fade * (ink - back)).astype(np.uint8))
         if self.trails is not None:
             self.trails.set_theme(self._theme, back)
 

@@ -10,15 +10,7 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from inspector.viewport import opengl
-from inspector.viewport.bodies import (
-    JOINT,
-    STRIPE,
-    Bone,
-    Soup,
-    build_soup,
-    faces_without,
-    place,
-)
+from inspector.viewport.bodies import JOINT, STRIPE, Bone, Soup, build_soup, place
 from inspector.viewport.bone_colours import ghost_paint, mix, paint, palette, rgb, scale_paint
 from inspector.viewport.ground import Ground, shadow_points
 from inspector.viewport.mesh_actor import Piece
@@ -102,7 +94,8 @@ class Solid(_Figure):
     def __init__(self, shapes: Shapes, ground: Ground, renderer: vtkRenderer) -> None:
         wedges, skin = shapes.bodies, shapes.skin
         # Without spheres and stripes it is the same shadow of a quarter of the polygons.
-        shadows = (wedges, faces_without(wedges, JOINT, STRIPE)), (skin, skin.faces)
+        large = ~np.isin(wedges.part[wedges.faces[:, 0]], (JOINT, STRIPE))
+        shadows = (wedges, wedges.faces[large]), (skin, skin.faces)
         parts: list[tuple[Soup | Skin, Piece, Piece]] = [
             (
                 shape,

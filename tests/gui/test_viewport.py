@@ -374,15 +374,12 @@ def test_faces_look_outwards():
     motion = read_bvh(WALK).motion
     bones = find_bones(motion, np.array([0.0, 1.0, 0.0]), motion.skeleton.height)
     soup = build_soup(bones)
-    k, faces = 0, soup.faces
-    while k < len(faces):
-        corners = soup.vertices[faces[k + 1 : k + 1 + faces[k]]]
-        number = soup.bone[faces[k + 1]]
-        mine = soup.vertices[(soup.bone == number) & (soup.joint == soup.joint[faces[k + 1]])]
-        if number >= 0 and soup.part[faces[k + 1]] in (0, 1):  # the broad faces
+    for face in soup.faces:
+        corners, number = soup.vertices[face], soup.bone[face[0]]
+        mine = soup.vertices[(soup.bone == number) & (soup.joint == soup.joint[face[0]])]
+        if number >= 0 and soup.part[face[0]] in (0, 1):  # the broad faces
             normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
             assert normal @ (corners.mean(axis=0) - mine.mean(axis=0)) > 0.0
-        k += 1 + faces[k]
 
 
 def test_up_is_found_from_the_motion():
