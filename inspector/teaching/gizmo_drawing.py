@@ -23,7 +23,6 @@ from inspector.viewport.viewport import Viewport
 from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
-from twistcore.figure import heading
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
 _LOOKS = (BOLD, THIN, SOLID, CLEAR)
@@ -109,9 +108,7 @@ class GizmoGuest:
         q_parent = pose.rotations[chain.parent]
         along = rotate(q_parent, d.a)
         normal = rotate(multiply(q_parent, conjugate(d.q)), d.n)
-        data = self._lesson.document.data
-        assert data is not None
-        ahead = heading(pose.positions, data.chains, scene.up)
+        ahead = scene.facing(pose.positions)
         outward = pose.positions[chain.child] - pose.positions.mean(axis=0)
         outward = outward / max(float(np.linalg.norm(outward)), 1e-9)
         around, above = np.meshgrid(np.radians(np.arange(0, 360, 10)), np.radians((0, 15, 30, 45)))

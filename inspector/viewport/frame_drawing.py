@@ -40,7 +40,7 @@ class Guest(Protocol):
         """Take everything out: the scene goes, or the guest is sent away."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Looks:
     """How a person wants to see the figure."""
 
@@ -145,9 +145,7 @@ def altered_pose(
 
     Where an alteration moves a bone, the ghost stays behind only if it keeps the bone's place.
     """
-    assert document.data is not None
-    frame = document.frame
-    before, positions = document.pose(frame, after=False)
+    before, positions = document.pose(document.frame, after=False)
     roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
     if altered is None:
         return Pose(before, positions, roles)
@@ -162,14 +160,13 @@ def _pose_of(
     document: Document, scene: Scene, show: Show, chain: Chain | None, by_offset: bool
 ) -> Pose:
     """The frame's figure before, after or both; colours by the selected chain, or by |offset|."""
-    assert document.data is not None
     frame = document.frame
     before, positions = document.pose(frame, after=False)
     after, after_positions = document.pose(frame, after=True)
     differs = scene.shapes.differing(before, after)
     roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
     roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
-    offsets = _bone_offsets(document, scene.bones) if by_offset else None
+    offsets = _bone_offsets(document, scene) if by_offset else None
     if show == Show.BEFORE:
         return Pose(before, positions, roles, None, offsets)
     ghost = (before, differs) if show == Show.BOTH else None
@@ -184,10 +181,10 @@ def _chosen(bones: tuple[Bone, ...], chain: Chain | None) -> NDArray[np.bool_]:
     return np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
 
 
-def _bone_offsets(document: Document, bones: tuple[Bone, ...]) -> Array:
+def _bone_offsets(document: Document, scene: Scene) -> Array:
     """|offset| at the frame of the chain whose P→C a bone is, radians, (bones,)."""
     by_pair = {
         (c.parent, c.child): abs(float(document.offset(c.name)[document.frame]))
-        for c in (document.data.chains if document.data else ())
+        for c in scene.data.chains
     }
-    return np.array([by_pair.get((b.parent, b.child), 0.0) for b in bones])
+    return np.array([by_pair.get((b.parent, b.child), 0.0) for b in scene.bones])

@@ -15,6 +15,7 @@ from inspector.viewport.bodies import Bone
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.frame_drawing import FrameDrawing
+from inspector.viewport.solid_and_ghost import Pose
 from twistcore.rotation import Array, rotate
 
 _CLICK = 4.0  # pixels the mouse may move between press and release
@@ -130,27 +131,23 @@ class Pointing(QObject):
         pose = self._drawing.pose(scene)
         size = self._view.picture_size()
         point = np.array([at.x() % max(size[0], 1), at.y()])
-        bone = _bone_at(point, scene.bones, pose.rotations, pose.positions, camera, size)
+        bone = _bone_at(point, scene.bones, pose, camera, size)
         return None if bone is None else scene.bones[bone].parent
 
 
 def _bone_at(
-    point: Array,
-    bones: tuple[Bone, ...],
-    rotations: Array,
-    positions: Array,
-    camera: OrbitCamera,
-    size: tuple[int, int],
+    point: Array, bones: tuple[Bone, ...], pose: Pose, camera: OrbitCamera, size: tuple[int, int]
 ) -> int | None:
     """Number of the bone at a pixel (2,), or None; of those under it, the one in front.
 
-    rotations (joints, 4) and positions (joints, 3) of the frame; size: of the view, pixels.
+    size: of the view, pixels.
     """
     if not bones:
         return None
     parents = np.array([b.parent for b in bones])
-    tips = positions[parents] + rotate(rotations[parents], np.array([b.tip for b in bones]))
-    start, near = camera.project(positions[parents], *size)
+    joints = pose.positions[parents]
+    tips = joints + rotate(pose.rotations[parents], np.array([b.tip for b in bones]))
+    start, near = camera.project(joints, *size)
     stop, far = camera.project(tips, *size)
     away, where = _distance_to_segments(point, start, stop)
     depth = near + where * (far - near)

@@ -9,6 +9,7 @@ from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Document
+from inspector.session.opening import Analysed
 from inspector.viewport import opengl
 from inspector.viewport.bodies import Bone, find_bones
 from inspector.viewport.bone_colours import mix, mixed_hex
@@ -17,10 +18,10 @@ from inspector.viewport.dashed_figure import DashedOutline
 from inspector.viewport.ground import Ground, ground_lines, lowest
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
-from inspector.viewport.trails import REACH, Trails
+from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
-from twistcore.figure import figure_size, guess_up
+from twistcore.figure import figure_size, guess_up, heading
 from twistcore.rotation import Array, matrix_from_quaternion
 
 _AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8)  # x, y, z
@@ -34,7 +35,7 @@ class Scene:
         assert data is not None
         self._plotter = plotter
         self._document = document
-        self._chains = data.chains
+        self.data: Analysed = data
         self._theme = theme
         self.up = guess_up(data.positions, data.chains, data.motion.skeleton)
         self.height = figure_size(data.positions, data.motion.skeleton)
@@ -103,9 +104,8 @@ class Scene:
         if self.trails is not None:
             self.trails.remove()
             self.trails = None
-        if on and self._document.data is not None:
-            length = max(1, round(REACH * self._document.data.motion.fps))
-            self.trails = Trails(self._document, length, self.renderers())
+        if on:
+            self.trails = Trails(self._document, self.renderers())
             self.trails.set_theme(self._theme, background(self._theme))
 
     def set_theme(self, theme: Theme) -> None:
@@ -146,6 +146,10 @@ class Scene:
         stop = start + 0.06 * self.height * axes.reshape(6, 3)
         self._triads.move(np.stack([start, stop], axis=1).reshape(12, 3))
 
+    def facing(self, positions: Array) -> Array:
+        """The level unit vector (3,) that the figure's front shows to, from places of joints."""
+        return heading(positions, self.data.chains, self.up)
+
     def show_from(self, camera: OrbitCamera) -> None:
         """Look through the camera."""
         # Everything lies on the ground's disc or near the figure; asking VTK for the bounds of
@@ -175,7 +179,7 @@ class Scene:
     # -- building -----------------------------------------------------------------------------
 
     def _dress(self, style: Style) -> None:
-        self.shapes = Shapes(style, self.bones, self._chains, self.height)
+        self.shapes = Shapes(style, self.bones, self.data.chains, self.height)
         self._solid = Solid(self.shapes, self.ground, self._left)
         self._ghost = Ghost(self.shapes, self._left)
         if self._right is not None:

@@ -32,14 +32,14 @@ def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64
 class Trails:
     """The ways as lines, fading towards the future: broad for before, thin on top for after."""
 
-    def __init__(self, document: Document, length: int, renderers: list[vtkRenderer]) -> None:
-        """`length`: frames on either side; `renderers`: one, or that of before and of after."""
+    def __init__(self, document: Document, renderers: list[vtkRenderer]) -> None:
+        """`renderers`: one, or that of before and of after."""
         data = document.data
         assert data is not None
-        self._document = document
-        self._length = length
+        self._document, self._data = document, data
+        self._length = max(1, round(REACH * data.motion.fps))  # frames on either side
         self._joints = end_effectors(data.motion, data.chains)
-        self._stops = 2 * length + 1
+        self._stops = 2 * self._length + 1
         count = len(self._joints) * self._stops
         lines = segments(np.arange(count).reshape(-1, self._stops))
         self.before = Piece(count, lines=lines).unlit(width=5.0).add_to(renderers[0])
@@ -86,9 +86,7 @@ class Trails:
         low, high = max(frame - self._length, 0), min(frame + self._length + 1, frames)
         if self._known is None or not (self._known[0] <= low and high <= self._known[1]):
             start, stop = max(low - self._length, 0), min(high + 4 * self._length, frames)
-            data = self._document.data
-            assert data is not None
-            before = data.positions[start:stop, self._joints]
+            before = self._data.positions[start:stop, self._joints]
             after = self._document.corrected.ways(self._joints, start, stop)
             self._known = start, stop, before, after
         start, _, before, after = self._known

@@ -51,7 +51,7 @@ def test_a_twist_of_90_degrees_changes_the_limb_and_moves_no_joint(
 
     clean, clean_positions = document.pose(FRAME, after=False)
     view = show_view(document)
-    view.set_triads(False)
+    view.look(triads=False)
     view.focus_chain()
     before = picture(qtbot, view)
     joint = document.find_chain("LeftForeArm").parent
@@ -182,9 +182,7 @@ def test_without_opengl_it_says_so(qtbot, document, show_view, monkeypatch):
     view.focus_chain()
     view.set_theme(LIGHT)
     document.go_to(FRAME + 1)
-    for change in (view.set_side_by_side, view.set_trails, view.set_colour_by_offset):
-        change(True)
-    view.set_style(Style.SKIN)
+    view.look(style=Style.SKIN, split=True, trails=True, by_offset=True)
     view.refresh()
     assert not view.overlays.legend.isVisible()
     assert view.pointing.joint_at(QPoint(10, 10)) is None
