@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
@@ -62,7 +64,7 @@ class SymbolButton(QAbstractButton):
         super().__init__()
         self.symbol = symbol
         self._formula = _Typeset(self, typesetter, SYMBOLS[symbol].tex)
-        self._ink = self._line = self._paper = "#000000"
+        self._ink = self._paper = "#000000"
         self.setCheckable(True)
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)  # painted anew under the mouse
         self.setCursor(Qt.CursorShape.PointingHandCursor)
@@ -74,7 +76,7 @@ class SymbolButton(QAbstractButton):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self._ink = colour(SYMBOLS[self.symbol].family, theme)
-        self._line, self._paper = theme.line, theme.surface
+        self._paper = theme.surface
         self.update()
 
     def sizeHint(self) -> QSize:
@@ -128,16 +130,15 @@ class Equations(QWidget):
         self.values: dict[str, QLabel] = {}
         self.buttons: dict[str, SymbolButton] = {}
         self._rights: list[RightSide] = []
-        self._heads: list[QLabel] = []
         grid = QGridLayout(self)
         grid.setContentsMargins(4, 2, 6, 6)
         grid.setHorizontalSpacing(2)
         grid.setVerticalSpacing(0)
         row = 0
-        for title, equations in SECTIONS:
-            head = QLabel(title)
+        for title, equations in SECTIONS.items():
+            head = soft(QLabel(title))
+            head.setStyleSheet("font-weight: 600")
             head.setContentsMargins(4, 6, 0, 2)
-            self._heads.append(head)
             grid.addWidget(head, row, 0, 1, 4)
             row += 1
             for equation in equations:
@@ -177,15 +178,12 @@ class Equations(QWidget):
             button.set_theme(theme)
         for right in self._rights:
             right.set_theme(theme)
-        for head in self._heads:
-            head.setStyleSheet(f"color: {theme.soft}; font-weight: 600")
 
     def show_numbers(self, quantities: Decomposition | None) -> None:
         """Every row's value, or none."""
-        for _, equations in SECTIONS:
-            for equation in equations:
-                text = equation.value(quantities) if quantities is not None else ""
-                self.values[equation.symbol].setText(text)
+        for equation in itertools.chain(*SECTIONS.values()):
+            text = equation.value(quantities) if quantities is not None else ""
+            self.values[equation.symbol].setText(text)
 
     def show_lit(self, symbol: str) -> None:
         """Mark the lit symbol."""

@@ -10,10 +10,10 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Show
-from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Sketch, sketch
+from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Part, Sketch, sketch
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import MARKS, colour
-from inspector.viewport.bone_colours import mixed_hex, rgb
+from inspector.viewport.bone_colours import mix, rgb
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.frame_drawing import altered_pose
 from inspector.viewport.mesh_actor import Piece
@@ -25,7 +25,6 @@ from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
-_LOOKS = (BOLD, THIN, SOLID, CLEAR)
 _WIDTHS = {BOLD: 3.0, THIN: 1.6}
 _DIMMED = 0.22  # of what is not lit, beside what is
 _SIZE = 1.25  # of a label, in heights of the program's font
@@ -54,7 +53,7 @@ class GizmoGuest:
         self._viewport, self._lesson = viewport, lesson
         self.labels = Labels(viewport, typesetter)
         self._pieces: dict[str, Piece] = {}
-        self._slices: dict[str, list[tuple[int, int, str, float]]] = {}
+        self._parts: list[Part] = []  # their symbols and sizes are the same in every frame
         self._layer: vtkOpenGLRenderer | None = None
         self._below: vtkRenderer | None = None
         self._painted: tuple[object, ...] = ()
@@ -83,13 +82,8 @@ class GizmoGuest:
             self.leave()
             return
         self._attend(scene, shapes)
-        at = dict.fromkeys(_LOOKS, 0)
-        for part in shapes.parts:
-            stop = at[part.look] + len(part.points)
-            self._pieces[part.look].points[at[part.look] : stop] = part.points
-            at[part.look] = stop
-        for piece in self._pieces.values():
-            piece.moved()
+        for look, piece in self._pieces.items():
+            piece.move(np.vstack([part.points for part in shapes.parts if part.look == look]))
         self._paint()
         width, height = self._viewport.picture_size()
         left = self._viewport.width() - width
@@ -167,40 +161,37 @@ class GizmoGuest:
         window.SetNumberOfLayers(max(2, window.GetNumberOfLayers()))
         window.AddRenderer(layer)
         self._layer, self._below = layer, below
-        self._slices = {look: [] for look in _LOOKS}
-        for look in _LOOKS:
-            cells, first = [], 0
-            for part in (p for p in shapes.parts if p.look == look):
-                cells.append(first + part.cells)
-                share = part.share
-                self._slices[look].append((first, first + len(part.points), part.symbol, share))
-                first += len(part.points)
+        self._parts = shapes.parts
+        for look in (BOLD, THIN, SOLID, CLEAR):
+            count, cells = 0, []
+            for part in self._parts:
+                if part.look == look:
+                    cells.append(count + part.cells)
+                    count += len(part.points)
             joined = np.concatenate(cells)
             if look in _WIDTHS:
-                piece = Piece(first, lines=joined).unlit(width=_WIDTHS[look])
+                piece = Piece(count, lines=joined).unlit(width=_WIDTHS[look])
             elif look == SOLID:
-                piece = Piece(first, faces=joined).unlit()
+                piece = Piece(count, faces=joined).unlit()
             else:
-                piece = Piece(first, faces=joined, channels=4).unlit().blended()
+                piece = Piece(count, faces=joined, channels=4).unlit().blended()
             self._pieces[look] = piece.add_to(layer)
 
     def _paint(self) -> None:
         theme, lit = self._viewport.theme, lit_parts(self._lesson.lit)
-        look = (theme, lit)
-        if look == self._painted:
+        if (theme, lit) == self._painted:
             return
-        self._painted = look
+        self._painted = theme, lit
         paper = background_hex(theme)
-        for kind, piece in self._pieces.items():
-            for first, stop, symbol, share in self._slices[kind]:
-                strength = 1.0 if not lit or symbol in lit else _DIMMED
-                ink = colour(MARKS[symbol].family, theme)
-                if kind == CLEAR:
-                    piece.colours[first:stop, :3] = rgb(ink)
-                    piece.colours[first:stop, 3] = round(255 * share * strength)
-                else:
-                    piece.colours[first:stop] = rgb(mixed_hex(paper, ink, share * strength))
-            piece.painted()
+        inks: dict[str, list[Array]] = {look: [] for look in self._pieces}
+        for part in self._parts:
+            strength = part.share * (1.0 if not lit or part.symbol in lit else _DIMMED)
+            ink = colour(MARKS[part.symbol].family, theme)
+            clear = np.array([*rgb(ink), round(255 * strength)])
+            seen = clear if part.look == CLEAR else mix(paper, ink, strength).round()
+            inks[part.look].append(np.tile(seen, (len(part.points), 1)))
+        for look, piece in self._pieces.items():
+            piece.paint(np.vstack(inks[look]))
 
 
 class Labels(QWidget):

@@ -18,6 +18,7 @@ _ARC = 32  # steps of an arc
 _DASHES = 9
 _HEAD = (0.105, 0.030)  # length and radius of an arrow's head, of the bone's length
 _RING = 10
+_CONE = np.array([(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in range(_RING)])
 _SIDES = np.sort(TRIANGLES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
 _WIRES = np.unique(_SIDES, axis=0)  # of a sphere
 _SEEN = np.radians(1.0)  # a smaller difference is not drawn apart
@@ -54,8 +55,9 @@ class Mark:
 
 @dataclass
 class Sketch:
-    """The parts and marks of one frame."""
+    """The parts and marks of one frame; unit: the length of the bone."""
 
+    unit: float
     parts: list[Part] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
 
@@ -69,19 +71,18 @@ class Sketch:
         cells = np.arange(2 * _DASHES).reshape(-1, 2)
         self.parts.append(Part(symbol, THIN, start + at * (stop - start), cells, share))
 
-    def arrow(self, symbol: str, start: Array, way: Array, unit: float) -> None:
+    def arrow(self, symbol: str, start: Array, way: Array) -> None:
         """A shaft and a head; a way too short for its head shrinks it."""
         size = float(np.linalg.norm(way))
         along = way / size if size > 0.0 else np.array([0.0, 1.0, 0.0])
-        head = min(_HEAD[0] * unit, 0.6 * size)
+        head = min(_HEAD[0] * self.unit, 0.6 * size)
         tip = start + way
         self.line(symbol, np.stack([start, tip - head * along]))
         turn = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)[:, None]
         ring = _turned(_beside(along), along, turn)
         radius = head * _HEAD[1] / _HEAD[0]
         points = np.vstack([tip, tip - head * along, tip - head * along + radius * ring])
-        cells = [(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in range(_RING)]
-        self.parts.append(Part(symbol, SOLID, points, np.array(cells)))
+        self.parts.append(Part(symbol, SOLID, points, _CONE))
 
     def sector(
         self, symbol: str, centre: Array, rim: Array, share: float, inner: float = 0.0
@@ -111,31 +112,22 @@ def sketch(
     q_parent: P's global rotation (4,); parent, child: places of P and C (3,); reach: the length
     that v is drawn with; least: the shortest length that a bone is drawn as, the file's unit.
     """
-    out = Sketch()
-    unit = max(float(np.linalg.norm(child - parent)), least)
-    above = multiply(q_parent, conjugate(d.q))  # the frame that P's rotation is given in
-    bone, along = rotate(above, d.a), rotate(q_parent, d.a)
-    _swing(out, d, above, bone, along, parent, unit)
-    _twist(out, d, q_parent, along, parent, unit)
-    _azimuth(out, d, q_parent, along, child, max(reach, 0.5 * unit), unit)
+    out = Sketch(max(float(np.linalg.norm(child - parent)), least))
+    along = rotate(q_parent, d.a)
+    _swing(out, d, q_parent, along, parent)
+    _twist(out, d, q_parent, along, parent)
+    _azimuth(out, d, q_parent, along, child, max(reach, 0.5 * out.unit))
     return out
 
 
-def _swing(
-    out: Sketch,
-    d: Decomposition,
-    above: Array,
-    bone: Array,
-    along: Array,
-    parent: Array,
-    unit: float,
-) -> None:
-    out.arrow("a", parent, 0.92 * unit * bone, unit)
+def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
+    above, unit = multiply(q_parent, conjugate(d.q)), out.unit  # what P's rotation is given in
+    bone, normal = rotate(above, d.a), rotate(above, d.n)
+    out.arrow("a", parent, 0.92 * unit * bone)
     out.mark("a", parent + 0.92 * unit * bone, parent)
-    out.arrow("w", parent, 0.92 * unit * along, unit)
+    out.arrow("w", parent, 0.92 * unit * along)
     out.mark("w", parent + 0.80 * unit * along, parent + 0.80 * unit * bone)
-    normal = rotate(above, d.n)
-    out.arrow("n", parent, 0.5 * unit * normal, unit)
+    out.arrow("n", parent, 0.5 * unit * normal)
     out.mark("n", parent + 0.5 * unit * normal, parent, shown=bool(d.n.any()))
     arc = 0.46 * unit * _fan(bone, normal, d.alpha)
     out.sector("alpha", parent, parent + arc, 0.24)
@@ -144,11 +136,9 @@ def _swing(
     out.mark("alpha", middle, parent, shown=d.alpha > 4.0 * _SEEN)
 
 
-def _twist(
-    out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array, unit: float
-) -> None:
+def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
     """The dial: zero where the swing alone would leave the mark, the hand where it is."""
-    centre, radius = parent + 0.60 * unit * along, 0.25 * unit
+    centre, radius = parent + 0.60 * out.unit * along, 0.25 * out.unit
     hand = rotate(q_parent, _beside(d.a))
     zero = _turned(hand, along, -d.theta_p)
     before = _turned(zero, along, d.theta_p_before)
@@ -167,33 +157,27 @@ def _twist(
 
 
 def _azimuth(
-    out: Sketch,
-    d: Decomposition,
-    q_parent: Array,
-    along: Array,
-    child: Array,
-    reach: float,
-    unit: float,
+    out: Sketch, d: Decomposition, q_parent: Array, along: Array, child: Array, reach: float
 ) -> None:
     v, flat = rotate(q_parent, d.v), rotate(q_parent, d.across)
     flat_before = rotate(q_parent, d.across_before)
     ideal = rotate(q_parent, d.v_ideal)
     apart = abs(d.dtheta_c) > 2.0 * _SEEN and d.azimuth_reliability > 0.01
-    out.arrow("v", child, reach * v, unit)
+    out.arrow("v", child, reach * v)
     out.mark("v", child + 0.55 * reach * v, child + reach * flat)
-    out.arrow("across", child, reach * flat, unit)
+    out.arrow("across", child, reach * flat)
     out.dashes("across", child + reach * v, child + reach * flat, 0.8)
     out.mark("across", child + reach * flat, child, shown=d.azimuth_reliability > 0.05)
     out.dashes("dtheta_c", child, child + reach * flat_before, 0.9)
     length = float(np.linalg.norm(flat_before))
     start = flat_before / length if length > 0.0 else flat_before
-    radius = min(0.62 * reach * max(length, 0.12), 0.30 * unit)
+    radius = min(0.62 * reach * max(length, 0.12), 0.30 * out.unit)
     rim = child + radius * _fan(start, along, d.dtheta_c)
     out.line("across", child + radius * _fan(start, along, 2.0 * np.pi), THIN, 0.6)
     out.sector("dtheta_c", child, rim, 0.50)
     out.line("dtheta_c", rim)
     out.mark("dtheta_c", rim[_ARC // 2], child, shown=abs(d.dtheta_c) > _SEEN)
-    size = 0.030 * unit
+    size = 0.030 * out.unit
     out.ball("v", child + reach * v, size)
     shown = ideal if apart else v
     out.ball("ideal", child + reach * shown, 1.35 * size if apart else 0.0, hollow=True)
