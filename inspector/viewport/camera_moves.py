@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -202,20 +203,10 @@ class Steering(QWidget):
 
     # -- mouse --------------------------------------------------------------------------------
 
-    def _orbit(self, azimuth: float, elevation: float) -> None:
+    def steer(self, move: Callable[[OrbitCamera], OrbitCamera]) -> None:
+        """The person moves the camera, which stays where it is put."""
         if self.camera is not None:
-            self._moved(self.camera.orbited(azimuth, elevation))
-
-    def _pan(self, right: float, up: float) -> None:
-        if self.camera is not None:
-            self._moved(self.camera.panned(right, up, self.height()))
-
-    def _zoom(self, factor: float) -> None:
-        if self.camera is not None:
-            self._moved(self.camera.zoomed(factor))
-
-    def _moved(self, camera: OrbitCamera) -> None:
-        self._stop_turning()
-        self.camera = camera
-        self._framed = ""
-        self._schedule()
+            self._stop_turning()
+            self.camera = move(self.camera)
+            self._framed = ""
+            self._schedule()

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QEvent, QTimer, SignalInstance
+from PySide6.QtCore import QEvent, QTimer
 from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
@@ -61,9 +60,12 @@ class Viewport(Steering):
         self._make_view()
         self.overlays = Overlays(self)  # made after what they lie over
         self.setMinimumSize(160, 120)
-        self._listening = True
-        for signal, slot in self._listened():
-            signal.connect(slot)
+        document.opened.connect(self._opened)
+        document.intervals_changed.connect(self._reviewed)
+        document.frame_changed.connect(self._schedule)
+        document.chain_changed.connect(self._schedule)
+        document.interval_changed.connect(self._schedule)
+        document.show_changed.connect(self._schedule)
         self.set_theme(theme)
         self._opened()
 
@@ -119,8 +121,7 @@ class Viewport(Steering):
         self._stale.take()
         if self.view is None:
             return
-        scene = self.scene
-        if scene is not None:
+        if (scene := self.scene) is not None:
             self._go_along(scene)
             assert self.camera is not None
             self.drawing.draw(scene, self.camera)
@@ -226,24 +227,10 @@ class Viewport(Steering):
         if self.view is None:
             return
         navigation = Navigation(self.view)
-        navigation.orbited.connect(self._orbit)
-        navigation.panned.connect(self._pan)
-        navigation.zoomed.connect(self._zoom)
+        navigation.steered.connect(self.steer)
         navigation.clicked.connect(self.pointing.click)
         navigation.hovered.connect(self.pointing.hover)
         vbox(self.view, owner=self, margins=(0, 0, 0, 0))
-
-    def _listened(self) -> tuple[tuple[SignalInstance, Callable[..., None]], ...]:
-        """What the view draws again for."""
-        document = self.document
-        return (
-            (document.opened, self._opened),
-            (document.frame_changed, self._schedule),
-            (document.intervals_changed, self._reviewed),
-            (document.chain_changed, self._schedule),
-            (document.interval_changed, self._schedule),
-            (document.show_changed, self._schedule),
-        )
 
     def _place_overlays(self) -> None:
         looks = self.drawing.looks
@@ -280,10 +267,7 @@ class Viewport(Steering):
         self._builder.stop()
         self._cool()
         self._stop_turning()
-        if self._listening:  # Qt delivers a second close event to a widget closed twice
-            self._listening = False
-            for signal, slot in self._listened():
-                signal.disconnect(slot)
+        self.document.disconnect(self)
         if self.view is not None:
             self.invite(None)
             if self._scene is not None:

@@ -186,7 +186,7 @@ def test_side_by_side_shows_before_left_after_right_with_one_camera(qtbot, docum
     assert view.scene._left.GetActiveCamera() is view.scene._right.GetActiveCamera()
     # Without an error both halves are the same picture, from wherever it is seen.
     document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
-    view._orbit(0.7, 0.2)
+    view.steer(lambda camera: camera.orbited(0.7, 0.2))
     shown = picture(qtbot, view)
     assert changed(shown[:, 2:398], shown[:, 402:798]).mean() < 0.002
     # A click means the same bone in both.
@@ -292,7 +292,7 @@ def test_the_camera_turns_without_blocking_and_the_latest_wins(qtbot, document, 
     # Who takes the mouse has the camera.
     view.set_view("iso")
     view.focus_chain(150)
-    view._orbit(0.1, 0.0)
+    view.steer(lambda camera: camera.orbited(0.1, 0.0))
     mine = view.camera
     qtbot.wait(200)
     assert view.camera is mine
