@@ -106,9 +106,8 @@ class GizmoGuest:
         outward = pose.positions[chain.child] - pose.positions.mean(axis=0)
         outward = outward / max(float(np.linalg.norm(outward)), 1e-9)
         around, above = np.meshgrid(np.radians(np.arange(0, 360, 10)), np.radians((0, 15, 30, 45)))
-        level = np.cos(around)[..., None] * ahead + np.sin(around)[..., None] * np.cross(
-            scene.up, ahead
-        )
+        aside = np.cross(scene.up, ahead)
+        level = np.cos(around)[..., None] * ahead + np.sin(around)[..., None] * aside
         seen = np.cos(above)[..., None] * level + np.sin(above)[..., None] * scene.up
         seen = seen.reshape(-1, 3)
         worth = np.abs(seen @ normal) + 1.4 * np.minimum(np.abs(seen @ along), 0.5)

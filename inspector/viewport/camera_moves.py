@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QAbstractAnimation, QVariantAnimation
+from PySide6.QtCore import QVariantAnimation
 from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
@@ -22,7 +22,6 @@ from twistcore.rotation import Array, normalise, rotate
 class Steering(QWidget):
     """The camera's part of the view; who inherits draws when `_schedule` is called."""
 
-    document: Document
     follow = True
     _scene: Scene | None = None
     _camera: OrbitCamera | None = None
@@ -30,7 +29,12 @@ class Steering(QWidget):
     _anchor: Chain | None = None  # followed instead of the root
     _anchored: Array | None = None
     _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # from where to where
-    _turning: QVariantAnimation | None = None
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self._turning = QVariantAnimation(self, startValue=0.0, endValue=1.0)
+        self._turning.valueChanged.connect(self._turned)
 
     def _schedule(self) -> None:
         raise NotImplementedError
@@ -85,11 +89,6 @@ class Steering(QWidget):
         self._hold(chain)
         if milliseconds > 0 and self.isVisible():
             self._turn = replace(start, ahead=goal.ahead).looking_from(start.direction), goal
-            if self._turning is None:
-                self._turning = QVariantAnimation(self)
-                self._turning.setStartValue(0.0)
-                self._turning.setEndValue(1.0)
-                self._turning.valueChanged.connect(self._turned)
             self._turning.setDuration(milliseconds)
             self._turning.start()
         else:
@@ -146,9 +145,7 @@ class Steering(QWidget):
     def _stop_turning(self) -> None:
         """The person, or another goal, takes over."""
         self._turn = None
-        running = QAbstractAnimation.State.Running
-        if self._turning is not None and self._turning.state() == running:
-            self._turning.stop()
+        self._turning.stop()
 
     def _around(self, scene: Scene, frame: int) -> Array:
         """What the figure takes up from a frame on, with the root at its place there, (n, 3)."""

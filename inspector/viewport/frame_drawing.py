@@ -13,7 +13,7 @@ from inspector.viewport.bodies import Bone
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.dashed_figure import Companion
-from inspector.viewport.overlays import companion_text, legend_text, trails_text
+from inspector.viewport.overlays import legend_text, trails_text
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose, Style
 from inspector.widgets.theme import Theme
@@ -112,9 +112,8 @@ class FrameDrawing:
             if chain is not None:
                 degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
             name = chain.label if chain is not None else ""
-            text = legend_text(theme, "split" if scene.split else document.show, name, degrees)
-            if scene.accompanied:
-                text += companion_text(theme)
+            show = "split" if scene.split else document.show
+            text = legend_text(theme, show, name, degrees, tracked=scene.accompanied)
         if scene.trails is not None:
             text += trails_text(scene.trails.apart / scene.height)
         return text

@@ -89,25 +89,18 @@ class Piece:
         """One colour, (3,) in 0…255, for a piece without colours of its own."""
         self.actor.GetProperty().SetColor(*(np.asarray(colour, dtype=float) / 255.0))
 
-    def move(self, points: ArrayLike) -> None:
-        """Put the vertices there, (V, 3)."""
+    def move(self, points: ArrayLike, normals: ArrayLike | None = None) -> None:
+        """Put the vertices there, (V, 3); normals: likewise, for a piece that has them."""
         self.points[:] = points
-        self.moved()
+        self._data.Modified()
+        if self._normals is not None and normals is not None:
+            self.normals[:] = normals
+            self._normals.Modified()
+        self._mesh.Modified()
 
     def paint(self, colours: ArrayLike) -> None:
         """Give the vertices these colours, (V, channels)."""
         self.colours[:] = colours
-        self.painted()
-
-    def moved(self) -> None:
-        """`points` (and `normals`) have been written."""
-        self._data.Modified()
-        if self._normals is not None:
-            self._normals.Modified()
-        self._mesh.Modified()
-
-    def painted(self) -> None:
-        """`colours` have been written."""
         if self._scalars is not None:
             self._scalars.Modified()
             self._mesh.Modified()
@@ -150,10 +143,8 @@ def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
     ]
     for piece in made:
         piece.move([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]])
-        width = min(3, piece.colours.shape[1])
-        piece.colours[:, :width] = paper[:width]
+        piece.paint([*paper, 128.0][: piece.colours.shape[1]])
         piece.tint(paper)
-        piece.painted()
         piece.add_to(renderer)
     return made
 

@@ -123,9 +123,7 @@ class Solid(_Figure):
         look = pose.roles.tobytes(), degrees
         for shape, faces, shadow in self.parts:
             points, normals = _placed(shape, pose.rotations, pose.positions)
-            if normals is not None:
-                faces.normals[:] = normals
-            faces.move(points)
+            faces.move(points, normals)
             shadow.move(shadow_points(points, self._ground))
             if look == self._painted:
                 continue

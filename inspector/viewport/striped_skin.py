@@ -82,16 +82,13 @@ def build_skin(
     count = len(pairs)
     parent = np.array([c.parent for c, _ in pairs], dtype=np.int64)
     child = np.array([c.child for c, _ in pairs], dtype=np.int64)
-    own = np.arange(count)
-    below, above = own.copy(), own.copy()
+    from_joint = {joint: k for k, joint in reversed([*enumerate(parent.tolist())])}
+    to_joint = {joint: k for k, joint in reversed([*enumerate(child.tolist())])}
+    below = np.array([from_joint.get(c.child, k) for k, (c, _) in enumerate(pairs)], dtype=np.int64)
+    above = np.array([to_joint.get(c.parent, k) for k, (c, _) in enumerate(pairs)], dtype=np.int64)
     axis, across = np.zeros((count, 3)), np.zeros((count, 2, 3))
     radius = np.zeros((count, len(_STATIONS)))
-    for k in range(count):
-        after = np.flatnonzero(parent == child[k])
-        before = np.flatnonzero(child == parent[k])
-        below[k] = after[0] if len(after) else k
-        above[k] = before[0] if len(before) else k
-    for k in sorted(range(count), key=lambda n: _depth(n, above)):
+    for k in np.argsort(parent).tolist():  # the bone above comes first
         chain, number = pairs[k]
         bone = bones[number]
         length = float(np.linalg.norm(bone.tip))
@@ -170,13 +167,6 @@ def _carried(vector: Array, start: Array, stop: Array) -> Array:
     moved = vector - across * (2.0 * (across @ vector) / (across @ across))  # two mirrors: at
     moved = moved - stop * (2.0 * (stop @ moved))  # the middle, then at the end
     return normalise(moved - (moved @ stop) * stop)
-
-
-def _depth(number: int, above: Index) -> int:
-    depth = 0
-    while above[number] != number:
-        number, depth = int(above[number]), depth + 1
-    return depth
 
 
 def _ring(pieces: int, bones: int) -> tuple[Array, NDArray[np.bool_], Index, Index]:

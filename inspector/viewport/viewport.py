@@ -40,8 +40,7 @@ class Viewport(Steering):
     """
 
     def __init__(self, document: Document, theme: Theme) -> None:
-        super().__init__()
-        self.document = document
+        super().__init__(document)
         self.theme = theme
         self.view: QtInteractor | None = None
         self.drawing = FrameDrawing(document)
