@@ -11,14 +11,13 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from inspector.viewport.bodies import Bone, build_soup, place
 from inspector.viewport.bone_colours import rgb
 from inspector.viewport.mesh_actor import Piece
-from inspector.viewport.solid_and_ghost import Pose
+from inspector.viewport.solid_and_ghost import SAME, Pose
 from inspector.widgets.theme import Theme
 from twistcore.rotation import Array, geodesic_angle
 
 _DASHES = 4  # an edge
 _DRAWN = 0.55  # of a dash
 _GROWN = 1.16  # outside the ghost's outline
-_SAME = np.radians(0.05)
 _STILL = 5e-4  # of the height
 
 
@@ -61,7 +60,7 @@ class DashedOutline:
             return
         rotations, positions = figure
         moved = np.linalg.norm(positions - solid.positions, axis=-1) > self._still
-        differs = (geodesic_angle(rotations, solid.rotations) > _SAME) | moved
+        differs = (geodesic_angle(rotations, solid.rotations) > SAME) | moved
         drawn = differs[self._bones]
         self._piece.show(bool(drawn.any()))
         if not self._piece.shown:

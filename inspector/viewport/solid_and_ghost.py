@@ -20,7 +20,7 @@ from twistcore.chain import Chain
 from twistcore.rotation import Array, geodesic_angle
 
 _GROWN = 1.09  # the ghost lies around a solid body of the same pose, not in its faces
-_SAME = np.radians(0.05)  # bones that differ by less are not shown apart
+SAME = np.radians(0.05)  # bones that differ by less are not shown apart
 
 
 class Style(StrEnum):
@@ -66,7 +66,7 @@ class Shapes:
 
     def differing(self, before: Array, after: Array) -> NDArray[np.bool_]:
         """Which bones look different in two poses, global rotations (joints, 4); (bones,)."""
-        differs = geodesic_angle(before, after) > _SAME
+        differs = geodesic_angle(before, after) > SAME
         found: NDArray[np.bool_] = differs[self._parents] | differs[self._other]
         return found
 
