@@ -13,11 +13,11 @@ from inspector.session.document import Show
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Part, Sketch, sketch
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import MARKS, colour
-from inspector.viewport.bone_colours import mix, rgb
+from inspector.viewport.bone_colours import rgb
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.frame_drawing import altered_pose
 from inspector.viewport.mesh_actor import Piece
-from inspector.viewport.scene import Scene, background_hex
+from inspector.viewport.scene import Scene, background
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.labels import inked
@@ -62,9 +62,8 @@ class GizmoGuest:
 
     def pose(self, scene: Scene, show: Show) -> Pose:
         """The captured figure; with a what-if that one, the captured one as its ghost."""
-        document, chain = self._lesson.document, self._lesson.chain
         what_if = None if show == Show.BEFORE else self._lesson.pose()
-        return altered_pose(document, scene, chain, what_if)
+        return altered_pose(self._lesson.document, scene, what_if)
 
     def legend(self) -> str:
         """Rich text for the corner."""
@@ -181,13 +180,13 @@ class GizmoGuest:
         if (theme, lit) == self._painted:
             return
         self._painted = theme, lit
-        paper = background_hex(theme)
+        paper = background(theme)
         inks: dict[str, list[Array]] = {look: [] for look in self._pieces}
         for part in self._parts:
             strength = part.share * (1.0 if not lit or part.symbol in lit else _DIMMED)
-            ink = colour(MARKS[part.symbol].family, theme)
-            clear = np.array([*rgb(ink), round(255 * strength)])
-            seen = clear if part.look == CLEAR else mix(paper, ink, strength).round()
+            ink = rgb(colour(MARKS[part.symbol].family, theme))
+            clear = np.array([*ink, round(255 * strength)])
+            seen = clear if part.look == CLEAR else (paper + strength * (ink - paper)).round()
             inks[part.look].append(np.tile(seen, (len(part.points), 1)))
         for look, piece in self._pieces.items():
             piece.paint(np.vstack(inks[look]))
@@ -217,7 +216,7 @@ class Labels(QWidget):
         assert view is not None
         if self.geometry() != view.rect():
             self.setGeometry(view.rect())
-        self._paper = QColor(background_hex(theme))
+        self._paper = QColor(*background(theme).round().astype(int).tolist())
         self._scale = _SIZE * self.fontMetrics().height() / EM
         covered = self._region()
         self._placed = []

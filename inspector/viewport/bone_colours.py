@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.viewport.bodies import BACK, BAND, FRONT, JOINT, PARTS, SIDE, SKIN, STRIPE, Soup
+from inspector.viewport.bodies import BACK, BAND, FRONT, JOINT, PARTS, SIDE, STRIPE, Soup
 from inspector.viewport.striped_skin import Skin
 from inspector.widgets.theme import Theme
 
@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 _LIGHT = np.array([0.34, -0.24, -0.06, -0.60, -0.28, 0.50, -0.45])
 _DARK = np.array([0.10, -0.24, -0.06, 0.55, -0.28, 0.34, -0.52])
 _SCALED = np.array([0.10, -0.24, -0.06, -0.55, -0.28, 0.15, -0.45])
+_THIN = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0)  # alpha of the ghost's parts, likewise
 _SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°: told apart by lightness
 
 
@@ -61,11 +62,6 @@ def palette(theme: Theme) -> Floats:
     return out
 
 
-def mixed_hex(first: str, second: str, share: float) -> str:
-    """A mixed colour as '#rrggbb'."""
-    return "#" + "".join(f"{round(c):02x}" for c in mix(first, second, share))
-
-
 def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colours:
     """Colours (V, 3) of the vertices, from the roles (bones,)."""
     role = np.where(shape.bone >= 0, roles[shape.bone], Role.PLAIN)
@@ -74,12 +70,8 @@ def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colo
 
 def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
     """Colours (V, 4) of the ghost: thin faces that let the solid through, a stripe to follow."""
-    out = np.empty((len(PARTS), 4))
-    out[:, :3] = rgb(theme.before)
+    out = np.column_stack([np.tile(rgb(theme.before), (len(PARTS), 1)), _THIN])
     out[BACK, :3] = mix(theme.before, "#000000", 0.15)
-    out[:, 3] = 45.0
-    out[[FRONT, BACK, STRIPE], 3] = (50.0, 80.0, 240.0)
-    out[[SKIN, BAND], 3] = (0.0, 32.0)
     return out[shape.part].astype(np.uint8)
 
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inspector.session.document import Document, Show
 from inspector.viewport.bodies import Bone
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.dashed_figure import Companion
+from inspector.viewport.mesh_actor import Index
 from inspector.viewport.overlays import legend_text, trails_text
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose, Style
@@ -99,8 +99,17 @@ class FrameDrawing:
         document = self._document
         if self.guest is not None:
             return self.guest.pose(scene, Show.BOTH if show is None else show)
-        chosen = document.show if show is None else show
-        return _pose_of(document, scene, chosen, selected_chain(document), self.looks.by_offset)
+        show, frame = document.show if show is None else show, document.frame
+        before, positions = document.pose(frame, after=False)
+        after, after_positions = document.pose(frame, after=True)
+        differs = scene.shapes.differing(before, after)
+        roles = _roles(scene.bones, selected_chain(document))
+        roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
+        offsets = _bone_offsets(document, scene) if self.looks.by_offset else None
+        if show == Show.BEFORE:
+            return Pose(before, positions, roles, None, offsets)
+        ghost = (before, differs) if show == Show.BOTH else None
+        return Pose(after, after_positions, roles, ghost, offsets)
 
     def legend(self, scene: Scene, theme: Theme) -> str:
         """What was drawn, as rich text."""
@@ -137,15 +146,13 @@ def selected_chain(document: Document) -> Chain | None:
         return None
 
 
-def altered_pose(
-    document: Document, scene: Scene, chain: Chain | None, altered: tuple[Array, Array] | None
-) -> Pose:
+def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] | None) -> Pose:
     """The captured figure, or an altered one (global rotations, positions) with it as a ghost.
 
     Where an alteration moves a bone, the ghost stays behind only if it keeps the bone's place.
     """
     before, positions = document.pose(document.frame, after=False)
-    roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
+    roles = _roles(scene.bones, selected_chain(document))
     if altered is None:
         return Pose(before, positions, roles)
     rotations, moved = altered
@@ -155,29 +162,11 @@ def altered_pose(
     return Pose(rotations, moved, roles, (before, differs & still))
 
 
-def _pose_of(
-    document: Document, scene: Scene, show: Show, chain: Chain | None, by_offset: bool
-) -> Pose:
-    """The frame's figure before, after or both; colours by the selected chain, or by |offset|."""
-    frame = document.frame
-    before, positions = document.pose(frame, after=False)
-    after, after_positions = document.pose(frame, after=True)
-    differs = scene.shapes.differing(before, after)
-    roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
-    roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
-    offsets = _bone_offsets(document, scene) if by_offset else None
-    if show == Show.BEFORE:
-        return Pose(before, positions, roles, None, offsets)
-    ghost = (before, differs) if show == Show.BOTH else None
-    return Pose(after, after_positions, roles, ghost, offsets)
-
-
-def _chosen(bones: tuple[Bone, ...], chain: Chain | None) -> NDArray[np.bool_]:
-    """Which bones belong to the selected chain: P→C and, where there is one, C→G; (bones,)."""
-    if chain is None:
-        return np.zeros(len(bones), dtype=bool)
-    pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)}
-    return np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
+def _roles(bones: tuple[Bone, ...], chain: Chain | None) -> Index:
+    """Chosen are the selected chain's bones, P→C and, where there is one, C→G; (bones,)."""
+    pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)} if chain else set()
+    chosen = np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
+    return np.where(chosen, Role.CHOSEN, Role.PLAIN).astype(np.int64)
 
 
 def _bone_offsets(document: Document, scene: Scene) -> Array:

@@ -12,7 +12,7 @@ from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.viewport import opengl
 from inspector.viewport.bodies import Bone, find_bones
-from inspector.viewport.bone_colours import mix, mixed_hex
+from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
 from inspector.viewport.ground import Ground, ground_lines, lowest
@@ -230,11 +230,6 @@ class Scene:
 def background(theme: Theme) -> Array:
     """The colour behind everything, (3,) in 0…255. A gradient would cost 3 ms a frame."""
     return mix(theme.surface, theme.window, 0.6)
-
-
-def background_hex(theme: Theme) -> str:
-    """The same as '#rrggbb'."""
-    return mixed_hex(theme.surface, theme.window, 0.6)
 
 
 def make_plotter(parent: QWidget) -> QtInteractor | None:

@@ -34,9 +34,9 @@ class Style(StrEnum):
 class Pose:
     """What one frame looks like.
 
-    rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,), of paint.Role;
-    ghost: rotations (joints, 4) of the other figure, with which of its bones are drawn,
-    (bones,), or None; offsets: |offset| of the bones, radians, (bones,), where they give the
+    rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,), of
+    bone_colours.Role; ghost: rotations (joints, 4) of the other figure, with which of its bones are
+    drawn, (bones,), or None; offsets: |offset| of the bones, radians, (bones,), where they give the
     colour.
     """
 
