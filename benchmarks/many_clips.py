@@ -52,10 +52,10 @@ def look(document: Document, view: Viewport, clip: Path) -> None:
     """Open a clip and use everything that makes meshes."""
     document.show_clip(analyse(clip))
     for style in Style:
-        view.set_style(style)
+        view.look(style=style)
         for split in (True, False):
-            view.set_side_by_side(split)
-            view.set_trails(split)
+            view.look(split=split)
+            view.look(trails=split)
             document.go_to(document.frame + 50)
             view.refresh()
             QTest.qWait(5)

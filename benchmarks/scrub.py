@@ -124,8 +124,8 @@ def measure(clip: Path, frames: int) -> Figures:
         (Style.SKIN, False, skinned),
         (Style.WEDGES, True, beside),
     ):
-        viewport.set_style(style)
-        viewport.set_side_by_side(split)
+        viewport.look(style=style)
+        viewport.look(split=split)
         for frame in order[:5]:  # the first frames compile shaders
             scrub(frame)
             tubes.show_frame(frame)

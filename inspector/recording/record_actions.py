@@ -62,7 +62,7 @@ class RecordActions:
             return
         try:
             save_picture(stage, choice, self.document.frame)
-            self.bar.show_message(f"{choice.path.name} written.", False)
+            self._recorded(choice.path)
         except OSError as error:
             self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
         finally:

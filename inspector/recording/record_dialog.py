@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
 from inspector.recording.recorder import FPS, RecordChoice, film_frames
 from inspector.session.document import Document
+from inspector.widgets.building import soft
 from inspector.widgets.write_dialog import WriteDialog
 
 _FORMATS = {
@@ -38,17 +39,14 @@ class RecordDialog(WriteDialog):
         self.size_box = _box((f"{width} × {height}", (width, height)) for width, height in _SIZES)
         self.curves = QCheckBox("With the curves below the 3D view")
         self.curves.setChecked(True)
-        self.length = QLabel()
-        self.length.setObjectName("soft")
-        form = self.form
-        form.addRow("Format", self.format)
-        form.addRow("Write to", self.where)
-        form.addRow("", self.replace)
-        form.addRow("Frames", self.range)
-        form.addRow("Speed", self.speed)
-        form.addRow("Size", self.size_box)
-        form.addRow("", self.curves)
-        form.addRow("", self.length)
+        self.length = soft(QLabel())
+        self.form.addRow("Format", self.format)
+        self.form.addRow("Write to", self.where)
+        self.form.addRow("", self.replace)
+        for name, box in (("Frames", self.range), ("Speed", self.speed), ("Size", self.size_box)):
+            self.form.addRow(name, box)
+        self.form.addRow("", self.curves)
+        self.form.addRow("", self.length)
         self.end_form()
         self.format.currentIndexChanged.connect(self._reformat)
         for box in (self.range, self.speed):

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QObject, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QWidget
+from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QWidget
 
 from inspector.recording.film import SUFFIXES, FilmWriter
 from inspector.recording.stage import Stage
+from inspector.widgets.building import hbox
 from twistcore.atomic import write_atomically
 
 _POLL_MS = 5  # between looks at whether ffmpeg has caught up
@@ -50,11 +51,8 @@ def film_frames(choice: RecordChoice, clip_fps: float) -> list[int]:
 def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
     """Write a PNG or SVG of a frame, atomically; raises OSError."""
     stage.show_frame(frame)
-    if choice.path.suffix.lower() == ".svg":
-        data = stage.svg(choice.path.stem)
-    else:
-        data = _png(stage.picture())
-    write_atomically(choice.path, data)
+    svg = choice.path.suffix.lower() == ".svg"
+    write_atomically(choice.path, stage.svg(choice.path.stem) if svg else stage.png())
 
 
 class Recorder(QObject):
@@ -150,17 +148,12 @@ class RecordingBar(QWidget):
     def __init__(self, recorder: Recorder) -> None:
         super().__init__()
         self.label = QLabel("Recording")
-        self.bar = QProgressBar()
+        self.bar = QProgressBar(textVisible=False)
         self.bar.setFixedWidth(160)
-        self.bar.setTextVisible(False)
         self.bar.setMaximumHeight(10)
         self.stop = QPushButton("Cancel")
         self.stop.clicked.connect(recorder.cancel)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 0, 8, 0)
-        row.addWidget(self.label)
-        row.addWidget(self.bar)
-        row.addWidget(self.stop)
+        hbox(self.label, self.bar, self.stop, owner=self, margins=(8, 0, 8, 0))
         recorder.progress.connect(self._moved)
         recorder.finished.connect(self.hide)
         recorder.failed.connect(self.hide)
@@ -178,11 +171,3 @@ def _rgb(image: QImage) -> bytes:
     image = image.convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
     return rows[:, : 3 * image.width()].tobytes()
-
-
-def _png(image: QImage) -> bytes:
-    data = QByteArray()
-    buffer = QBuffer(data)
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    image.save(buffer, "PNG")  # type: ignore[call-overload]  # its stub wants bytes, it does not
-    return bytes(data.data())

@@ -5,19 +5,19 @@ So the window stays free while a film is made, and the film has its own size.
 
 from __future__ import annotations
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRect, QSize, Qt
+from PySide6.QtCore import QBuffer, QIODevice, QRect, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPalette
 from PySide6.QtSvg import QSvgGenerator
-from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QWidget
 
-from inspector.session.document import Document
 from inspector.teaching.gizmo_drawing import GizmoGuest
 from inspector.teaching.lesson import Lesson
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
+from inspector.widgets.building import vbox
 from inspector.widgets.typeset import Typesetter
 
-_SHARE = 0.58  # of the height for the 3D view where there are curves
+_SHARE = 58  # percent of the height for the 3D view where there are curves
 
 
 class Stage(QWidget):
@@ -36,17 +36,14 @@ class Stage(QWidget):
         super().__init__()
         theme = viewport.theme
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
-        self.document: Document = lesson.document.snapshot(self)
+        self.document = lesson.document.snapshot(self)
         self.viewport = Viewport(self.document, theme)
         self.viewport.look_like(viewport)
         if lesson.active:
             mirrored = Lesson(self.document, self)
             mirrored.active, mirrored.what_if, mirrored.lit = True, lesson.what_if, lesson.lit
             self.viewport.invite(GizmoGuest(self.viewport, mirrored, typesetter))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self.viewport, round(100 * _SHARE))
+        layout = vbox((self.viewport, _SHARE), owner=self, margins=(0, 0, 0, 0), spacing=0)
         self.timeline: Timeline | None = None
         if curves:
             rule = QFrame()
@@ -55,7 +52,7 @@ class Stage(QWidget):
             self.timeline = Timeline(self.document, theme)
             self.timeline.plots_button.hide()
             layout.addWidget(rule)
-            layout.addWidget(self.timeline, round(100 * (1.0 - _SHARE)))
+            layout.addWidget(self.timeline, 100 - _SHARE)
         palette = self.palette()
         palette.setColor(QPalette.ColorRole.Window, QColor(theme.surface))
         self.setPalette(palette)
@@ -69,8 +66,7 @@ class Stage(QWidget):
         self.viewport.refresh()
         if self.timeline is not None:
             self.timeline.refresh()
-            head = self.timeline.layout()
-            if head is not None:
+            if (head := self.timeline.layout()) is not None:
                 head.activate()  # the readout has grown, and no event loop runs in between
 
     def picture(self) -> QImage:
@@ -85,10 +81,15 @@ class Stage(QWidget):
             image.setDevicePixelRatio(1.0)
         return image
 
+    def png(self) -> bytes:
+        """The picture as a file."""
+        buffer = QBuffer()
+        self.picture().save(buffer, "PNG")  # type: ignore[call-overload]  # its stub wants bytes
+        return bytes(buffer.data().data())
+
     def svg(self, title: str) -> bytes:
         """Curves as lines and letters over the 3D view as a picture."""
-        data = QByteArray()
-        buffer = QBuffer(data)
+        buffer = QBuffer()
         buffer.open(QIODevice.OpenModeFlag.WriteOnly)
         generator = QSvgGenerator()
         generator.setOutputDevice(buffer)
@@ -101,8 +102,7 @@ class Stage(QWidget):
         if self.timeline is not None:
             self.timeline.render(painter, self.timeline.pos())
         painter.end()
-        buffer.close()
-        return bytes(data.data())
+        return bytes(buffer.data().data())
 
     def strike(self) -> None:
         """Take it down."""

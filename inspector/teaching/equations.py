@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import (
     QAbstractButton,
     QGridLayout,
@@ -17,7 +19,7 @@ from inspector.teaching.symbols import SECTIONS, SYMBOLS, Equation, colour
 from inspector.widgets.building import RIGHT, hbox, soft
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Theme, figures_font
-from inspector.widgets.typeset import EM, Formula, Typesetter
+from inspector.widgets.typeset import EM, Typesetter
 from twistcore.decomposition import Decomposition
 
 _SIZE = 1.04  # of a formula, in heights of the program's font
@@ -28,7 +30,7 @@ class _Typeset:
     """What a formula's widget measures and paints."""
 
     def __init__(self, widget: QWidget, typesetter: Typesetter, tex: str) -> None:
-        self._widget, self._typesetter, self.tex = widget, typesetter, tex
+        self._widget, self._typesetter, self._tex = widget, typesetter, tex
 
     @property
     def _scale(self) -> float:
@@ -36,14 +38,14 @@ class _Typeset:
 
     def size(self) -> QSize:
         """As large as the formula; every one has room for a fraction."""
-        formula = self._typesetter.formula(self.tex)
+        formula = self._typesetter.formula(self._tex)
         width = formula.box.width() * self._scale if formula else 20.0
         high = round(1.7 * self._widget.fontMetrics().height())
         return QSize(round(width) + 2 * _PAD[0], high)
 
-    def paint(self, painter: QPainter, ink: str) -> None:
+    def paint(self, painter: QPainter, ink: QColor) -> None:
         """On the common baseline, from the left."""
-        formula: Formula | None = self._typesetter.formula(self.tex)
+        formula = self._typesetter.formula(self._tex)
         if formula is None:
             return
         painter.save()
@@ -51,7 +53,7 @@ class _Typeset:
         painter.translate(_PAD[0], 0.64 * self._widget.height())
         painter.scale(self._scale, self._scale)
         painter.translate(-formula.box.left(), 0.0)
-        painter.fillPath(formula.path, QColor(ink))
+        painter.fillPath(formula.path, ink)
         painter.restore()
 
 
@@ -62,7 +64,7 @@ class SymbolButton(QAbstractButton):
         super().__init__()
         self.symbol = symbol
         self._formula = _Typeset(self, typesetter, SYMBOLS[symbol].tex)
-        self._ink = self._line = self._paper = "#000000"
+        self._ink = self._paper = "#000000"
         self.setCheckable(True)
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)  # painted anew under the mouse
         self.setCursor(Qt.CursorShape.PointingHandCursor)
@@ -74,7 +76,7 @@ class SymbolButton(QAbstractButton):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self._ink = colour(SYMBOLS[self.symbol].family, theme)
-        self._line, self._paper = theme.line, theme.surface
+        self._paper = theme.surface
         self.update()
 
     def sizeHint(self) -> QSize:
@@ -86,12 +88,12 @@ class SymbolButton(QAbstractButton):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(1.0, 1.5, -1.0, -1.5)
-        ink = QColor(self._ink)
+        ink, paper = QColor(self._ink), QColor(self._paper)
         if self.isChecked() or self.underMouse() or self.hasFocus():
             painter.setPen(QPen(ink, 1.4 if self.isChecked() or self.hasFocus() else 0.8))
-            painter.setBrush(ink if self.isChecked() else QColor(self._paper))
+            painter.setBrush(ink if self.isChecked() else paper)
             painter.drawRoundedRect(box, 6.0, 6.0)
-        self._formula.paint(painter, self._paper if self.isChecked() else self._ink)
+        self._formula.paint(painter, paper if self.isChecked() else ink)
 
 
 class RightSide(QWidget):
@@ -100,21 +102,15 @@ class RightSide(QWidget):
     def __init__(self, tex: str, typesetter: Typesetter) -> None:
         super().__init__()
         self._formula = _Typeset(self, typesetter, tex)
-        self._ink = "#000000"
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._ink = theme.text
-        self.update()
 
     def sizeHint(self) -> QSize:
         """The formula's."""
         return self._formula.size()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """The formula."""
-        self._formula.paint(QPainter(self), self._ink)
+        """The formula, in the colour of text."""
+        self._formula.paint(QPainter(self), self.palette().color(QPalette.ColorRole.WindowText))
 
 
 class Equations(QWidget):
@@ -128,16 +124,15 @@ class Equations(QWidget):
         self.values: dict[str, QLabel] = {}
         self.buttons: dict[str, SymbolButton] = {}
         self._rights: list[RightSide] = []
-        self._heads: list[QLabel] = []
         grid = QGridLayout(self)
         grid.setContentsMargins(4, 2, 6, 6)
         grid.setHorizontalSpacing(2)
         grid.setVerticalSpacing(0)
         row = 0
-        for title, equations in SECTIONS:
-            head = QLabel(title)
+        for title, equations in SECTIONS.items():
+            head = soft(QLabel(title))
+            head.setStyleSheet("font-weight: 600")
             head.setContentsMargins(4, 6, 0, 2)
-            self._heads.append(head)
             grid.addWidget(head, row, 0, 1, 4)
             row += 1
             for equation in equations:
@@ -175,17 +170,12 @@ class Equations(QWidget):
         """Other colours."""
         for button in self.buttons.values():
             button.set_theme(theme)
-        for right in self._rights:
-            right.set_theme(theme)
-        for head in self._heads:
-            head.setStyleSheet(f"color: {theme.soft}; font-weight: 600")
 
     def show_numbers(self, quantities: Decomposition | None) -> None:
         """Every row's value, or none."""
-        for _, equations in SECTIONS:
-            for equation in equations:
-                text = equation.value(quantities) if quantities is not None else ""
-                self.values[equation.symbol].setText(text)
+        for equation in itertools.chain(*SECTIONS.values()):
+            text = equation.value(quantities) if quantities is not None else ""
+            self.values[equation.symbol].setText(text)
 
     def show_lit(self, symbol: str) -> None:
         """Mark the lit symbol."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from twistcore.quamo import Gains, HandGains, track
@@ -22,14 +20,6 @@ FRAMES = 101
 _TRACKED = ("axis-angle, raw", "Euler XYZ, raw", "Euler XYZ, wrapped")
 
 
-@dataclass(frozen=True, eq=False)
-class Follower:
-    """name; distance: from the input, degrees, (frames,)."""
-
-    name: str
-    distance: Array
-
-
 def turning(speed: float) -> Array:
     """A joint about a fixed axis at `speed` turns a second, slow to start, (FRAMES, 4)."""
     time = np.arange(FRAMES) * DT
@@ -37,14 +27,19 @@ def turning(speed: float) -> Array:
     return quaternion_from_axis_angle(AXIS, 2.0 * np.pi * speed * eased)
 
 
-def followers(q_hat: Array) -> tuple[Follower, ...]:
-    """Quaternion, axis-angle, Euler XYZ raw and wrapped, first-order: all with the same gains."""
+def followers(q_hat: Array) -> dict[str, Array]:
+    """How far from the input trackers with the same gains are, degrees, (frames,), by their names.
+
+    Quaternion, axis-angle, Euler XYZ raw and wrapped, first-order.
+    """
     gains = Gains()
     by_name = {r.name: r for r in REPRESENTATIONS}
-    found = [("Quaternion", _quaternion(q_hat, gains, EXACT))]
-    found += [(name, track_coordinates(q_hat, DT, by_name[name], gains)) for name in _TRACKED]
-    found.append(("Quaternion, first-order", _quaternion(q_hat, gains, FIRST_ORDER)))
-    return tuple(Follower(n, np.degrees(geodesic_angle(q, q_hat))) for n, q in found)
+    tracked = {
+        "Quaternion": _quaternion(q_hat, gains, EXACT),
+        **{name: track_coordinates(q_hat, DT, by_name[name], gains) for name in _TRACKED},
+        "Quaternion, first-order": _quaternion(q_hat, gains, FIRST_ORDER),
+    }
+    return {name: np.degrees(geodesic_angle(q, q_hat)) for name, q in tracked.items()}
 
 
 def euler_angles(q_hat: Array) -> Array:

@@ -88,17 +88,16 @@ class FiveTrackers(QWidget):
     def refresh(self) -> None:
         """Let the joint turn and the five follow it."""
         q_hat = turning(0.01 * self.slider.value())
-        self.found = {f.name: f for f in followers(q_hat)}
+        self.found = followers(q_hat)
         self.angles = euler_angles(q_hat)
         x = np.arange(FRAMES, dtype=np.float64)
         lines = [Trace(x, _broken(self.angles[:, k]), role) for k, (_, role) in enumerate(_EULER)]
         self.input.show_lines(lines)
         self.input.show_range(FRAMES, -180.0, 180.0)
-        top = max(float(f.distance.max()) for f in self.found.values())
+        top = max(float(distance.max()) for distance in self.found.values())
         for name, plot in self.plots.items():
-            own = name.startswith("Quaternion")
-            distance = self.found[name].distance
-            plot.show_lines([Trace(x, root_scale(distance), "after" if own else "before")])
+            role = "after" if name.startswith("Quaternion") else "before"
+            plot.show_lines([Trace(x, root_scale(self.found[name]), role)])
             plot.show_range(FRAMES, 0.0, float(root_scale(max(top, 10.0))))
         self.speed.setText(f"{0.01 * self.slider.value():.2f} turns/s")
         self.words.set_text(
@@ -120,7 +119,7 @@ class FiveTrackers(QWidget):
         )
         self.input_words.set_text(f"The input as Euler angles XYZ &nbsp; {keys}".replace("-", "−"))
         for name, title in self.titles.items():
-            distance = self.found[name].distance
+            distance = self.found[name]
             title.set_text(
                 f"<b>{_TITLES.get(name, name)}</b><br>{distance[self.frame]:.1f}° off, "
                 f"at most {distance.max():.1f}°"

@@ -10,24 +10,21 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Show
-from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Sketch, sketch
+from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Part, Sketch, sketch
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import MARKS, colour
-from inspector.viewport.bodies import Index, cells_of
-from inspector.viewport.bone_colours import mixed_hex, rgb
+from inspector.viewport.bone_colours import rgb
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.frame_drawing import altered_pose
 from inspector.viewport.mesh_actor import Piece
-from inspector.viewport.scene import Scene, background_hex
+from inspector.viewport.scene import Scene, background
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
-from twistcore.figure import heading
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
-_LOOKS = (BOLD, THIN, SOLID, CLEAR)
 _WIDTHS = {BOLD: 3.0, THIN: 1.6}
 _DIMMED = 0.22  # of what is not lit, beside what is
 _SIZE = 1.25  # of a label, in heights of the program's font
@@ -56,7 +53,7 @@ class GizmoGuest:
         self._viewport, self._lesson = viewport, lesson
         self.labels = Labels(viewport, typesetter)
         self._pieces: dict[str, Piece] = {}
-        self._slices: dict[str, list[tuple[int, int, str, float]]] = {}
+        self._parts: list[Part] = []  # their symbols and sizes are the same in every frame
         self._layer: vtkOpenGLRenderer | None = None
         self._below: vtkRenderer | None = None
         self._painted: tuple[object, ...] = ()
@@ -65,9 +62,8 @@ class GizmoGuest:
 
     def pose(self, scene: Scene, show: Show) -> Pose:
         """The captured figure; with a what-if that one, the captured one as its ghost."""
-        document, chain = self._lesson.document, self._lesson.chain
         what_if = None if show == Show.BEFORE else self._lesson.pose()
-        return altered_pose(document, scene, chain, what_if)
+        return altered_pose(self._lesson.document, scene, what_if)
 
     def legend(self) -> str:
         """Rich text for the corner."""
@@ -85,13 +81,8 @@ class GizmoGuest:
             self.leave()
             return
         self._attend(scene, shapes)
-        at = dict.fromkeys(_LOOKS, 0)
-        for part in shapes.parts:
-            stop = at[part.look] + len(part.points)
-            self._pieces[part.look].points[at[part.look] : stop] = part.points
-            at[part.look] = stop
-        for piece in self._pieces.values():
-            piece.moved()
+        for look, piece in self._pieces.items():
+            piece.move(np.vstack([part.points for part in shapes.parts if part.look == look]))
         self._paint()
         width, height = self._viewport.picture_size()
         left = self._viewport.width() - width
@@ -110,15 +101,12 @@ class GizmoGuest:
         q_parent = pose.rotations[chain.parent]
         along = rotate(q_parent, d.a)
         normal = rotate(multiply(q_parent, conjugate(d.q)), d.n)
-        data = self._lesson.document.data
-        assert data is not None
-        ahead = heading(pose.positions, data.chains, scene.up)
+        ahead = scene.facing(pose.positions)
         outward = pose.positions[chain.child] - pose.positions.mean(axis=0)
         outward = outward / max(float(np.linalg.norm(outward)), 1e-9)
         around, above = np.meshgrid(np.radians(np.arange(0, 360, 10)), np.radians((0, 15, 30, 45)))
-        level = np.cos(around)[..., None] * ahead + np.sin(around)[..., None] * np.cross(
-            scene.up, ahead
-        )
+        aside = np.cross(scene.up, ahead)
+        level = np.cos(around)[..., None] * ahead + np.sin(around)[..., None] * aside
         seen = np.cos(above)[..., None] * level + np.sin(above)[..., None] * scene.up
         seen = seen.reshape(-1, 3)
         worth = np.abs(seen @ normal) + 1.4 * np.minimum(np.abs(seen @ along), 0.5)
@@ -171,40 +159,37 @@ class GizmoGuest:
         window.SetNumberOfLayers(max(2, window.GetNumberOfLayers()))
         window.AddRenderer(layer)
         self._layer, self._below = layer, below
-        self._slices = {look: [] for look in _LOOKS}
-        for look in _LOOKS:
-            cells, first = [], 0
-            for part in (p for p in shapes.parts if p.look == look):
-                cells.append(_shifted(part.cells, first))
-                share = part.share
-                self._slices[look].append((first, first + len(part.points), part.symbol, share))
-                first += len(part.points)
-            padded = np.concatenate(cells)
+        self._parts = shapes.parts
+        for look in (BOLD, THIN, SOLID, CLEAR):
+            count, cells = 0, []
+            for part in self._parts:
+                if part.look == look:
+                    cells.append(count + part.cells)
+                    count += len(part.points)
+            joined = np.concatenate(cells)
             if look in _WIDTHS:
-                piece = Piece(first, lines=padded).unlit(width=_WIDTHS[look])
+                piece = Piece(count, lines=joined).unlit(width=_WIDTHS[look])
             elif look == SOLID:
-                piece = Piece(first, faces=padded).unlit()
+                piece = Piece(count, faces=joined).unlit()
             else:
-                piece = Piece(first, faces=padded, channels=4).unlit().blended()
+                piece = Piece(count, faces=joined, channels=4).unlit().blended()
             self._pieces[look] = piece.add_to(layer)
 
     def _paint(self) -> None:
         theme, lit = self._viewport.theme, lit_parts(self._lesson.lit)
-        look = (theme, lit)
-        if look == self._painted:
+        if (theme, lit) == self._painted:
             return
-        self._painted = look
-        paper = background_hex(theme)
-        for kind, piece in self._pieces.items():
-            for first, stop, symbol, share in self._slices[kind]:
-                strength = 1.0 if not lit or symbol in lit else _DIMMED
-                ink = colour(MARKS[symbol].family, theme)
-                if kind == CLEAR:
-                    piece.colours[first:stop, :3] = rgb(ink)
-                    piece.colours[first:stop, 3] = round(255 * share * strength)
-                else:
-                    piece.colours[first:stop] = rgb(mixed_hex(paper, ink, share * strength))
-            piece.painted()
+        self._painted = theme, lit
+        paper = background(theme)
+        inks: dict[str, list[Array]] = {look: [] for look in self._pieces}
+        for part in self._parts:
+            strength = part.share * (1.0 if not lit or part.symbol in lit else _DIMMED)
+            ink = rgb(colour(MARKS[part.symbol].family, theme))
+            clear = np.array([*ink, round(255 * strength)])
+            seen = clear if part.look == CLEAR else (paper + strength * (ink - paper)).round()
+            inks[part.look].append(np.tile(seen, (len(part.points), 1)))
+        for look, piece in self._pieces.items():
+            piece.paint(np.vstack(inks[look]))
 
 
 class Labels(QWidget):
@@ -231,7 +216,7 @@ class Labels(QWidget):
         assert view is not None
         if self.geometry() != view.rect():
             self.setGeometry(view.rect())
-        self._paper = QColor(background_hex(theme))
+        self._paper = QColor(*background(theme).round().astype(int).tolist())
         self._scale = _SIZE * self.fontMetrics().height() / EM
         covered = self._region()
         self._placed = []
@@ -312,11 +297,3 @@ class Labels(QWidget):
         for _, box, _, _ in self._placed:
             region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()
         return region
-
-
-def _shifted(cells: Index, first: int) -> Index:
-    """VTK's padded list with all indices moved up."""
-    out = cells.copy()
-    for cell in cells_of(out):
-        cell[1:] += first
-    return out

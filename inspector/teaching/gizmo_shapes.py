@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inspector.viewport.bodies import SPHERE, TRIANGLES
+from inspector.viewport.mesh_actor import Index, segments
 from twistcore.decomposition import Decomposition
 from twistcore.rotation import Array, conjugate, multiply, normalise, rotate
 
@@ -18,6 +18,9 @@ _ARC = 32  # steps of an arc
 _DASHES = 9
 _HEAD = (0.105, 0.030)  # length and radius of an arrow's head, of the bone's length
 _RING = 10
+_CONE = np.array([(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in range(_RING)])
+_SIDES = np.sort(TRIANGLES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+_WIRES = np.unique(_SIDES, axis=0)  # of a sphere
 _SEEN = np.radians(1.0)  # a smaller difference is not drawn apart
 
 # How boldly a part is drawn.
@@ -30,13 +33,14 @@ class Part:
     """Points with what connects them.
 
     symbol: whose part it is; look: BOLD or THIN lines, SOLID or CLEAR faces; points: (n, 3);
-    cells: VTK's padded list over these points; share: how strong a CLEAR face or a line is, 0…1.
+    cells: lines (m, 2) or faces (m, 3 or 4) over these points; share: how strong a line or a CLEAR
+    face is, 0…1.
     """
 
     symbol: str
     look: str
     points: Array
-    cells: NDArray[np.int64]
+    cells: Index
     share: float = 1.0
 
 
@@ -51,58 +55,48 @@ class Mark:
 
 @dataclass
 class Sketch:
-    """The parts and marks of one frame."""
+    """The parts and marks of one frame; unit: the length of the bone."""
 
+    unit: float
     parts: list[Part] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
 
     def line(self, symbol: str, points: Array, look: str = BOLD, share: float = 1.0) -> None:
         """A line through points (n, 3)."""
-        cells = np.array([len(points), *range(len(points))])
-        self.parts.append(Part(symbol, look, points, cells, share))
+        self.parts.append(Part(symbol, look, points, segments(np.arange(len(points))), share))
 
     def dashes(self, symbol: str, start: Array, stop: Array, share: float = 1.0) -> None:
         """A dashed line."""
         at = np.linspace(0.0, 1.0, 2 * _DASHES)[:, None]
-        cells = np.array([[2, 2 * k, 2 * k + 1] for k in range(_DASHES)]).ravel()
+        cells = np.arange(2 * _DASHES).reshape(-1, 2)
         self.parts.append(Part(symbol, THIN, start + at * (stop - start), cells, share))
 
-    def arrow(self, symbol: str, start: Array, way: Array, unit: float) -> None:
+    def arrow(self, symbol: str, start: Array, way: Array) -> None:
         """A shaft and a head; a way too short for its head shrinks it."""
         size = float(np.linalg.norm(way))
         along = way / size if size > 0.0 else np.array([0.0, 1.0, 0.0])
-        head = min(_HEAD[0] * unit, 0.6 * size)
+        head = min(_HEAD[0] * self.unit, 0.6 * size)
         tip = start + way
         self.line(symbol, np.stack([start, tip - head * along]))
-        side = normalise(_cross(along, np.eye(3)[int(np.argmin(np.abs(along)))]))
         turn = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)[:, None]
-        ring = np.cos(turn) * side + np.sin(turn) * _cross(along, side)
+        ring = _turned(_beside(along), along, turn)
         radius = head * _HEAD[1] / _HEAD[0]
         points = np.vstack([tip, tip - head * along, tip - head * along + radius * ring])
-        cells = [(3, end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in range(_RING)]
-        self.parts.append(Part(symbol, SOLID, points, np.array(cells).ravel()))
+        self.parts.append(Part(symbol, SOLID, points, _CONE))
 
     def sector(
         self, symbol: str, centre: Array, rim: Array, share: float, inner: float = 0.0
     ) -> None:
         """A clear face between a centre, or a part of the way from it, and a rim (n, 3)."""
         low = centre + inner * (rim - centre)
-        count = len(rim)
-        cells = [(4, k, k + 1, count + k + 1, count + k) for k in range(count - 1)]
-        self.parts.append(
-            Part(symbol, CLEAR, np.vstack([low, rim]), np.array(cells).ravel(), share)
-        )
+        steps = segments(np.arange(len(rim)))
+        cells = np.hstack([steps, len(rim) + steps[:, ::-1]])
+        self.parts.append(Part(symbol, CLEAR, np.vstack([low, rim]), cells, share))
 
     def ball(self, symbol: str, centre: Array, radius: float, *, hollow: bool = False) -> None:
         """A small sphere, or the wires of one."""
-        points = centre + radius * SPHERE
-        if hollow:
-            pairs = {tuple(sorted((t[k], t[(k + 1) % 3]))) for t in TRIANGLES for k in range(3)}
-            cells = np.array([(2, *pair) for pair in sorted(pairs)]).ravel()
-            self.parts.append(Part(symbol, THIN, points, cells))
-        else:
-            cells = np.hstack([np.full((len(TRIANGLES), 1), 3), TRIANGLES]).ravel()
-            self.parts.append(Part(symbol, SOLID, points, cells))
+        look, cells = (THIN, _WIRES) if hollow else (SOLID, TRIANGLES)
+        self.parts.append(Part(symbol, look, centre + radius * SPHERE, cells))
 
     def mark(self, symbol: str, at: Array, away: Array, *, shown: bool = True) -> None:
         """A label, unless what it names cannot be seen."""
@@ -118,53 +112,42 @@ def sketch(
     q_parent: P's global rotation (4,); parent, child: places of P and C (3,); reach: the length
     that v is drawn with; least: the shortest length that a bone is drawn as, the file's unit.
     """
-    out = Sketch()
-    unit = max(float(np.linalg.norm(child - parent)), least)
-    above = multiply(q_parent, conjugate(d.q))  # the frame that P's rotation is given in
-    bone, along = rotate(above, d.a), rotate(q_parent, d.a)
-    _swing(out, d, above, bone, along, parent, unit)
-    _twist(out, d, q_parent, along, parent, unit)
-    _azimuth(out, d, q_parent, along, child, max(reach, 0.5 * unit), unit)
+    out = Sketch(max(float(np.linalg.norm(child - parent)), least))
+    along = rotate(q_parent, d.a)
+    _swing(out, d, q_parent, along, parent)
+    _twist(out, d, q_parent, along, parent)
+    _azimuth(out, d, q_parent, along, child, max(reach, 0.5 * out.unit))
     return out
 
 
-def _swing(
-    out: Sketch,
-    d: Decomposition,
-    above: Array,
-    bone: Array,
-    along: Array,
-    parent: Array,
-    unit: float,
-) -> None:
-    out.arrow("a", parent, 0.92 * unit * bone, unit)
+def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
+    above, unit = multiply(q_parent, conjugate(d.q)), out.unit  # what P's rotation is given in
+    bone, normal = rotate(above, d.a), rotate(above, d.n)
+    out.arrow("a", parent, 0.92 * unit * bone)
     out.mark("a", parent + 0.92 * unit * bone, parent)
-    out.arrow("w", parent, 0.92 * unit * along, unit)
+    out.arrow("w", parent, 0.92 * unit * along)
     out.mark("w", parent + 0.80 * unit * along, parent + 0.80 * unit * bone)
-    normal = rotate(above, d.n)
-    out.arrow("n", parent, 0.5 * unit * normal, unit)
+    out.arrow("n", parent, 0.5 * unit * normal)
     out.mark("n", parent + 0.5 * unit * normal, parent, shown=bool(d.n.any()))
-    arc = 0.46 * unit * _fan(bone, normal, 0.0, d.alpha)
+    arc = 0.46 * unit * _fan(bone, normal, d.alpha)
     out.sector("alpha", parent, parent + arc, 0.24)
     out.line("alpha", parent + arc)
     middle = parent + 1.12 * arc[_ARC // 2]
     out.mark("alpha", middle, parent, shown=d.alpha > 4.0 * _SEEN)
 
 
-def _twist(
-    out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array, unit: float
-) -> None:
+def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
     """The dial: zero where the swing alone would leave the mark, the hand where it is."""
-    centre, radius = parent + 0.60 * unit * along, 0.25 * unit
+    centre, radius = parent + 0.60 * out.unit * along, 0.25 * out.unit
     hand = rotate(q_parent, _beside(d.a))
     zero = _turned(hand, along, -d.theta_p)
     before = _turned(zero, along, d.theta_p_before)
-    ring = centre + radius * _fan(zero, along, 0.0, 2.0 * np.pi)
+    ring = centre + radius * _fan(zero, along, 2.0 * np.pi)
     out.line("theta_p", ring, THIN, 0.75)
-    out.sector("theta_p", centre, centre + radius * _fan(zero, along, 0.0, d.theta_p), 0.40)
+    out.sector("theta_p", centre, centre + radius * _fan(zero, along, d.theta_p), 0.40)
     out.line("theta_p", np.stack([centre, centre + 1.12 * radius * zero]), THIN, 0.75)
     out.line("theta_p", np.stack([centre, centre + 1.12 * radius * hand]))
-    rim = centre + 1.22 * radius * _fan(before, along, 0.0, d.dtheta_p)
+    rim = centre + 1.22 * radius * _fan(before, along, d.dtheta_p)
     out.sector("dtheta_p", centre, rim, 0.55, inner=0.84)
     out.line("dtheta_p", rim)
     middle = _turned(zero, along, 0.5 * d.theta_p)
@@ -174,33 +157,27 @@ def _twist(
 
 
 def _azimuth(
-    out: Sketch,
-    d: Decomposition,
-    q_parent: Array,
-    along: Array,
-    child: Array,
-    reach: float,
-    unit: float,
+    out: Sketch, d: Decomposition, q_parent: Array, along: Array, child: Array, reach: float
 ) -> None:
     v, flat = rotate(q_parent, d.v), rotate(q_parent, d.across)
     flat_before = rotate(q_parent, d.across_before)
     ideal = rotate(q_parent, d.v_ideal)
     apart = abs(d.dtheta_c) > 2.0 * _SEEN and d.azimuth_reliability > 0.01
-    out.arrow("v", child, reach * v, unit)
+    out.arrow("v", child, reach * v)
     out.mark("v", child + 0.55 * reach * v, child + reach * flat)
-    out.arrow("across", child, reach * flat, unit)
+    out.arrow("across", child, reach * flat)
     out.dashes("across", child + reach * v, child + reach * flat, 0.8)
     out.mark("across", child + reach * flat, child, shown=d.azimuth_reliability > 0.05)
     out.dashes("dtheta_c", child, child + reach * flat_before, 0.9)
     length = float(np.linalg.norm(flat_before))
     start = flat_before / length if length > 0.0 else flat_before
-    radius = min(0.62 * reach * max(length, 0.12), 0.30 * unit)
-    rim = child + radius * _fan(start, along, 0.0, d.dtheta_c)
-    out.line("across", child + radius * _fan(start, along, 0.0, 2.0 * np.pi), THIN, 0.6)
+    radius = min(0.62 * reach * max(length, 0.12), 0.30 * out.unit)
+    rim = child + radius * _fan(start, along, d.dtheta_c)
+    out.line("across", child + radius * _fan(start, along, 2.0 * np.pi), THIN, 0.6)
     out.sector("dtheta_c", child, rim, 0.50)
     out.line("dtheta_c", rim)
     out.mark("dtheta_c", rim[_ARC // 2], child, shown=abs(d.dtheta_c) > _SEEN)
-    size = 0.030 * unit
+    size = 0.030 * out.unit
     out.ball("v", child + reach * v, size)
     shown = ideal if apart else v
     out.ball("ideal", child + reach * shown, 1.35 * size if apart else 0.0, hollow=True)
@@ -209,20 +186,19 @@ def _azimuth(
     out.mark("ideal", child + reach * ideal, child, shown=apart)
 
 
-def _fan(start: Array, axis: Array, first: float, last: float) -> Array:
-    """Unit vectors from `start` turned about an axis square to it, (_ARC + 1, 3)."""
-    angle = np.linspace(first, last, _ARC + 1)[:, None]
-    fan: Array = np.cos(angle) * start + np.sin(angle) * _cross(axis, start)
-    return fan
+def _fan(start: Array, axis: Array, angle: float) -> Array:
+    """Unit vectors on the way of `start` turned about an axis square to it, (_ARC + 1, 3)."""
+    return _turned(start, axis, np.linspace(0.0, angle, _ARC + 1)[:, None])
 
 
-def _turned(v: Array, axis: Array, angle: float) -> Array:
+def _turned(v: Array, axis: Array, angle: Array | float) -> Array:
+    """A vector (3,) turned about an axis square to it."""
     turned: Array = np.cos(angle) * v + np.sin(angle) * _cross(axis, v)
     return turned
 
 
 def _beside(axis: Array) -> Array:
-    """The dial's mark on P: any direction across the bone, always the same one."""
+    """Any direction across a unit vector, always the same one."""
     return normalise(_cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
 
 

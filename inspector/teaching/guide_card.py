@@ -1,15 +1,35 @@
-"""The card that leads through the tour and the exercise: a page, what to do, whether it is done."""
+"""The card that leads through the tour and the exercise: a page, what to do, whether it is done.
+
+The texts are Markdown files in assets/tour, one a page, to be translated.
+"""
 
 from __future__ import annotations
 
 import re
+from typing import NamedTuple
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QTextBrowser, QToolButton, QWidget
 
-from inspector.teaching.guide_pages import Page
+from inspector.bundled import PAGES
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.theme import Theme
+
+
+class Page(NamedTuple):
+    """title: the heading; body: Markdown; task: what is to be done, the quoted last paragraph."""
+
+    title: str
+    body: str
+    task: str
+
+
+def read_page(name: str) -> Page:
+    """A page by its file's name without suffix."""
+    text = (PAGES / f"{name}.md").read_text(encoding="utf-8")
+    head, _, rest = text.partition("\n")
+    body, _, task = rest.rpartition("\n> ")
+    return Page(head.removeprefix("# ").strip(), body.strip(), task.replace("\n> ", " ").strip())
 
 
 class GuideCard(QWidget):
@@ -39,8 +59,9 @@ class GuideCard(QWidget):
         self.body.setStyleSheet(f"background: {theme.window}; color: {theme.text}")
         self.set_done(self.done)
 
-    def show_page(self, page: Page, heading: str = "") -> None:
-        """Another page; `heading`: before its title."""
+    def show_page(self, name: str, heading: str = "") -> None:
+        """Another page, by its file's name; `heading`: before its title."""
+        page = read_page(name)
         self.title.setText(f"{heading}{page.title}")
         self.body.setMarkdown(page.body)
         self._task = page.task

@@ -11,9 +11,8 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSpinBox
 
 from inspector.session.opening import Analysed, analysed
 from inspector.teaching.guide_card import leave_button
-from inspector.teaching.guide_pages import read_page
 from inspector.teaching.guided_program import GuidedProgram
-from inspector.widgets.background import Task
+from inspector.widgets.background import OneTask
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval
@@ -53,7 +52,7 @@ class Exercise(QObject):
         self._program, self._clips = program, clips
         self.running = False
         self._errors: tuple[InjectedError, ...] = ()
-        self._task: Task | None = None
+        self._task = OneTask(self)
         self.result: Score | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
         self.kind.addItems(KINDS)
@@ -78,14 +77,12 @@ class Exercise(QObject):
         guide.set_buttons(
             [self.start, self.score_button], [self.kind, self.seed_label, self.seed], self.leave
         )
-        guide.show_page(read_page("exercise"))
+        guide.show_page("exercise")
         self.score_button.setEnabled(False)
 
     def end(self) -> None:
         """Back to the person's clip."""
-        if self._task is not None:
-            self._task.cancel()
-            self._task = None
+        self._task.cancel()
         self.running = False
         self.ended.emit()
 
@@ -93,18 +90,15 @@ class Exercise(QObject):
         folder, seed = self._program.aside.folder(), self.seed.value()
         clip, kind = self._clips[seed % len(self._clips)], self.kind.currentText()
         self.start.setEnabled(False)
-        self._task = Task(lambda: make_exercise(clip, folder, seed, kind), self)
-        self._task.finished.connect(self._ready)
-        self._task.start()
+        self._task.run(lambda: make_exercise(clip, folder, seed, kind), self._ready)
 
     def _ready(self, made: tuple[Analysed, tuple[InjectedError, ...]]) -> None:
         data, self._errors = made
-        self._task = None
         self.result = None
         self.start.setEnabled(True)
         self.start.setText("Start anew")
         self.score_button.setEnabled(True)
-        self._program.guide.show_page(read_page("exercise"))
+        self._program.guide.show_page("exercise")
         self._program.aside.show(data)
         self._program.show_intervals()
         self._judged()

@@ -20,8 +20,7 @@ class Aside:
 
     def __init__(self, document: Document) -> None:
         self._document = document
-        self._kept: tuple[Analysed, PutAside | None] | None = None
-        self._place: tuple[int, str, int | None] = (0, "", None)
+        self._kept: tuple[Analysed, PutAside | None, int, str, int | None] | None = None
         self._folder: Path | None = None
 
     @property
@@ -41,8 +40,8 @@ class Aside:
         document.leaving.emit()
         if self._kept is None and document.data is not None and not self._borrowed():
             kept = replace(document.data, review=document.review)
-            self._kept = kept, document.keeper.put_aside()
-            self._place = (document.frame, document.chain, document.interval_id)
+            place = document.frame, document.chain, document.interval_id
+            self._kept = (kept, document.keeper.put_aside(), *place)
         if self._borrowed():
             document.review.mark_saved()
         document.show_clip(data)
@@ -57,8 +56,8 @@ class Aside:
             document.review.mark_saved()
         kept, self._kept = self._kept, None
         if kept is not None:
-            document.show_clip(*kept)
-            frame, chain, interval = self._place
+            data, review, frame, chain, interval = kept
+            document.show_clip(data, review)
             if chain:
                 document.select_chain(chain)
             document.select_interval(interval)

@@ -88,74 +88,65 @@ MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
     "ideal": Symbol(r"G_\mathrm{ideal}", "error", "where G would be without the twist error"),
 }
 
-SECTIONS: tuple[tuple[str, tuple[Equation, ...]], ...] = (
-    (
-        "Parent: swing and twist",
-        (
-            Equation("a", r"\mathrm{unit}(P\rightarrow C)", ""),
-            Equation("q", r"q_\mathrm{swing}\,q_\mathrm{twist}", "2"),
-            Equation("w", r"q_P\,\mathbf{a}\,q_P^{-1}", "3"),
-            Equation(
-                "n",
-                r"(\mathbf{a}\times\mathbf{w})\,/\,\Vert\mathbf{a}\times\mathbf{w}\Vert",
-                "4",
-                shown=lambda d: numbers(d.n) if d.n.any() else "undefined",
-            ),
-            Equation(
-                "alpha",
-                r"\arccos(\mathbf{a}\cdot\mathbf{w})",
-                "5",
-                shown=lambda d: degrees(d.alpha).removeprefix("+"),
-            ),
-            Equation("swing", r"\cos\frac{\alpha}{2}+\sin\frac{\alpha}{2}\,\mathbf{n}", "6"),
-            Equation(
-                "twist",
-                r"q_\mathrm{swing}^{-1}\,q_P",
-                "7",
-                "printed as q_P q_swing⁻¹, which is the twist about w: the same angle, another "
-                "quaternion",
-            ),
-            Equation(
-                "theta_p",
-                r"2\,\mathrm{atan2}(\vec{q}_\mathrm{twist}\cdot\mathbf{a},\ w_\mathrm{twist})",
-                "8",
-                "printed with the norm of the vector part, which loses the sign",
-            ),
-            Equation(
-                "dtheta_p",
-                r"\mathrm{wrap}(\theta_p(t)-\theta_p(t{-}1))",
-                "9",
-                "printed without wrapping to (−180°, 180°]",
-            ),
+SECTIONS: dict[str, tuple[Equation, ...]] = {
+    "Parent: swing and twist": (
+        Equation("a", r"\mathrm{unit}(P\rightarrow C)", ""),
+        Equation("q", r"q_\mathrm{swing}\,q_\mathrm{twist}", "2"),
+        Equation("w", r"q_P\,\mathbf{a}\,q_P^{-1}", "3"),
+        Equation(
+            "n",
+            r"(\mathbf{a}\times\mathbf{w})\,/\,\Vert\mathbf{a}\times\mathbf{w}\Vert",
+            "4",
+            shown=lambda d: numbers(d.n) if d.n.any() else "undefined",
+        ),
+        Equation(
+            "alpha",
+            r"\arccos(\mathbf{a}\cdot\mathbf{w})",
+            "5",
+            shown=lambda d: degrees(d.alpha).removeprefix("+"),
+        ),
+        Equation("swing", r"\cos\frac{\alpha}{2}+\sin\frac{\alpha}{2}\,\mathbf{n}", "6"),
+        Equation(
+            "twist",
+            r"q_\mathrm{swing}^{-1}\,q_P",
+            "7",
+            "printed as q_P q_swing⁻¹, which is the twist about w: the same angle, another "
+            "quaternion",
+        ),
+        Equation(
+            "theta_p",
+            r"2\,\mathrm{atan2}(\vec{q}_\mathrm{twist}\cdot\mathbf{a},\ w_\mathrm{twist})",
+            "8",
+            "printed with the norm of the vector part, which loses the sign",
+        ),
+        Equation(
+            "dtheta_p",
+            r"\mathrm{wrap}(\theta_p(t)-\theta_p(t{-}1))",
+            "9",
+            "printed without wrapping to (−180°, 180°]",
         ),
     ),
-    (
-        "Child: azimuth about the same bone",
-        (
-            Equation("v", r"\mathbf{R}_C\,\mathbf{b}", "10"),
-            Equation("across", r"\mathbf{v}-(\mathbf{v}\cdot\mathbf{a})\,\mathbf{a}", "11"),
-            Equation(
-                "dtheta_c",
-                r"\angle_{\mathbf{a}}(\mathbf{v}_\perp(t{-}1),\ \mathbf{v}_\perp(t))",
-                "12",
-                "printed as θ_C(t), but it is the change from frame to frame: "
-                "atan2((v⊥(t−1) × v⊥(t))·a, v⊥(t−1)·v⊥(t))",
-            ),
+    "Child: azimuth about the same bone": (
+        Equation("v", r"\mathbf{R}_C\,\mathbf{b}", "10"),
+        Equation("across", r"\mathbf{v}-(\mathbf{v}\cdot\mathbf{a})\,\mathbf{a}", "11"),
+        Equation(
+            "dtheta_c",
+            r"\angle_{\mathbf{a}}(\mathbf{v}_\perp(t{-}1),\ \mathbf{v}_\perp(t))",
+            "12",
+            "printed as θ_C(t), but it is the change from frame to frame: "
+            "atan2((v⊥(t−1) × v⊥(t))·a, v⊥(t−1)·v⊥(t))",
         ),
     ),
-    (
-        "Do they twist against each other?",
-        (
-            Equation("product", r"<0\ ?", "1", shown=lambda d: square_degrees(d.product)),
-            Equation(
-                "m",
-                r"\min(|\Delta\theta_p|,|\Delta\theta_c|)",
-                "13",
-                shown=lambda d: degrees(d.strength).removeprefix("+"),
-            ),
+    "Do they twist against each other?": (
+        Equation("product", r"<0\ ?", "1", shown=lambda d: square_degrees(d.product)),
+        Equation(
+            "m",
+            r"\min(|\Delta\theta_p|,|\Delta\theta_c|)",
+            "13",
+            shown=lambda d: degrees(d.strength).removeprefix("+"),
         ),
     ),
-)
+}
 
 _COLOURS = {  # of the families, light and dark; each at least 4.5:1 on every paper of the theme
     "swing": ("#00696b", "#4ecdc4"),
@@ -175,7 +166,7 @@ def colour(family: str, theme: Theme) -> str:
 
 def typeset_texts() -> tuple[str, ...]:
     """Every TeX text that the tab shows."""
-    equations = [e.right for _, rows in SECTIONS for e in rows]
+    equations = [e.right for rows in SECTIONS.values() for e in rows]
     return tuple(dict.fromkeys([*(mark.tex for mark in MARKS.values()), *equations]))
 
 

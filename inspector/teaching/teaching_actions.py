@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
@@ -28,9 +28,9 @@ class TeachingActions:
     dock: QDockWidget
     above: QDockWidget
     window: QMainWindow
-    five_trackers: FiveTrackers | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
+        self.five_trackers: FiveTrackers | None = None
         self.guided_tour = Tour(self.program, SAMPLE, self.window)
         self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
         self.guided_tour.ended.connect(self._led)

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QPushButton
 
 from inspector.session.opening import Analysed, analyse
 from inspector.teaching.guide_card import leave_button
-from inspector.teaching.guide_pages import read_page
 from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import OneTask
 from twistcore.review import Decision
@@ -96,7 +95,7 @@ class Tour(QObject):
         self.at = at
         self._met.clear()
         step = self.steps[at]
-        self._program.guide.show_page(read_page(step.name), f"{at + 1} / {len(self.steps)}  ")
+        self._program.guide.show_page(step.name, f"{at + 1} / {len(self.steps)}  ")
         self.back.setEnabled(at > 0)
         self.forward.setText("Next" if at + 1 < len(self.steps) else "Finish")
         self._preparing = True

@@ -7,17 +7,14 @@ gather of rotation matrices.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+import pyvista as pv
 
+from inspector.viewport.mesh_actor import Index, segments
 from twistcore.motion import Motion
 from twistcore.rotation import Array, matrix_from_quaternion, normalise
-
-Index = NDArray[np.int64]
 
 # What a vertex belongs to; its colour follows. SKIN and BAND: light and dark stripes of a limb.
 FRONT, BACK, SIDE, STRIPE, JOINT, SKIN, BAND = PARTS = range(7)
@@ -52,8 +49,8 @@ class Soup:
     """Polygons whose vertices are rigidly attached to joints.
 
     vertices: (V, 3) in joint coordinates; joint, bone, part: (V,), bone −1 on the spheres of
-    joints; faces: VTK's padded list of polygons; edges: its list of lines; blocks: the vertices
-    again as (first, stop, joints), of whose joints each has equally many of them, in turn.
+    joints; faces: triangles (n, 3); edges: lines (n, 2); blocks: the vertices again as (first,
+    stop, joints), of whose joints each has equally many of them, in turn.
     """
 
     vertices: Array
@@ -63,6 +60,16 @@ class Soup:
     faces: Index
     edges: Index
     blocks: tuple[tuple[int, int, Index], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """What every bone or every joint has: corners (c, 3), their parts (c,), faces and edges."""
+
+    corners: Array
+    part: Index
+    faces: Index
+    edges: Index
 
 
 def find_bones(motion: Motion, up: Array, height: float) -> tuple[Bone, ...]:
@@ -97,34 +104,31 @@ def build_soup(
 
     without: numbers of bones that something else covers.
     """
-    builder = _Builder()
     kept = [(n, bone) for n, bone in enumerate(bones) if n not in without]
-    for number, bone in kept:
-        _add_wedge(builder, number, bone, grown)
-    if joints:
-        radius: dict[int, float] = {}
-        for _, bone in kept:
-            for joint in (bone.parent, bone.child):
-                radius[joint] = max(radius.get(joint, 0.0), 0.50 * bone.width)
-        radius.pop(-1, None)
-        for joint, r in radius.items():
-            builder.polygons(r * SPHERE, TRIANGLES, joint, -1, JOINT)
-    return builder.soup()
-
-
-def faces_without(soup: Soup, *parts: int) -> Index:
-    """VTK's list of the polygons that belong to no such part: for a shadow, what is small."""
-    kept = [face for face in cells_of(soup.faces) if soup.part[face[1]] not in parts]
-    return np.concatenate(kept) if kept else soup.faces[:0]
-
-
-def cells_of(padded: Index) -> Iterator[Index]:
-    """The cells of VTK's padded list, as views: how many points there are, and which."""
-    at = 0
-    while at < len(padded):
-        stop = at + 1 + int(padded[at])
-        yield padded[at:stop]
-        at = stop
+    radius: dict[int, float] = {}
+    for _, bone in kept if joints else ():
+        for joint in (bone.parent, bone.child):
+            radius[joint] = max(radius.get(joint, 0.0), 0.50 * bone.width)
+    radius.pop(-1, None)
+    wedges = [(bone.parent, n, _frame(bone, grown)) for n, bone in kept]
+    balls = [(joint, -1, r * np.eye(3)) for joint, r in radius.items()]
+    vertices, tags, faces, edges, blocks = [], [], [], [], []
+    first = 0
+    for shape, placed in ((_WEDGE, wedges), (_BALL, balls)):
+        size, count = len(shape.corners), len(placed)
+        starts = first + size * np.arange(count)[:, None, None]
+        vertices += [shape.corners @ frame for *_, frame in placed]
+        tags += [(joint, bone, part) for joint, bone, _ in placed for part in shape.part]
+        faces.append((starts + shape.faces).reshape(-1, 3))
+        edges.append((starts + shape.edges).reshape(-1, 2))
+        if placed:
+            blocks.append((first, first + size * count, np.array([joint for joint, *_ in placed])))
+        first += size * count
+    joint_of, bone_of, part = np.array(tags, dtype=np.int64).reshape(-1, 3).T
+    corners = np.concatenate([np.zeros((0, 3)), *vertices])
+    return Soup(
+        corners, joint_of, bone_of, part, np.concatenate(faces), np.concatenate(edges), (*blocks,)
+    )
 
 
 def place(soup: Soup, rotations: Array, positions: Array) -> Array:
@@ -167,107 +171,41 @@ def _front(axis: Array, up: Array) -> Array:
     return normalise(normal)
 
 
-def _add_wedge(builder: _Builder, number: int, bone: Bone, grown: float) -> None:
-    """Three stations of a flattened box, with a ridge along one of its edges."""
-    v = np.cross(bone.normal, normalise(bone.tip))  # across the face; the stripe is on +v
-    n, w = bone.normal, bone.width * grown
-
-    def ring(at: float, low: float, high: float, thick: float) -> Array:
-        centre = at * bone.tip
-        corners = [(high, thick), (low, thick), (low, -thick), (high, -thick)]
-        return np.array([centre + w * (x * v + y * n) for x, y in corners])
-
-    rings = [ring(at, -half, half, thick) for at, half, thick in _STATIONS]
-    stripe = [
-        ring(at, _RAIL[0] * half, _RAIL[1] * half, _RAIL_THICK * thick)
-        for at, half, thick in _STATIONS
-    ]
-    for shape, parts in ((rings, (FRONT, SIDE, BACK, SIDE)), (stripe, (STRIPE,) * 4)):
-        for lower, upper in pairwise(shape):
-            for k, part in enumerate(parts):
-                m = (k + 1) % 4
-                corners = np.array([lower[k], lower[m], upper[m], upper[k]])
-                builder.polygon(corners, bone.parent, number, part)
-        cap = SIDE if parts[1] == SIDE else STRIPE
-        builder.polygon(shape[0][::-1], bone.parent, number, cap)
-        builder.polygon(shape[-1], bone.parent, number, cap)
-    for k in range(4):  # the outline of the wedge, for the ghost
-        builder.line([r[k] for r in rings], bone.parent, number, SIDE)
-    for r in rings:
-        builder.line([*r, r[0]], bone.parent, number, SIDE)
+def _frame(bone: Bone, grown: float) -> Array:
+    """What the corners of a wedge are in, rows (3, 3): the bone, and widths across and out."""
+    across = np.cross(bone.normal, normalise(bone.tip))
+    return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
 
 
-class _Builder:
-    """Collects polygons; those of a wedge share no vertex, since each has a colour of its own."""
+def _wedge() -> _Shape:
+    """Three stations of a flattened box, with a rail along one of its edges."""
 
-    def __init__(self) -> None:
-        self._vertices: list[Array] = []
-        self._tags: list[tuple[int, int, int]] = []
-        self._faces: list[int] = []
-        self._edges: list[int] = []
+    def rings(low: float, high: float, thick: float) -> Array:
+        corners = ((high, thick), (low, thick), (low, -thick), (high, -thick))
+        return np.array([[(at, w * x, t * y) for x, y in corners] for at, w, t in _STATIONS])
 
-    def polygon(self, corners: Array, joint: int, bone: int, part: int) -> None:
-        self._faces += self._add(list(corners), joint, bone, part)
-
-    def polygons(self, corners: Array, faces: Index, joint: int, bone: int, part: int) -> None:
-        first = self._add(list(corners), joint, bone, part)[1]
-        for face in faces:
-            self._faces += [len(face), *(first + face)]
-
-    def line(self, corners: list[Array], joint: int, bone: int, part: int) -> None:
-        self._edges += self._add(corners, joint, bone, part)
-
-    def _add(self, corners: list[Array], joint: int, bone: int, part: int) -> list[int]:
-        first = len(self._vertices)
-        self._vertices += corners
-        self._tags += [(joint, bone, part)] * len(corners)
-        return [len(corners), *range(first, first + len(corners))]
-
-    def soup(self) -> Soup:
-        tags = np.array(self._tags, dtype=np.int64).reshape(-1, 3)
-        return Soup(
-            np.array(self._vertices).reshape(-1, 3),
-            tags[:, 0],
-            tags[:, 1],
-            tags[:, 2],
-            np.array(self._faces, dtype=np.int64),
-            np.array(self._edges, dtype=np.int64),
-            _blocks(tags),
-        )
-
-
-def _blocks(tags: Index) -> tuple[tuple[int, int, Index], ...]:
-    """Runs of one joint and bone, (joint, bone, part) by vertex, put together by their size."""
-    if not len(tags):
-        return ()
-    ends = np.flatnonzero((np.diff(tags[:, :2], axis=0) != 0).any(axis=1)) + 1
-    starts = np.concatenate([[0], ends])
-    sizes = np.diff(np.concatenate([starts, [len(tags)]]))
-    changes = np.concatenate([[0], np.flatnonzero(np.diff(sizes)) + 1, [len(sizes)]])
-    return tuple(
-        (int(starts[a]), int(starts[b - 1] + sizes[b - 1]), tags[starts[a:b], 0])
-        for a, b in pairwise(changes)
+    box = rings(-1.0, 1.0, 1.0)
+    corners, part = [], []
+    for solid, parts in (
+        (box, (FRONT, SIDE, BACK, SIDE)),
+        (rings(*_RAIL, _RAIL_THICK), (STRIPE,) * 4),
+    ):
+        after = np.roll(solid, -1, axis=1)
+        sides = np.stack([solid[:-1], after[:-1], after[1:], solid[1:]], axis=2)
+        corners += [sides.reshape(-1, 3), solid[0, ::-1], solid[-1]]
+        part += [*parts, *parts, parts[1], parts[1]]
+    # Faces share no corner, since each has a colour of its own; the outline is the ghost's.
+    quads = np.arange(4 * len(part)).reshape(-1, 4)
+    outline = quads.size + np.arange(12).reshape(3, 4)
+    return _Shape(
+        np.concatenate([*corners, box.reshape(-1, 3)]),
+        np.array([*np.repeat(part, 4), *12 * [SIDE]]),
+        quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3),
+        np.concatenate([segments(outline.T), segments(outline[:, [0, 1, 2, 3, 0]])]),
     )
 
 
-def _sphere() -> tuple[Array, Index]:
-    """A unit icosahedron once subdivided: corners (42, 3), triangles (80, 3)."""
-    g = (1.0 + 5.0**0.5) / 2.0
-    signs = [(s, t * g) for s in (-1, 1) for t in (-1, 1)]
-    corners = [(s, t, 0.0) for s, t in signs] + [(0.0, s, t) for s, t in signs]
-    twelve = normalise(corners + [(t, 0.0, s) for s, t in signs])
-    gap = np.linalg.norm(twelve[:, None] - twelve[None], axis=-1)
-    near = (gap > 0.1) & (gap < 1.1)
-    edges = [(i, j) for i in range(12) for j in range(i + 1, 12) if near[i, j]]
-    middle = {edge: 12 + k for k, edge in enumerate(edges)}
-    points = np.vstack([twelve, normalise([twelve[i] + twelve[j] for i, j in edges])])
-    faces = []
-    for i, j in edges:
-        for k in range(j + 1, 12):
-            if near[i, k] and near[j, k]:
-                ij, jk, ik = middle[i, j], middle[j, k], middle[i, k]
-                faces += [(i, ij, ik), (j, jk, ij), (k, ik, jk), (ij, jk, ik)]
-    return points, np.array(faces, dtype=np.int64)
-
-
-SPHERE, TRIANGLES = _sphere()
+_SPHERE = pv.Icosphere(nsub=1)
+SPHERE, TRIANGLES = np.asarray(_SPHERE.points, dtype=float), np.asarray(_SPHERE.regular_faces)
+_BALL = _Shape(SPHERE, np.full(len(SPHERE), JOINT), TRIANGLES, np.zeros((0, 2), dtype=np.int64))
+_WEDGE = _wedge()

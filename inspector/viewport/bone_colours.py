@@ -7,11 +7,17 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.viewport.bodies import BACK, BAND, FRONT, JOINT, PARTS, SIDE, SKIN, STRIPE, Soup
+from inspector.viewport.bodies import BACK, BAND, FRONT, JOINT, PARTS, SIDE, STRIPE, Soup
 from inspector.viewport.striped_skin import Skin
 from inspector.widgets.theme import Theme
 
 Colours = NDArray[np.uint8]
+Floats = NDArray[np.float64]
+# How far a part goes towards white, or below 0 towards black, in the order of PARTS.
+_LIGHT = np.array([0.34, -0.24, -0.06, -0.60, -0.28, 0.50, -0.45])
+_DARK = np.array([0.10, -0.24, -0.06, 0.55, -0.28, 0.34, -0.52])
+_SCALED = np.array([0.10, -0.24, -0.06, -0.55, -0.28, 0.15, -0.45])
+_THIN = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0)  # alpha of the ghost's parts, likewise
 _SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°: told apart by lightness
 
 
@@ -24,49 +30,39 @@ class Role(IntEnum):
     AFTER = 3
 
 
-def rgb(colour: str) -> NDArray[np.float64]:
+def rgb(colour: str) -> Floats:
     """'#rrggbb' as (3,) in 0…255."""
     return np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)], dtype=np.float64)
 
 
-def mix(first: str, second: str, share: float) -> NDArray[np.float64]:
+def mix(first: str, second: str, share: float) -> Floats:
     """A colour with a share, 0…1, of a second one; (3,) in 0…255."""
     return (1.0 - share) * rgb(first) + share * rgb(second)
 
 
-def palette(theme: Theme) -> NDArray[np.float64]:
-    """Colours by role and part, (4, 7, 3) in 0…255."""
-    out = np.empty((len(Role), len(PARTS), 3))
-    black, white = "#000000", "#ffffff"
-    for role, colour in (
-        (Role.PLAIN, theme.bone),
-        (Role.CHOSEN, theme.bone),
-        (Role.BEFORE, theme.before),
-        (Role.AFTER, theme.after),
-    ):
-        faces = out[role]
-        faces[FRONT] = mix(colour, white, 0.10 if theme.dark else 0.34)
-        faces[SIDE] = mix(colour, black, 0.06)
-        faces[BACK] = mix(colour, black, 0.24)
-        faces[STRIPE] = mix(colour, white, 0.55) if theme.dark else mix(colour, black, 0.60)
-        faces[SKIN] = mix(colour, white, 0.34 if theme.dark else 0.50)
-        faces[BAND] = mix(colour, black, 0.52 if theme.dark else 0.45)
-        faces[JOINT] = mix(theme.bone, theme.surface if theme.dark else black, 0.28)
-    accent = out[Role.CHOSEN]
-    accent[FRONT] = mix(theme.bone, theme.accent, 0.40)
-    accent[SIDE] = mix(theme.bone, theme.accent, 0.55)
-    accent[BACK] = mix(mixed_hex(theme.bone, theme.accent, 0.55), black, 0.30)
-    accent[STRIPE] = rgb(theme.accent)
-    accent[BAND] = mix(theme.accent, black, 0.30)
+def shaded(colour: Floats, share: Floats) -> Floats:
+    """Colours (…, 3), taken towards white by a share (…) above 0, towards black below."""
+    goal = np.where(share > 0.0, 255.0, 0.0)[..., None]
+    out: Floats = colour + np.abs(share)[..., None] * (goal - colour)
     return out
 
 
-def mixed_hex(first: str, second: str, share: float) -> str:
-    """A mixed colour as '#rrggbb'."""
-    return "#" + "".join(f"{round(c):02x}" for c in mix(first, second, share))
+def palette(theme: Theme) -> Floats:
+    """Colours by role and part, (4, 7, 3) in 0…255."""
+    colours = np.stack([rgb(c) for c in (theme.bone, theme.bone, theme.before, theme.after)])
+    out = shaded(colours[:, None], _DARK if theme.dark else _LIGHT)
+    if theme.dark:
+        out[:, JOINT] = mix(theme.bone, theme.surface, 0.28)
+    accent = out[Role.CHOSEN]
+    accent[FRONT] = mix(theme.bone, theme.accent, 0.40)
+    accent[SIDE] = mix(theme.bone, theme.accent, 0.55)
+    accent[BACK] = shaded(accent[SIDE], np.array(-0.30))
+    accent[STRIPE] = rgb(theme.accent)
+    accent[BAND] = mix(theme.accent, "#000000", 0.30)
+    return out
 
 
-def paint(shape: Soup | Skin, colours: NDArray[np.float64], roles: NDArray[np.int64]) -> Colours:
+def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colours:
     """Colours (V, 3) of the vertices, from the roles (bones,)."""
     role = np.where(shape.bone >= 0, roles[shape.bone], Role.PLAIN)
     return np.clip(colours[role, shape.part], 0.0, 255.0).astype(np.uint8)
@@ -74,31 +70,19 @@ def paint(shape: Soup | Skin, colours: NDArray[np.float64], roles: NDArray[np.in
 
 def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
     """Colours (V, 4) of the ghost: thin faces that let the solid through, a stripe to follow."""
-    out = np.empty((len(PARTS), 4))
-    out[:, :3] = rgb(theme.before)
+    out = np.column_stack([np.tile(rgb(theme.before), (len(PARTS), 1)), _THIN])
     out[BACK, :3] = mix(theme.before, "#000000", 0.15)
-    out[:, 3] = 45.0
-    out[[FRONT, BACK, STRIPE], 3] = (50.0, 80.0, 240.0)
-    out[[SKIN, BAND], 3] = (0.0, 32.0)
     return out[shape.part].astype(np.uint8)
 
 
-def scale_colour(theme: Theme, angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def scale_colour(theme: Theme, angle: Floats) -> Floats:
     """Colours (n, 3), 0…255, of angles |offset| (n,), radians: a bone's own at 0, then warmer."""
     stops = np.stack([rgb(theme.bone), *(rgb(c) for c in _SCALE)])
     at = np.abs(angle) / np.pi * (len(stops) - 1)
     return np.stack([np.interp(at, range(len(stops)), stops[:, k]) for k in range(3)], axis=1)
 
 
-def scale_paint(shape: Soup | Skin, theme: Theme, offsets: NDArray[np.float64]) -> Colours:
+def scale_paint(shape: Soup | Skin, theme: Theme, offsets: Floats) -> Colours:
     """Colours (V, 3) of the vertices by |offset| of their bone, radians, (bones,)."""
     plain = np.append(offsets, 0.0)  # bone −1, a sphere, has none
-    colour = scale_colour(theme, plain)[shape.bone]
-    black, white = np.zeros(3), np.full(3, 255.0)
-    shade = np.zeros((len(PARTS), 1))
-    shade[[FRONT, SIDE, BACK, STRIPE], 0] = (0.10, -0.06, -0.24, -0.55)
-    shade[[JOINT, SKIN, BAND], 0] = (-0.28, 0.15, -0.45)
-    towards = np.where(shade[shape.part] > 0.0, white, black)
-    share = np.abs(shade[shape.part])
-    painted: Colours = ((1.0 - share) * colour + share * towards).astype(np.uint8)
-    return painted
+    return shaded(scale_colour(theme, plain)[shape.bone], _SCALED[shape.part]).astype(np.uint8)

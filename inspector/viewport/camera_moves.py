@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QAbstractAnimation, QVariantAnimation
+from PySide6.QtCore import QVariantAnimation
 from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
@@ -15,14 +16,12 @@ from inspector.viewport.frame_drawing import selected_chain
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Style
 from twistcore.chain import Chain
-from twistcore.figure import heading
 from twistcore.rotation import Array, normalise, rotate
 
 
 class Steering(QWidget):
     """The camera's part of the view; who inherits draws when `_schedule` is called."""
 
-    document: Document
     follow = True
     _scene: Scene | None = None
     _camera: OrbitCamera | None = None
@@ -30,7 +29,12 @@ class Steering(QWidget):
     _anchor: Chain | None = None  # followed instead of the root
     _anchored: Array | None = None
     _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # from where to where
-    _turning: QVariantAnimation | None = None
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self._turning = QVariantAnimation(self, startValue=0.0, endValue=1.0)
+        self._turning.valueChanged.connect(self._turned)
 
     def _schedule(self) -> None:
         raise NotImplementedError
@@ -57,13 +61,13 @@ class Steering(QWidget):
 
     def set_view(self, name: str) -> None:
         """One of camera.VIEWS, relative to where the figure faces now; frames the figure."""
-        data = self.document.data
-        if self.camera is None or data is None or self.scene is None:
+        scene = self.scene
+        if self.camera is None or scene is None:
             return
         self._stop_turning()
         frame = self.document.frame
-        facing = heading(data.positions[frame], data.chains, self.scene.up)
-        self.camera = preset(self.camera, name, facing).framing(self._around(frame), self._aspect())
+        turned = preset(self.camera, name, scene.facing(scene.data.positions[frame]))
+        self.camera = turned.framing(self._around(scene, frame), self._aspect())
         self._framed = name
         self._hold(None)
         self._schedule()
@@ -74,22 +78,17 @@ class Steering(QWidget):
         In so many milliseconds, without blocking: a later call goes on from where the camera is.
         """
         chain = selected_chain(self.document)
-        if self.camera is None or chain is None or self.scene is None:
+        start, scene = self.camera, self.scene
+        if start is None or chain is None or scene is None:
             return
-        goal = self._towards(chain)
+        goal = self._towards(chain, scene, start)
         if goal is None:
             return
-        start = self.camera
         self._stop_turning()
         self._framed = ""
         self._hold(chain)
         if milliseconds > 0 and self.isVisible():
             self._turn = replace(start, ahead=goal.ahead).looking_from(start.direction), goal
-            if self._turning is None:
-                self._turning = QVariantAnimation(self)
-                self._turning.setStartValue(0.0)
-                self._turning.setEndValue(1.0)
-                self._turning.valueChanged.connect(self._turned)
             self._turning.setDuration(milliseconds)
             self._turning.start()
         else:
@@ -109,12 +108,8 @@ class Steering(QWidget):
 
     # -- the limb's best side -----------------------------------------------------------------
 
-    def _towards(self, chain: Chain) -> OrbitCamera | None:
-        data, camera, scene = self.document.data, self.camera, self.scene
-        assert data is not None
-        assert camera is not None
-        assert scene is not None
-        frame = self.document.frame
+    def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
+        data, frame = scene.data, self.document.frame
         rotations, positions = self.document.pose(frame, after=True)
         limb = self._limb(chain, positions)
         above = int(data.motion.skeleton.parents[chain.parent])
@@ -132,7 +127,7 @@ class Steering(QWidget):
             normals[0],
             normals[1],
             outward / size if size > 0.0 else outward,
-            heading(positions, data.chains, scene.up),
+            scene.facing(positions),
             scene.up,
         )
         pad = 0.045 * scene.height
@@ -150,16 +145,12 @@ class Steering(QWidget):
     def _stop_turning(self) -> None:
         """The person, or another goal, takes over."""
         self._turn = None
-        running = QAbstractAnimation.State.Running
-        if self._turning is not None and self._turning.state() == running:
-            self._turning.stop()
+        self._turning.stop()
 
-    def _around(self, frame: int) -> Array:
+    def _around(self, scene: Scene, frame: int) -> Array:
         """What the figure takes up from a frame on, with the root at its place there, (n, 3)."""
-        data = self.document.data
-        assert data is not None
-        assert self.scene is not None
-        bodies = place(self.scene.shapes.bodies, data.rotations[frame], data.positions[frame])
+        data = scene.data
+        bodies = place(scene.shapes.bodies, data.rotations[frame], data.positions[frame])
         stop = frame + max(2, round(0.25 * data.motion.fps))
         some = data.positions[frame:stop]
         level = some[:, :1] - some[:1, :1]
@@ -184,23 +175,21 @@ class Steering(QWidget):
     def _hold(self, chain: Chain | None) -> None:
         """Follow a limb, or the root, from where it is now."""
         self._anchor = chain
-        self._anchored = self._followed() if self.scene is not None else None
+        self._anchored = self._followed(self.scene) if self.scene is not None else None
 
-    def _followed(self) -> Array:
+    def _followed(self, scene: Scene) -> Array:
         """The point that the camera goes along with, (3,): a limb, or the root on the level."""
-        assert self.document.data is not None
-        assert self.scene is not None
-        positions = self.document.data.positions[self.document.frame]
+        positions = scene.data.positions[self.document.frame]
         if self._anchor is not None:
             middle: Array = self._limb(self._anchor, positions).mean(axis=0)
             return middle
-        root: Array = positions[0] - (positions[0] @ self.scene.up) * self.scene.up
+        root: Array = positions[0] - (positions[0] @ scene.up) * scene.up
         return root
 
-    def _go_along(self) -> None:
+    def _go_along(self, scene: Scene) -> None:
         if not self.follow or self.camera is None or self._anchored is None:
             return
-        here = self._followed()
+        here = self._followed(scene)
         step = here - self._anchored
         if step.any():
             self._anchored = here
@@ -211,20 +200,10 @@ class Steering(QWidget):
 
     # -- mouse --------------------------------------------------------------------------------
 
-    def _orbit(self, azimuth: float, elevation: float) -> None:
+    def steer(self, move: Callable[[OrbitCamera], OrbitCamera]) -> None:
+        """The person moves the camera, which stays where it is put."""
         if self.camera is not None:
-            self._moved(self.camera.orbited(azimuth, elevation))
-
-    def _pan(self, right: float, up: float) -> None:
-        if self.camera is not None:
-            self._moved(self.camera.panned(right, up, self.height()))
-
-    def _zoom(self, factor: float) -> None:
-        if self.camera is not None:
-            self._moved(self.camera.zoomed(factor))
-
-    def _moved(self, camera: OrbitCamera) -> None:
-        self._stop_turning()
-        self.camera = camera
-        self._framed = ""
-        self._schedule()
+            self._stop_turning()
+            self.camera = move(self.camera)
+            self._framed = ""
+            self._schedule()

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 from PySide6.QtCore import SignalInstance
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from inspector.viewport.bodies import Bone, build_soup, cells_of, place
+from inspector.viewport.bodies import Bone, build_soup, place
 from inspector.viewport.bone_colours import rgb
 from inspector.viewport.mesh_actor import Piece
-from inspector.viewport.solid_and_ghost import Pose
+from inspector.viewport.solid_and_ghost import SAME, Pose
 from inspector.widgets.theme import Theme
 from twistcore.rotation import Array, geodesic_angle
 
 _DASHES = 4  # an edge
 _DRAWN = 0.55  # of a dash
 _GROWN = 1.16  # outside the ghost's outline
-_SAME = np.radians(0.05)
 _STILL = 5e-4  # of the height
 
 
@@ -39,12 +37,10 @@ class DashedOutline:
         self._soup = build_soup(bones, grown=_GROWN, joints=False)
         self._bones = np.array([b.parent for b in bones], dtype=np.int64)
         self._still = _STILL * height
-        pairs = [pair for line in cells_of(self._soup.edges) for pair in pairwise(line[1:])]
-        self._edges = np.array(pairs, dtype=np.int64).reshape(-1, 2)
         starts = np.arange(_DASHES) / _DASHES
         self._shares = np.stack([starts, starts + _DRAWN / _DASHES], axis=1).ravel()
-        count = len(self._edges) * len(self._shares)
-        lines = np.insert(np.arange(count).reshape(-1, 2), 0, 2, axis=1).ravel()
+        count = len(self._soup.edges) * len(self._shares)
+        lines = np.arange(count).reshape(-1, 2)
         self._piece = Piece(count, lines=lines, channels=0).unlit(width=2.0).add_to(renderer)
         self._piece.show(False)
 
@@ -64,14 +60,14 @@ class DashedOutline:
             return
         rotations, positions = figure
         moved = np.linalg.norm(positions - solid.positions, axis=-1) > self._still
-        differs = (geodesic_angle(rotations, solid.rotations) > _SAME) | moved
+        differs = (geodesic_angle(rotations, solid.rotations) > SAME) | moved
         drawn = differs[self._bones]
         self._piece.show(bool(drawn.any()))
         if not self._piece.shown:
             return
         points = place(self._soup, rotations, positions)
         points[~drawn[self._soup.bone]] = positions[0]  # no length: not drawn
-        start, stop = points[self._edges[:, 0]], points[self._edges[:, 1]]
+        start, stop = points[self._soup.edges].swapaxes(0, 1)
         dashes = start[:, None] + self._shares[:, None] * (stop - start)[:, None]
         self._piece.move(dashes.reshape(-1, 3))
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inspector.session.document import Document, Show
 from inspector.viewport.bodies import Bone
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.dashed_figure import Companion
-from inspector.viewport.overlays import companion_text, legend_text, trails_text
+from inspector.viewport.mesh_actor import Index
+from inspector.viewport.overlays import legend_text, trails_text
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose, Style
 from inspector.widgets.theme import Theme
@@ -40,7 +40,7 @@ class Guest(Protocol):
         """Take everything out: the scene goes, or the guest is sent away."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Looks:
     """How a person wants to see the figure."""
 
@@ -99,8 +99,17 @@ class FrameDrawing:
         document = self._document
         if self.guest is not None:
             return self.guest.pose(scene, Show.BOTH if show is None else show)
-        chosen = document.show if show is None else show
-        return _pose_of(document, scene, chosen, selected_chain(document), self.looks.by_offset)
+        show, frame = document.show if show is None else show, document.frame
+        before, positions = document.pose(frame, after=False)
+        after, after_positions = document.pose(frame, after=True)
+        differs = scene.shapes.differing(before, after)
+        roles = _roles(scene.bones, selected_chain(document))
+        roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
+        offsets = _bone_offsets(document, scene) if self.looks.by_offset else None
+        if show == Show.BEFORE:
+            return Pose(before, positions, roles, None, offsets)
+        ghost = (before, differs) if show == Show.BOTH else None
+        return Pose(after, after_positions, roles, ghost, offsets)
 
     def legend(self, scene: Scene, theme: Theme) -> str:
         """What was drawn, as rich text."""
@@ -112,9 +121,8 @@ class FrameDrawing:
             if chain is not None:
                 degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
             name = chain.label if chain is not None else ""
-            text = legend_text(theme, "split" if scene.split else document.show, name, degrees)
-            if scene.accompanied:
-                text += companion_text(theme)
+            show = "split" if scene.split else document.show
+            text = legend_text(theme, show, name, degrees, tracked=scene.accompanied)
         if scene.trails is not None:
             text += trails_text(scene.trails.apart / scene.height)
         return text
@@ -138,17 +146,13 @@ def selected_chain(document: Document) -> Chain | None:
         return None
 
 
-def altered_pose(
-    document: Document, scene: Scene, chain: Chain | None, altered: tuple[Array, Array] | None
-) -> Pose:
+def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] | None) -> Pose:
     """The captured figure, or an altered one (global rotations, positions) with it as a ghost.
 
     Where an alteration moves a bone, the ghost stays behind only if it keeps the bone's place.
     """
-    assert document.data is not None
-    frame = document.frame
-    before, positions = document.pose(frame, after=False)
-    roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
+    before, positions = document.pose(document.frame, after=False)
+    roles = _roles(scene.bones, selected_chain(document))
     if altered is None:
         return Pose(before, positions, roles)
     rotations, moved = altered
@@ -158,36 +162,17 @@ def altered_pose(
     return Pose(rotations, moved, roles, (before, differs & still))
 
 
-def _pose_of(
-    document: Document, scene: Scene, show: Show, chain: Chain | None, by_offset: bool
-) -> Pose:
-    """The frame's figure before, after or both; colours by the selected chain, or by |offset|."""
-    assert document.data is not None
-    frame = document.frame
-    before, positions = document.pose(frame, after=False)
-    after, after_positions = document.pose(frame, after=True)
-    differs = scene.shapes.differing(before, after)
-    roles = np.where(_chosen(scene.bones, chain), Role.CHOSEN, Role.PLAIN).astype(np.int64)
-    roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
-    offsets = _bone_offsets(document, scene.bones) if by_offset else None
-    if show == Show.BEFORE:
-        return Pose(before, positions, roles, None, offsets)
-    ghost = (before, differs) if show == Show.BOTH else None
-    return Pose(after, after_positions, roles, ghost, offsets)
+def _roles(bones: tuple[Bone, ...], chain: Chain | None) -> Index:
+    """Chosen are the selected chain's bones, P→C and, where there is one, C→G; (bones,)."""
+    pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)} if chain else set()
+    chosen = np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
+    return np.where(chosen, Role.CHOSEN, Role.PLAIN).astype(np.int64)
 
 
-def _chosen(bones: tuple[Bone, ...], chain: Chain | None) -> NDArray[np.bool_]:
-    """Which bones belong to the selected chain: P→C and, where there is one, C→G; (bones,)."""
-    if chain is None:
-        return np.zeros(len(bones), dtype=bool)
-    pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)}
-    return np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
-
-
-def _bone_offsets(document: Document, bones: tuple[Bone, ...]) -> Array:
+def _bone_offsets(document: Document, scene: Scene) -> Array:
     """|offset| at the frame of the chain whose P→C a bone is, radians, (bones,)."""
     by_pair = {
         (c.parent, c.child): abs(float(document.offset(c.name)[document.frame]))
-        for c in (document.data.chains if document.data else ())
+        for c in scene.data.chains
     }
-    return np.array([by_pair.get((b.parent, b.child), 0.0) for b in bones])
+    return np.array([by_pair.get((b.parent, b.child), 0.0) for b in scene.bones])

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pyvista as pv
 
+from inspector.viewport.mesh_actor import Index, segments
 from twistcore.rotation import Array
 
 _CELLS = 3.0  # cells to a figure's height, about
@@ -47,8 +47,8 @@ def lowest(positions: Array, up: Array, height: float) -> Ground:
     return Ground(centre, up, radius, max(float(cell), radius / 60.0))
 
 
-def ground_mesh(ground: Ground) -> pv.PolyData:
-    """Grid lines with 'fade' at the points: 1 in the middle, 0 at the rim.
+def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
+    """Points (n, 3) of the grid, its lines (m, 2), and strength: 1 in the middle, 0 at the rim.
 
     Opaque lines that take the background's colour at the rim: blended ones cost a pass of their
     own, a third of the whole frame where the processor draws.
@@ -61,20 +61,16 @@ def ground_mesh(ground: Ground) -> pv.PolyData:
     origin = np.round(frame @ ground.centre / ground.cell) * ground.cell @ frame
     origin = origin + ground.level * ground.up
     radius = count * ground.cell
-    stops = np.linspace(-1.0, 1.0, _STOPS)
-    points: list[Array] = []
-    lines: list[int] = []
-    fade: list[float] = []
-    for along, across in ((first, second), (second, first)):
-        for s in np.arange(1 - count, count) * ground.cell:
-            half = np.sqrt(radius**2 - s**2)  # as far as the disc reaches
-            lines += [_STOPS, *range(len(points), len(points) + _STOPS)]
-            points += [origin + s * across + half * t * along for t in stops]
-            fade += [(1.0 - np.hypot(s, half * t) / radius) ** 0.8 for t in stops]
-    mesh = pv.PolyData(np.array(points, dtype=np.float32), lines=np.array(lines))
-    mesh["fade"] = np.array(fade)
-    mesh["rgb"] = np.zeros((len(points), 3), dtype=np.uint8)
-    return mesh
+    aside = (np.arange(1 - count, count) * ground.cell)[:, None]
+    # As far as the disc reaches.
+    ahead = np.sqrt(radius**2 - aside**2) * np.linspace(-1.0, 1.0, _STOPS)
+    points = [
+        origin + aside[..., None] * across + ahead[..., None] * along
+        for along, across in ((first, second), (second, first))
+    ]
+    strength = np.maximum(1.0 - np.hypot(aside, ahead) / radius, 0.0) ** 0.8
+    lines = np.arange(2 * ahead.size).reshape(-1, _STOPS)
+    return np.reshape(points, (-1, 3)), segments(lines), np.tile(strength.ravel(), 2)
 
 
 def shadow_points(points: Array, ground: Ground) -> Array:

@@ -13,9 +13,11 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
+Index = NDArray[np.int64]
+
 
 class Piece:
-    """So many vertices with a constant list of polygons or lines.
+    """So many vertices with constant faces, (n, 3) or (n, 4), or lines, (n, 2).
 
     channels: of the colour of a vertex, 3 or 4; 0 draws all in one colour, that of `tint`.
     """
@@ -87,25 +89,18 @@ class Piece:
         """One colour, (3,) in 0…255, for a piece without colours of its own."""
         self.actor.GetProperty().SetColor(*(np.asarray(colour, dtype=float) / 255.0))
 
-    def move(self, points: ArrayLike) -> None:
-        """Put the vertices there, (V, 3)."""
+    def move(self, points: ArrayLike, normals: ArrayLike | None = None) -> None:
+        """Put the vertices there, (V, 3); normals: likewise, for a piece that has them."""
         self.points[:] = points
-        self.moved()
+        self._data.Modified()
+        if self._normals is not None and normals is not None:
+            self.normals[:] = normals
+            self._normals.Modified()
+        self._mesh.Modified()
 
     def paint(self, colours: ArrayLike) -> None:
         """Give the vertices these colours, (V, channels)."""
         self.colours[:] = colours
-        self.painted()
-
-    def moved(self) -> None:
-        """`points` (and `normals`) have been written."""
-        self._data.Modified()
-        if self._normals is not None:
-            self._normals.Modified()
-        self._mesh.Modified()
-
-    def painted(self) -> None:
-        """`colours` have been written."""
         if self._scalars is not None:
             self._scalars.Modified()
             self._mesh.Modified()
@@ -138,7 +133,7 @@ def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
 
     Drawn while nobody waits, before the first clip, they make the driver compile its shaders.
     """
-    triangle, line = np.array([3, 0, 1, 2]), np.array([2, 0, 1])
+    triangle, line = [[0, 1, 2]], [[0, 1]]
     made = [
         Piece(3, faces=triangle).lit(),
         Piece(3, faces=triangle, channels=0).unlit(),
@@ -148,15 +143,18 @@ def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
     ]
     for piece in made:
         piece.move([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]])
-        width = min(3, piece.colours.shape[1])
-        piece.colours[:, :width] = paper[:width]
+        piece.paint([*paper, 128.0][: piece.colours.shape[1]])
         piece.tint(paper)
-        piece.painted()
         piece.add_to(renderer)
     return made
 
 
-def _cells(padded: ArrayLike) -> vtkCellArray:
-    cells = vtkCellArray()
-    cells.ImportLegacyFormat(numpy_to_vtkIdTypeArray(np.asarray(padded, dtype=np.int64), deep=True))
+def segments(lines: Index) -> Index:
+    """The pieces (n, 2) of lines, each a row of points."""
+    return np.stack([lines[..., :-1], lines[..., 1:]], axis=-1).reshape(-1, 2)
+
+
+def _cells(corners: ArrayLike) -> vtkCellArray:
+    cells, found = vtkCellArray(), np.asarray(corners, dtype=np.int64)
+    cells.SetData(found.shape[1], numpy_to_vtkIdTypeArray(found.ravel(), deep=True))
     return cells

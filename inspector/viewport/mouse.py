@@ -15,6 +15,7 @@ from inspector.viewport.bodies import Bone
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.frame_drawing import FrameDrawing
+from inspector.viewport.solid_and_ghost import Pose
 from twistcore.rotation import Array, rotate
 
 _CLICK = 4.0  # pixels the mouse may move between press and release
@@ -26,9 +27,7 @@ _REACH = 12.0  # pixels beside a body that still count
 class Navigation(QObject):
     """Filters the events of a widget: drag, Shift+drag or middle drag, wheel, click, hover."""
 
-    orbited = Signal(float, float)  # azimuth and elevation to add, radians
-    panned = Signal(float, float)  # pixels right and up
-    zoomed = Signal(float)  # factor, above 1 comes nearer
+    steered = Signal(object)  # what makes of an OrbitCamera the one that is wanted
     clicked = Signal(QPointF)
     hovered = Signal(QPointF)
 
@@ -46,7 +45,7 @@ class Navigation(QObject):
             event.ignore()  # on to the window, which knows the keys
             return True
         if isinstance(event, QWheelEvent):
-            self._wheel(event)
+            self._zoom(event.angleDelta().y() / 120.0)
         elif not isinstance(event, QMouseEvent):
             return kind in (QEvent.Type.Enter, QEvent.Type.Leave, QEvent.Type.Gesture)
         elif kind == QEvent.Type.MouseMove:
@@ -54,13 +53,10 @@ class Navigation(QObject):
         elif kind == QEvent.Type.MouseButtonRelease:
             self._release(event)
         else:
-            self._press(event)
+            self._from = self._last = event.position()
+            self._dragged = False
         event.accept()
         return True
-
-    def _press(self, event: QMouseEvent) -> None:
-        self._from = self._last = event.position()
-        self._dragged = False
 
     def _move(self, event: QMouseEvent) -> None:
         here = event.position()
@@ -70,15 +66,18 @@ class Navigation(QObject):
         if not self._dragged and (here - self._from).manhattanLength() < _CLICK:
             return
         self._dragged = True
-        step = here - self._last
+        right, down = (here - self._last).toTuple()
         self._last = here
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         if shift or event.buttons() & Qt.MouseButton.MiddleButton:
-            self.panned.emit(step.x(), -step.y())
+            view = self.parent()
+            assert isinstance(view, QWidget)
+            high = view.height()
+            self.steered.emit(lambda camera: camera.panned(right, -down, high))
         elif event.buttons() & Qt.MouseButton.RightButton:
-            self.zoomed.emit(_STEP ** (-step.y() / 20.0))
+            self._zoom(-down / 20.0)
         else:
-            self.orbited.emit(-_TURN * step.x(), _TURN * step.y())
+            self.steered.emit(lambda camera: camera.orbited(-_TURN * right, _TURN * down))
 
     def _release(self, event: QMouseEvent) -> None:
         left = event.button() == Qt.MouseButton.LeftButton
@@ -86,10 +85,9 @@ class Navigation(QObject):
             self.clicked.emit(event.position())
         self._from = None
 
-    def _wheel(self, event: QWheelEvent) -> None:
-        notches = event.angleDelta().y() / 120.0
+    def _zoom(self, notches: float) -> None:
         if notches:
-            self.zoomed.emit(_STEP**notches)
+            self.steered.emit(lambda camera: camera.zoomed(_STEP**notches))
 
 
 class Pointing(QObject):
@@ -130,27 +128,23 @@ class Pointing(QObject):
         pose = self._drawing.pose(scene)
         size = self._view.picture_size()
         point = np.array([at.x() % max(size[0], 1), at.y()])
-        bone = _bone_at(point, scene.bones, pose.rotations, pose.positions, camera, size)
+        bone = _bone_at(point, scene.bones, pose, camera, size)
         return None if bone is None else scene.bones[bone].parent
 
 
 def _bone_at(
-    point: Array,
-    bones: tuple[Bone, ...],
-    rotations: Array,
-    positions: Array,
-    camera: OrbitCamera,
-    size: tuple[int, int],
+    point: Array, bones: tuple[Bone, ...], pose: Pose, camera: OrbitCamera, size: tuple[int, int]
 ) -> int | None:
     """Number of the bone at a pixel (2,), or None; of those under it, the one in front.
 
-    rotations (joints, 4) and positions (joints, 3) of the frame; size: of the view, pixels.
+    size: of the view, pixels.
     """
     if not bones:
         return None
     parents = np.array([b.parent for b in bones])
-    tips = positions[parents] + rotate(rotations[parents], np.array([b.tip for b in bones]))
-    start, near = camera.project(positions[parents], *size)
+    joints = pose.positions[parents]
+    tips = joints + rotate(pose.rotations[parents], np.array([b.tip for b in bones]))
+    start, near = camera.project(joints, *size)
     stop, far = camera.project(tips, *size)
     away, where = _distance_to_segments(point, start, stop)
     depth = near + where * (far - near)

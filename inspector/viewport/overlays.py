@@ -64,10 +64,10 @@ class Overlays:
             self.legend.adjustSize()
 
 
-def legend_text(theme: Theme, show: str, chain: str, degrees: float) -> str:
+def legend_text(theme: Theme, show: str, chain: str, degrees: float, *, tracked: bool) -> str:
     """Rich text: what is before and after, by colour and form, and the chain's offset now.
 
-    show: one of document.Show, or 'split' for one beside the other.
+    show: one of document.Show, or 'split' for one beside the other; tracked: with a third figure.
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, "before")
     after = _key("■", theme.after, "after")
@@ -81,6 +81,8 @@ def legend_text(theme: Theme, show: str, chain: str, degrees: float) -> str:
         number = f"{degrees:+.1f}°".replace("-", "−") if abs(degrees) >= 0.05 else "0.0°"
         text += f"&nbsp;&nbsp;&nbsp; <b>{chain}</b>&nbsp; "
         text += inked(f"{number} off", colour)
+    if tracked:
+        text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, 'tracked')}"
     return text
 
 
@@ -88,11 +90,6 @@ def trails_text(apart: float) -> str:
     """Rich text: how far before and after are apart, in shares of the figure's height."""
     same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
     return f"<br>hands and feet: {same} of the height apart"
-
-
-def companion_text(theme: Theme) -> str:
-    """Rich text: the key of the third figure."""
-    return f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, 'tracked')}"
 
 
 class OffsetScale(QWidget):

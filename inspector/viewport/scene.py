@@ -9,18 +9,19 @@ from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Document
+from inspector.session.opening import Analysed
 from inspector.viewport import opengl
 from inspector.viewport.bodies import Bone, find_bones
-from inspector.viewport.bone_colours import mix, mixed_hex
+from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
-from inspector.viewport.ground import Ground, ground_mesh, lowest
+from inspector.viewport.ground import Ground, ground_lines, lowest
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
-from inspector.viewport.trails import REACH, Trails
+from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
-from twistcore.figure import figure_size, guess_up
+from twistcore.figure import figure_size, guess_up, heading
 from twistcore.rotation import Array, matrix_from_quaternion
 
 _AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8)  # x, y, z
@@ -34,7 +35,7 @@ class Scene:
         assert data is not None
         self._plotter = plotter
         self._document = document
-        self._chains = data.chains
+        self.data: Analysed = data
         self._theme = theme
         self.up = guess_up(data.positions, data.chains, data.motion.skeleton)
         self.height = figure_size(data.positions, data.motion.skeleton)
@@ -42,13 +43,12 @@ class Scene:
         self.ground: Ground = lowest(data.positions, self.up, self.height)
         self._left: vtkRenderer = plotter.renderer
         self._right: vtkRenderer | None = None
-        grid = ground_mesh(self.ground)
-        self._fade = np.array(grid["fade"])[:, None]
-        self._grid = Piece(grid.n_points, lines=grid.lines).unlit().add_to(self._left)
-        self._grid.move(grid.points)
-        lines = np.array([[2, 2 * k, 2 * k + 1] for k in range(6)]).ravel()
-        self._triads = Piece(12, lines=lines).unlit(width=3.0)
-        self._triads.colours[:] = np.repeat(np.tile(_AXES, (2, 1)), 2, axis=0)
+        points, lines, strength = ground_lines(self.ground)
+        self._fade = 0.85 * strength[:, None]
+        self._grid = Piece(len(points), lines=lines).unlit().add_to(self._left)
+        self._grid.move(points)
+        self._triads = Piece(12, lines=np.arange(12).reshape(6, 2)).unlit(width=3.0)
+        self._triads.paint(np.repeat(np.tile(_AXES, (2, 1)), 2, axis=0))
         self.trails: Trails | None = None
         self._seen: tuple[float, ...] = ()
         self._other: Solid | None = None  # the solid one on the right
@@ -104,9 +104,8 @@ class Scene:
         if self.trails is not None:
             self.trails.remove()
             self.trails = None
-        if on and self._document.data is not None:
-            length = max(1, round(REACH * self._document.data.motion.fps))
-            self.trails = Trails(self._document, length, self.renderers())
+        if on:
+            self.trails = Trails(self._document, self.renderers())
             self.trails.set_theme(self._theme, background(self._theme))
 
     def set_theme(self, theme: Theme) -> None:
@@ -147,6 +146,10 @@ class Scene:
         stop = start + 0.06 * self.height * axes.reshape(6, 3)
         self._triads.move(np.stack([start, stop], axis=1).reshape(12, 3))
 
+    def facing(self, positions: Array) -> Array:
+        """The level unit vector (3,) that the figure's front shows to, from places of joints."""
+        return heading(positions, self.data.chains, self.up)
+
     def show_from(self, camera: OrbitCamera) -> None:
         """Look through the camera."""
         # Everything lies on the ground's disc or near the figure; asking VTK for the bounds of
@@ -176,7 +179,7 @@ class Scene:
     # -- building -----------------------------------------------------------------------------
 
     def _dress(self, style: Style) -> None:
-        self.shapes = Shapes(style, self.bones, self._chains, self.height)
+        self.shapes = Shapes(style, self.bones, self.data.chains, self.height)
         self._solid = Solid(self.shapes, self.ground, self._left)
         self._ghost = Ghost(self.shapes, self._left)
         if self._right is not None:
@@ -201,8 +204,7 @@ class Scene:
         for figure in self._figures():
             figure.set_theme(self._theme)
         ink = mix(self._theme.line, self._theme.soft, 0.30)
-        fade = 0.85 * self._fade
-        self._grid.paint((fade * ink + (1.0 - fade) * back).astype(np.uint8))
+        self._grid.paint((back + self._fade * (ink - back)).astype(np.uint8))
         if self.trails is not None:
             self.trails.set_theme(self._theme, back)
 
@@ -228,11 +230,6 @@ class Scene:
 def background(theme: Theme) -> Array:
     """The colour behind everything, (3,) in 0…255. A gradient would cost 3 ms a frame."""
     return mix(theme.surface, theme.window, 0.6)
-
-
-def background_hex(theme: Theme) -> str:
-    """The same as '#rrggbb'."""
-    return mixed_hex(theme.surface, theme.window, 0.6)
 
 
 def make_plotter(parent: QWidget) -> QtInteractor | None:

@@ -10,15 +10,7 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from inspector.viewport import opengl
-from inspector.viewport.bodies import (
-    JOINT,
-    STRIPE,
-    Bone,
-    Soup,
-    build_soup,
-    faces_without,
-    place,
-)
+from inspector.viewport.bodies import JOINT, STRIPE, Bone, Soup, build_soup, place
 from inspector.viewport.bone_colours import ghost_paint, mix, paint, palette, rgb, scale_paint
 from inspector.viewport.ground import Ground, shadow_points
 from inspector.viewport.mesh_actor import Piece
@@ -28,7 +20,7 @@ from twistcore.chain import Chain
 from twistcore.rotation import Array, geodesic_angle
 
 _GROWN = 1.09  # the ghost lies around a solid body of the same pose, not in its faces
-_SAME = np.radians(0.05)  # bones that differ by less are not shown apart
+SAME = np.radians(0.05)  # bones that differ by less are not shown apart
 
 
 class Style(StrEnum):
@@ -42,9 +34,9 @@ class Style(StrEnum):
 class Pose:
     """What one frame looks like.
 
-    rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,), of paint.Role;
-    ghost: rotations (joints, 4) of the other figure, with which of its bones are drawn,
-    (bones,), or None; offsets: |offset| of the bones, radians, (bones,), where they give the
+    rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,), of
+    bone_colours.Role; ghost: rotations (joints, 4) of the other figure, with which of its bones are
+    drawn, (bones,), or None; offsets: |offset| of the bones, radians, (bones,), where they give the
     colour.
     """
 
@@ -74,7 +66,7 @@ class Shapes:
 
     def differing(self, before: Array, after: Array) -> NDArray[np.bool_]:
         """Which bones look different in two poses, global rotations (joints, 4); (bones,)."""
-        differs = geodesic_angle(before, after) > _SAME
+        differs = geodesic_angle(before, after) > SAME
         found: NDArray[np.bool_] = differs[self._parents] | differs[self._other]
         return found
 
@@ -102,7 +94,8 @@ class Solid(_Figure):
     def __init__(self, shapes: Shapes, ground: Ground, renderer: vtkRenderer) -> None:
         wedges, skin = shapes.bodies, shapes.skin
         # Without spheres and stripes it is the same shadow of a quarter of the polygons.
-        shadows = (wedges, faces_without(wedges, JOINT, STRIPE)), (skin, skin.faces)
+        large = ~np.isin(wedges.part[wedges.faces[:, 0]], (JOINT, STRIPE))
+        shadows = (wedges, wedges.faces[large]), (skin, skin.faces)
         parts: list[tuple[Soup | Skin, Piece, Piece]] = [
             (
                 shape,
@@ -130,9 +123,7 @@ class Solid(_Figure):
         look = pose.roles.tobytes(), degrees
         for shape, faces, shadow in self.parts:
             points, normals = _placed(shape, pose.rotations, pose.positions)
-            if normals is not None:
-                faces.normals[:] = normals
-            faces.move(points)
+            faces.move(points, normals)
             shadow.move(shadow_points(points, self._ground))
             if look == self._painted:
                 continue

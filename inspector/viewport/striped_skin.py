@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inspector.viewport.bodies import BAND, SKIN, Bone
+from inspector.viewport.mesh_actor import Index, segments
 from twistcore.chain import Chain
 from twistcore.rotation import (
     Array,
@@ -49,22 +50,22 @@ class Skin:
     itself, (B,); above: that which leads to P, likewise; axis: P→C in P's coordinates, (B, 3);
     across: two unit vectors normal to it, (B, 2, 3), carried along the limb in the rest pose so
     that stripes meet; radius: (B, K); circle: cosine and sine of the vertices, (M, 2); bone: the
-    number of the body's bone, (B·K·M,); part: of bodies.PARTS, likewise; faces: VTK's list of
-    polygons; edges: its list of lines, along the edges of the dark stripes.
+    number of the body's bone, (B·K·M,); part: of bodies.PARTS, likewise; faces: (n, 4); edges:
+    lines (n, 2), along the edges of the dark stripes.
     """
 
-    parent: NDArray[np.int64]
-    child: NDArray[np.int64]
-    below: NDArray[np.int64]
-    above: NDArray[np.int64]
+    parent: Index
+    child: Index
+    below: Index
+    above: Index
     axis: Array
     across: Array
     radius: Array
     circle: Array
-    bone: NDArray[np.int64]
-    part: NDArray[np.int64]
-    faces: NDArray[np.int64]
-    edges: NDArray[np.int64]
+    bone: Index
+    part: Index
+    faces: Index
+    edges: Index
 
     @property
     def covered(self) -> frozenset[int]:
@@ -81,16 +82,13 @@ def build_skin(
     count = len(pairs)
     parent = np.array([c.parent for c, _ in pairs], dtype=np.int64)
     child = np.array([c.child for c, _ in pairs], dtype=np.int64)
-    own = np.arange(count)
-    below, above = own.copy(), own.copy()
+    from_joint = {joint: k for k, joint in reversed([*enumerate(parent.tolist())])}
+    to_joint = {joint: k for k, joint in reversed([*enumerate(child.tolist())])}
+    below = np.array([from_joint.get(c.child, k) for k, (c, _) in enumerate(pairs)], dtype=np.int64)
+    above = np.array([to_joint.get(c.parent, k) for k, (c, _) in enumerate(pairs)], dtype=np.int64)
     axis, across = np.zeros((count, 3)), np.zeros((count, 2, 3))
     radius = np.zeros((count, len(_STATIONS)))
-    for k in range(count):
-        after = np.flatnonzero(parent == child[k])
-        before = np.flatnonzero(child == parent[k])
-        below[k] = after[0] if len(after) else k
-        above[k] = before[0] if len(before) else k
-    for k in sorted(range(count), key=lambda n: _depth(n, above)):
+    for k in np.argsort(parent).tolist():  # the bone above comes first
         chain, number = pairs[k]
         bone = bones[number]
         length = float(np.linalg.norm(bone.tip))
@@ -171,16 +169,7 @@ def _carried(vector: Array, start: Array, stop: Array) -> Array:
     return normalise(moved - (moved @ stop) * stop)
 
 
-def _depth(number: int, above: NDArray[np.int64]) -> int:
-    depth = 0
-    while above[number] != number:
-        number, depth = int(above[number]), depth + 1
-    return depth
-
-
-def _ring(
-    pieces: int, bones: int
-) -> tuple[Array, NDArray[np.bool_], NDArray[np.int64], NDArray[np.int64]]:
+def _ring(pieces: int, bones: int) -> tuple[Array, NDArray[np.bool_], Index, Index]:
     """Cosine and sine (M, 2) round a ring, which of it is dark (M,), all tubes' faces and edges.
 
     A stripe shares no vertex with the next, so that its edge is sharp.
@@ -198,8 +187,4 @@ def _ring(
     sides = column[::2][:, [0, -1]].ravel()
     lines = starts[:, None, :] + sides[:, None]
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return circle, dark, _padded(faces.reshape(-1, 4)), _padded(lines.reshape(-1, rings))
-
-
-def _padded(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    return np.insert(cells, 0, cells.shape[1], axis=1).ravel()
+    return circle, dark, faces.reshape(-1, 4), segments(lines)

@@ -11,7 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from inspector.session.document import Document
 from inspector.viewport.bone_colours import mix, rgb
-from inspector.viewport.mesh_actor import Piece
+from inspector.viewport.mesh_actor import Piece, segments
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
 from twistcore.motion import Motion
@@ -32,19 +32,18 @@ def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64
 class Trails:
     """The ways as lines, fading towards the future: broad for before, thin on top for after."""
 
-    def __init__(self, document: Document, length: int, renderers: list[vtkRenderer]) -> None:
-        """`length`: frames on either side; `renderers`: one, or that of before and of after."""
+    def __init__(self, document: Document, renderers: list[vtkRenderer]) -> None:
+        """`renderers`: one, or that of before and of after."""
         data = document.data
         assert data is not None
-        self._document = document
-        self._length = length
+        self._document, self._data = document, data
+        self._length = max(1, round(REACH * data.motion.fps))  # frames on either side
         self._joints = end_effectors(data.motion, data.chains)
-        self._joint_count, self._stops = len(self._joints), 2 * length + 1
-        lines = np.arange(self._joint_count * self._stops).reshape(self._joint_count, -1)
-        padded = np.insert(lines, 0, self._stops, axis=1).ravel()
-        count = self._joint_count * self._stops
-        self.before = Piece(count, lines=padded).unlit(width=5.0).add_to(renderers[0])
-        self.after = Piece(count, lines=padded).unlit(width=2.0).add_to(renderers[-1])
+        self._stops = 2 * self._length + 1
+        count = len(self._joints) * self._stops
+        lines = segments(np.arange(count).reshape(-1, self._stops))
+        self.before = Piece(count, lines=lines).unlit(width=5.0).add_to(renderers[0])
+        self.after = Piece(count, lines=lines).unlit(width=2.0).add_to(renderers[-1])
         self._drawn: tuple[int, bytes] = (-1, b"")
         self._known: tuple[int, int, Array, Array] | None = None
         self.apart = 0.0  # largest distance between the two in the drawn frames, file's unit
@@ -58,8 +57,7 @@ class Trails:
             (self.after, mix(theme.after, "#ffffff", 0.25 if theme.dark else 0.0)),
         ):
             line = strength * colour + (1.0 - strength) * background
-            piece.colours[:] = np.tile(line, (self._joint_count, 1)).astype(np.uint8)
-            piece.painted()
+            piece.paint(np.tile(line, (len(self._joints), 1)).astype(np.uint8))
 
     def forget(self) -> None:
         """The review has changed: places after are computed anew."""
@@ -77,8 +75,7 @@ class Trails:
         self.apart = float(np.linalg.norm(first - second, axis=2).max()) if first.size else 0.0
         # Along the line of sight: it does not move in the picture, and lies on top.
         for piece, way in ((self.before, first), (self.after, second + _NEARER * (eye - second))):
-            piece.points[:] = way.transpose(1, 0, 2).reshape(-1, 3)
-            piece.moved()
+            piece.move(way.transpose(1, 0, 2).reshape(-1, 3))
 
     def _around(self, frame: int) -> tuple[Array, Array]:
         """Both ways around a frame, (stops, joints, 3), the ends held at the clip's ends.
@@ -89,9 +86,7 @@ class Trails:
         low, high = max(frame - self._length, 0), min(frame + self._length + 1, frames)
         if self._known is None or not (self._known[0] <= low and high <= self._known[1]):
             start, stop = max(low - self._length, 0), min(high + 4 * self._length, frames)
-            data = self._document.data
-            assert data is not None
-            before = data.positions[start:stop, self._joints]
+            before = self._data.positions[start:stop, self._joints]
             after = self._document.corrected.ways(self._joints, start, stop)
             self._known = start, stop, before, after
         start, _, before, after = self._known

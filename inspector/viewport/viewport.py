@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QEvent, QTimer, SignalInstance
+from PySide6.QtCore import QEvent, QTimer
 from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
 
 from inspector.session.document import Document
@@ -21,11 +21,10 @@ from inspector.viewport.mesh_actor import Piece, specimens
 from inspector.viewport.mouse import Navigation, Pointing
 from inspector.viewport.overlays import EMPTY, Overlays
 from inspector.viewport.scene import Scene, background, make_plotter
-from inspector.viewport.solid_and_ghost import Style
+from inspector.widgets.building import vbox
 from inspector.widgets.later import Stale
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
-from twistcore.figure import heading
 
 _AFTER_CURVES_MS = 12  # a dragged τ paints tables and curves first, the picture behind them
 _WARM_MS = 60  # after the window has been shown
@@ -41,8 +40,7 @@ class Viewport(Steering):
     """
 
     def __init__(self, document: Document, theme: Theme) -> None:
-        super().__init__()
-        self.document = document
+        super().__init__(document)
         self.theme = theme
         self.view: QtInteractor | None = None
         self.drawing = FrameDrawing(document)
@@ -58,14 +56,15 @@ class Viewport(Steering):
         self._warmed = False
         self._warmer = QTimer(self, singleShot=True, interval=_WARM_MS)
         self._warmer.timeout.connect(self._warm)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        self._make_view(layout)
+        self._make_view()
         self.overlays = Overlays(self)  # made after what they lie over
         self.setMinimumSize(160, 120)
-        self._listening = True
-        for signal, slot in self._listened():
-            signal.connect(slot)
+        document.opened.connect(self._opened)
+        document.intervals_changed.connect(self._reviewed)
+        document.frame_changed.connect(self._schedule)
+        document.chain_changed.connect(self._schedule)
+        document.interval_changed.connect(self._schedule)
+        document.show_changed.connect(self._schedule)
         self.set_theme(theme)
         self._opened()
 
@@ -86,41 +85,19 @@ class Viewport(Steering):
         self._scale = scale
         self.set_theme(self.theme)
 
-    def set_style(self, style: Style) -> None:
-        """Wedge bones or skinned limbs."""
-        self.drawing.looks.style = style
-        self._schedule()
-
-    def set_side_by_side(self, on: bool) -> None:
-        """Before on the left and after on the right, seen by one camera."""
-        self.drawing.looks.split = on
-        if self.scene is not None:
-            self.scene.set_split(on)
+    def look(self, **changes: Any) -> None:
+        """See the figure otherwise: fields of Looks."""
+        self.drawing.looks = looks = replace(self.drawing.looks, **changes)
         self._place_overlays()
-        if self._framed:
-            self.set_view(self._framed)
-        self._schedule()
-
-    def set_trails(self, on: bool) -> None:
-        """Show the ways of hands and feet a second before and after the frame."""
-        self.drawing.looks.trails = on
-        self._schedule()
-
-    def set_colour_by_offset(self, on: bool) -> None:
-        """Colour bones by the size of their twist error at the frame."""
-        self.drawing.looks.by_offset = on
-        self._place_overlays()
-        self._schedule()
-
-    def set_triads(self, on: bool) -> None:
-        """Show the axes of the selected chain's parent and child."""
-        self.drawing.looks.triads = on
+        if self.scene is not None and looks.split != self.scene.split:
+            self.scene.set_split(looks.split)
+            if self._framed:
+                self.set_view(self._framed)
         self._schedule()
 
     def look_like(self, other: Viewport) -> None:
         """Take over how another view of the same clip looks at it."""
-        self.drawing.looks = replace(other.drawing.looks)
-        self.set_side_by_side(self.drawing.looks.split)
+        self.look(**vars(other.drawing.looks))
         self.take_view(other)
 
     def invite(self, guest: Guest | None) -> None:
@@ -143,9 +120,8 @@ class Viewport(Steering):
         self._stale.take()
         if self.view is None:
             return
-        scene = self.scene
-        if scene is not None and self.document.data is not None:
-            self._go_along()
+        if (scene := self.scene) is not None:
+            self._go_along(scene)
             assert self.camera is not None
             self.drawing.draw(scene, self.camera)
             self.overlays.tell(self.drawing.legend(scene, self.theme))
@@ -187,18 +163,16 @@ class Viewport(Steering):
 
     def _build(self) -> None:
         """The figure of the clip that is open; in the turn after, its camera and the picture."""
-        data = self.document.data
-        assert data is not None
-        assert self.view is not None
         if self._scene is None:
+            assert self.view is not None
             self._scene = Scene(self.view, self.document, self.theme)
             self._scene.set_split(self.drawing.looks.split)
             self._builder.start()
             return
         self._builder.stop()
-        up = self._scene.up
-        facing = heading(data.positions[0], data.chains, up)
-        self.camera = OrbitCamera(np.zeros(3), 0.0, 0.0, self._scene.height, up, facing)
+        scene = self._scene
+        ahead = scene.facing(scene.data.positions[0])
+        self.camera = OrbitCamera(np.zeros(3), 0.0, 0.0, scene.height, scene.up, ahead)
         self._anchor = self._anchored = None
         self.set_view("iso")
         self._schedule()
@@ -236,40 +210,26 @@ class Viewport(Steering):
         if not self._timer.isActive() and not self._builder.isActive():
             self._timer.start()
 
-    def _towards(self, chain: Chain) -> OrbitCamera | None:
+    def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
         """To what a guest has to show, else to the limb's best side."""
         guest = self.drawing.guest
-        aim = guest.aim(self.scene) if guest and self.scene else None
-        if aim is None or self.camera is None:
-            return super()._towards(chain)
-        return self.camera.looking_from(aim[1]).framing(aim[0], self._aspect(), margin=1.25)
+        aim = guest.aim(scene) if guest else None
+        if aim is None:
+            return super()._towards(chain, scene, camera)
+        return camera.looking_from(aim[1]).framing(aim[0], self._aspect(), margin=1.25)
 
     # -- Qt -----------------------------------------------------------------------------------
 
-    def _make_view(self, layout: QVBoxLayout) -> None:
+    def _make_view(self) -> None:
         """The OpenGL widget; without OpenGL there is none, and a notice instead."""
         self.view = make_plotter(self)
         if self.view is None:
             return
         navigation = Navigation(self.view)
-        navigation.orbited.connect(self._orbit)
-        navigation.panned.connect(self._pan)
-        navigation.zoomed.connect(self._zoom)
+        navigation.steered.connect(self.steer)
         navigation.clicked.connect(self.pointing.click)
         navigation.hovered.connect(self.pointing.hover)
-        layout.addWidget(self.view)
-
-    def _listened(self) -> tuple[tuple[SignalInstance, Callable[..., None]], ...]:
-        """What the view draws again for."""
-        document = self.document
-        return (
-            (document.opened, self._opened),
-            (document.frame_changed, self._schedule),
-            (document.intervals_changed, self._reviewed),
-            (document.chain_changed, self._schedule),
-            (document.interval_changed, self._schedule),
-            (document.show_changed, self._schedule),
-        )
+        vbox(self.view, owner=self, margins=(0, 0, 0, 0))
 
     def _place_overlays(self) -> None:
         looks = self.drawing.looks
@@ -306,10 +266,7 @@ class Viewport(Steering):
         self._builder.stop()
         self._cool()
         self._stop_turning()
-        if self._listening:  # Qt delivers a second close event to a widget closed twice
-            self._listening = False
-            for signal, slot in self._listened():
-                signal.disconnect(slot)
+        self.document.disconnect(self)
         if self.view is not None:
             self.invite(None)
             if self._scene is not None:

@@ -4,7 +4,7 @@ from PySide6.QtCore import Qt
 
 from inspector.bundled import PAGES
 from inspector.session.session_files import journals, session_path
-from inspector.teaching.guide_pages import read_page
+from inspector.teaching.guide_card import read_page
 from inspector.teaching.guided_exercise import make_exercise
 from tests.conftest import ASSETS
 from tests.gui.windows import act

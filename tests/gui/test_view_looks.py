@@ -81,8 +81,8 @@ def test_a_twist_of_90_degrees_wrings_the_skin(qtbot, document, show_view, tmp_p
     path = tmp_path / "twisted.bvh"
     write_bvh(clip, inject(clip.motion, document.data.chains, [error]), path)
     view = show_view(document)
-    view.set_style(Style.SKIN)
-    view.set_triads(False)
+    view.look(style=Style.SKIN)
+    view.look(triads=False)
     view.focus_chain()
     before = picture(qtbot, view)
     limb = skin_pixels(qtbot, view)
@@ -148,8 +148,8 @@ def test_the_skin_is_orange_before_blue_after_and_neutral_when_clean(
     qtbot, document, show_view, theme
 ):
     view = show_view(document, theme)
-    view.set_style(Style.SKIN)
-    view.set_triads(False)
+    view.look(style=Style.SKIN)
+    view.look(triads=False)
     document.select_chain("LeftForeArm")
     view.focus_chain()
     clean = picture(qtbot, view)
@@ -176,8 +176,8 @@ def test_the_skin_is_orange_before_blue_after_and_neutral_when_clean(
 def test_side_by_side_shows_before_left_after_right_with_one_camera(qtbot, document, show_view):
     insert_twist(document)
     view = show_view(document, size=(800, 400))
-    view.set_triads(False)
-    view.set_side_by_side(True)
+    view.look(triads=False)
+    view.look(split=True)
     view.focus_chain()
     shown = picture(qtbot, view)
     left, right = shown[:, :396], shown[:, 404:]
@@ -186,7 +186,7 @@ def test_side_by_side_shows_before_left_after_right_with_one_camera(qtbot, docum
     assert view.scene._left.GetActiveCamera() is view.scene._right.GetActiveCamera()
     # Without an error both halves are the same picture, from wherever it is seen.
     document.do(Decide(tuple(j.id for j in document.intervals), Decision.REJECTED))
-    view._orbit(0.7, 0.2)
+    view.steer(lambda camera: camera.orbited(0.7, 0.2))
     shown = picture(qtbot, view)
     assert changed(shown[:, 2:398], shown[:, 402:798]).mean() < 0.002
     # A click means the same bone in both.
@@ -200,7 +200,7 @@ def test_side_by_side_shows_before_left_after_right_with_one_camera(qtbot, docum
         at = QPoint(round(pixel[0]) + side, round(pixel[1]))
         assert view.pointing.joint_at(at) == chain.parent
     assert "◧" in view.overlays.legend.text()
-    view.set_side_by_side(False)
+    view.look(split=False)
     settle(qtbot, view)
     assert view.view.ren_win.GetRenderers().GetNumberOfItems() <= 2  # VTK's own and pyvista's
     assert "◧" not in view.overlays.legend.text()
@@ -223,18 +223,18 @@ def test_trails_tell_that_hands_and_feet_stay(qtbot, document, show_view):
 
     view = show_view(document)
     without = picture(qtbot, view)
-    view.set_trails(True)
+    view.look(trails=True)
     shown = picture(qtbot, view)
     assert share_of(shown, DARK.before) > share_of(without, DARK.before) + 300
     assert share_of(shown, DARK.after) > share_of(without, DARK.after) + 100
     assert "&lt; 0.001 %" in view.overlays.legend.text()
-    view.set_trails(False)
+    view.look(trails=False)
     assert not changed(picture(qtbot, view), without).any()
 
 
 def test_trails_at_the_ends_of_the_clip(document, show_view):
     view = show_view(document)
-    view.set_trails(True)
+    view.look(trails=True)
     for frame in (0, document.frames - 1, 3, 200):
         document.go_to(frame)
         view.refresh()
@@ -249,11 +249,11 @@ def test_trails_at_the_ends_of_the_clip(document, show_view):
 
 def test_a_larger_offset_has_another_colour(qtbot, document, show_view):
     view = show_view(document)
-    view.set_triads(False)
+    view.look(triads=False)
     view.focus_chain()
     document.set_show(Show.AFTER)
     assert not view.overlays.scale.isVisible()
-    view.set_colour_by_offset(True)
+    view.look(by_offset=True)
     pictures = [picture(qtbot, view)]
     for degrees in (60.0, 120.0):
         insert_twist(document, degrees=degrees)  # they add up: 60°, 180°
@@ -266,7 +266,7 @@ def test_a_larger_offset_has_another_colour(qtbot, document, show_view):
     assert view.drawing.pose(view.scene).offsets[number] == pytest.approx(np.pi)
     for one, other in ((0, 1), (1, 2), (0, 2)):
         assert changed(pictures[one], pictures[other]).sum() > 500
-    view.set_colour_by_offset(False)
+    view.look(by_offset=False)
     settle(qtbot, view)
     assert not view.overlays.scale.isVisible()
 
@@ -292,7 +292,7 @@ def test_the_camera_turns_without_blocking_and_the_latest_wins(qtbot, document, 
     # Who takes the mouse has the camera.
     view.set_view("iso")
     view.focus_chain(150)
-    view._orbit(0.1, 0.0)
+    view.steer(lambda camera: camera.orbited(0.1, 0.0))
     mine = view.camera
     qtbot.wait(200)
     assert view.camera is mine
@@ -383,9 +383,9 @@ def test_clip_after_clip_stays_level(qapp):
 
 def test_looks_are_kept_for_the_next_clip(document, show_view, tmp_path):
     view = show_view(document)
-    view.set_side_by_side(True)
-    view.set_style(Style.SKIN)
-    view.set_trails(True)
+    view.look(split=True)
+    view.look(style=Style.SKIN)
+    view.look(trails=True)
     view.refresh()
     count = alive()
     document.show_clip(document.data)

@@ -51,7 +51,7 @@ def test_a_twist_of_90_degrees_changes_the_limb_and_moves_no_joint(
 
     clean, clean_positions = document.pose(FRAME, after=False)
     view = show_view(document)
-    view.set_triads(False)
+    view.look(triads=False)
     view.focus_chain()
     before = picture(qtbot, view)
     joint = document.find_chain("LeftForeArm").parent
@@ -182,9 +182,7 @@ def test_without_opengl_it_says_so(qtbot, document, show_view, monkeypatch):
     view.focus_chain()
     view.set_theme(LIGHT)
     document.go_to(FRAME + 1)
-    for change in (view.set_side_by_side, view.set_trails, view.set_colour_by_offset):
-        change(True)
-    view.set_style(Style.SKIN)
+    view.look(style=Style.SKIN, split=True, trails=True, by_offset=True)
     view.refresh()
     assert not view.overlays.legend.isVisible()
     assert view.pointing.joint_at(QPoint(10, 10)) is None
@@ -374,15 +372,12 @@ def test_faces_look_outwards():
     motion = read_bvh(WALK).motion
     bones = find_bones(motion, np.array([0.0, 1.0, 0.0]), motion.skeleton.height)
     soup = build_soup(bones)
-    k, faces = 0, soup.faces
-    while k < len(faces):
-        corners = soup.vertices[faces[k + 1 : k + 1 + faces[k]]]
-        number = soup.bone[faces[k + 1]]
-        mine = soup.vertices[(soup.bone == number) & (soup.joint == soup.joint[faces[k + 1]])]
-        if number >= 0 and soup.part[faces[k + 1]] in (0, 1):  # the broad faces
+    for face in soup.faces:
+        corners, number = soup.vertices[face], soup.bone[face[0]]
+        mine = soup.vertices[(soup.bone == number) & (soup.joint == soup.joint[face[0]])]
+        if number >= 0 and soup.part[face[0]] in (0, 1):  # the broad faces
             normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
             assert normal @ (corners.mean(axis=0) - mine.mean(axis=0)) > 0.0
-        k += 1 + faces[k]
 
 
 def test_up_is_found_from_the_motion():
