@@ -8,9 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from threading import Lock
 from types import MappingProxyType
-from typing import overload
-
-import numpy as np
 
 from twistcore.bvh import Clip
 from twistcore.chain import Chain, find_chains
@@ -47,11 +44,6 @@ class ClipAnalysis:
     def signals(self) -> Mapping[str, TwistSignals]:
         """θp, θc and m of every chain by name."""
         return signals_of_chains(self.motion, self.chains)
-
-    @cached_property
-    def reliability(self) -> Mapping[str, float]:
-        """Median of ‖v⊥‖/‖v‖ by chain, 0…1: low where a straight limb leaves θc undefined."""
-        return {k: float(np.median(s.azimuth_reliability)) for k, s in self.signals.items()}
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
@@ -103,7 +95,7 @@ class ClipAnalysis:
 
 
 @dataclass(frozen=True, eq=False)
-class Detection(Sequence[Interval]):
+class Detection:
     """The intervals of a clip, by chain and start, and what they were found by.
 
     method: the detector; tau: radians by chain name.
@@ -129,11 +121,7 @@ class Detection(Sequence[Interval]):
     def __iter__(self) -> Iterator[Interval]:
         return iter(self.intervals)
 
-    @overload
-    def __getitem__(self, at: int) -> Interval: ...
-    @overload
-    def __getitem__(self, at: slice) -> tuple[Interval, ...]: ...
-    def __getitem__(self, at: int | slice) -> Interval | tuple[Interval, ...]:
+    def __getitem__(self, at: int) -> Interval:
         return self.intervals[at]
 
 

@@ -107,21 +107,32 @@ def make_chain(
     return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
 
 
-def connected(chain: Chain, chains: Sequence[Chain]) -> tuple[Chain, ...]:
-    """The chains that share joints with a chain, directly or through others, itself included."""
-    joints, limb = {chain.parent, chain.child}, [chain]
-    while near := [c for c in chains if c not in limb and {c.parent, c.child} & joints]:
-        limb += near
-        joints.update(j for c in near for j in (c.parent, c.child))
-    return tuple(c for c in chains if c in limb)
+def changed_joints(skeleton: Skeleton, chain: Chain) -> tuple[int, ...]:
+    """P and its children: what an error in the chain, or its correction, turns otherwise."""
+    return chain.parent, *skeleton.children[chain.parent]
+
+
+def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
+    """Chains that change a joint in common, directly or through others, belong together.
+
+    So an error in one limb changes nothing in another.
+    """
+    groups: list[tuple[set[int], list[Chain]]] = []
+    for chain in chains:
+        joints, members = set(changed_joints(skeleton, chain)), [chain]
+        near = [g for g in groups if g[0] & joints]
+        for group in near:
+            joints |= group[0]
+            members += group[1]
+        groups = [g for g in groups if g not in near] + [(joints, members)]
+    return tuple(tuple(c for c in chains if c in members) for _, members in groups)
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain) -> tuple[str, ...]:
     """Names among P and its children that lack three rotation channels; empty: correctable."""
-    rotatable = motion.skeleton.rotatable
+    rotatable, joints = motion.skeleton.rotatable, changed_joints(motion.skeleton, chain)
     if rotatable is None:
         return ()
-    joints = (chain.parent, *motion.skeleton.children[chain.parent])
     return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])
 
 

@@ -3,20 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import (
-    QItemSelectionModel,
-    QModelIndex,
-    QSortFilterProxyModel,
-    Qt,
-    Signal,
-)
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSortFilterProxyModel, Qt, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QHeaderView,
-    QStackedWidget,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QHeaderView, QStackedWidget, QWidget
 
 from inspector.session.document import Document
 from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox

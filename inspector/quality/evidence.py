@@ -128,7 +128,7 @@ class Evidence(QObject):
     def _start(self) -> None:
         data = self._document.data
         if self._watching and data is not None and not self.running and self.known is None:
-            self._task.run(lambda: _work(data), self._take, self._fail)
+            self._task.run(lambda _: _work(data), self._take, self._fail)
 
     def _take(self, known: Known) -> None:
         self.known = known

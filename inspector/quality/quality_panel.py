@@ -20,7 +20,6 @@ from inspector.widgets.later import Stale
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
-from twistcore.review import Track
 
 _EMPTY = "Open a clip to see jitter, jumps, speed and foot slide of its joints."
 
@@ -132,12 +131,6 @@ class QualityPanel(QWidget):
         if self._actions["track_joints"].isEnabled():
             self.tabs.setCurrentWidget(self.page)
             self.tracked.ask(self.page.tracking(self.chosen))
-
-    def stop_tracking(self) -> None:
-        """Track nothing any more."""
-        data = self._document.data
-        if data is not None and self._document.review.state.tracking is not None:
-            self._document.do(Track(None))
 
     # -- following ----------------------------------------------------------------------------
 

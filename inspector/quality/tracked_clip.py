@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.widgets.background import Task
+from inspector.widgets.background import OneTask
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.export.tracking import Traces, traced_motion
@@ -57,7 +58,7 @@ class Tracked(QObject):
         self._document = document
         self.result: Result | None = None
         self.asked: Tracking | None = None  # being tried before it becomes the review's
-        self._task: Task | None = None
+        self._task = OneTask(self)
         self._under_way: _Wanted | None = None
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settle.timeout.connect(self._start)
@@ -67,7 +68,7 @@ class Tracked(QObject):
     @property
     def running(self) -> bool:
         """Whether a result is under way."""
-        return self._task is not None
+        return self._task.running
 
     def ask(self, tracking: Tracking) -> None:
         """Track these joints; once it is done, the review tracks them."""
@@ -80,6 +81,11 @@ class Tracked(QObject):
         self._halt()
         self._start()
         self.changed.emit()
+
+    def stop(self) -> None:
+        """Track nothing any more: a step of the review."""
+        if self._document.data is not None and self._document.review.state.tracking is not None:
+            self._document.do(Track(None))
 
     def pose(self, frame: int) -> tuple[Array, Array] | None:
         """Global rotations and positions of a frame, or None where nothing is tracked."""
@@ -121,9 +127,8 @@ class Tracked(QObject):
         return _Wanted(id(data), tracking, state.chosen(undecided=True)) if tracking else None
 
     def _halt(self) -> None:
-        if self._task is not None:
-            self._task.cancel()
-        self._task = self._under_way = None
+        self._task.cancel()
+        self._under_way = None
 
     def _start(self) -> None:
         self._settle.stop()
@@ -134,15 +139,12 @@ class Tracked(QObject):
             return
         self._halt()
         self._under_way = wanted
-        self._task = task = Task(lambda: _work(data, wanted, task.tell), self)
-        task.progress.connect(self.progress)
-        self._task.finished.connect(self._take)
-        self._task.failed.connect(self._fail)
-        self._task.start()
+        work = partial(_work, data, wanted)
+        self._task.run(work, self._take, self._fail, self.progress.emit)
         self.changed.emit()
 
     def _take(self, result: Result) -> None:
-        self._task = self._under_way = None
+        self._under_way = None
         self.result = result
         if self.asked is not None:
             asked, self.asked = self.asked, None
@@ -151,8 +153,7 @@ class Tracked(QObject):
         self.changed.emit()
 
     def _fail(self, error: Exception) -> None:
-        self._task = self._under_way = None
-        self.asked = None
+        self._under_way = self.asked = None
         self._document.message.emit(f"Not tracked: {error}.", True)
         self.changed.emit()
 

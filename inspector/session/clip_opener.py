@@ -10,7 +10,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.session.opening import ClipMissingError, analyse, analyse_session
-from inspector.widgets.background import Task
+from inspector.widgets.background import OneTask
 from twistcore.analysis import ClipAnalysis
 from twistcore.progress import Tell
 from twistcore.tuning import Profile
@@ -31,13 +31,13 @@ class ClipOpener(QObject):
         """`tell`, `ask`: the document's `message` and `question`."""
         super().__init__(parent)
         self._tell, self._ask = tell, ask
-        self._task: Task | None = None
+        self._task = OneTask(self)
         self._since = 0.0
 
     @property
     def busy(self) -> bool:
         """Whether a clip is being read."""
-        return self._task is not None
+        return self._task.running
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
         """Open a clip; profile: τ for one that has no session yet."""
@@ -59,37 +59,27 @@ class ClipOpener(QObject):
 
     def cancel(self) -> None:
         """Give up what is being opened."""
-        if self._task is not None:
+        if self.busy:
             self._task.cancel()
-            self._end()
+            self.over.emit()
 
     def _start(self, what: str, work: Callable[[Tell], Any], then: Callable[[Any], object]) -> None:
         def done(result: object) -> None:
-            self._end()
+            self.over.emit()
             then(result)
 
-        if self._task is not None:
-            self._task.cancel()
-        self._task = task = Task(lambda: work(task.tell), self)
-        task.finished.connect(done)
-        task.failed.connect(self._fail)
-        task.progress.connect(self._tell_share)
         self._since = time.monotonic()
+        self._task.run(work, done, self._fail, self._tell_share)
         self.began.emit(what)
-        task.start()
 
     def _tell_share(self, share: float) -> None:
         if time.monotonic() - self._since > _WONDER_S:
             self.share.emit(share)
 
     def _fail(self, error: Exception) -> None:
-        self._end()
+        self.over.emit()
         if isinstance(error, ClipMissingError):
             session = error.session
             self._ask.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))
         else:
             self._tell.emit(str(error), True)
-
-    def _end(self) -> None:
-        self._task = None
-        self.over.emit()

@@ -39,7 +39,7 @@ class Exporter(QObject):
             return
         self._export, self._failed = export, False
         self._tell(0.0)
-        task = Task(lambda: write(export, task.tell), self)
+        task = Task(lambda tell: write(export, tell), self)
         task.progress.connect(self._tell)
         task.finished.connect(lambda text: self._end(export, text, wrong=bool(export.changed)))
         task.failed.connect(lambda error: self._fail(export, error))

@@ -86,7 +86,7 @@ class ClipMissingError(TwistError):
 
 
 # Where the stages of a long clip end, shares of the whole.
-_READ, _DETECTED, _MOVED = 0.1, 0.9, 0.95
+_READ, _DETECTED = 0.1, 0.9
 
 
 def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
@@ -125,10 +125,7 @@ def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) ->
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
-    ready: list[object] = [clip.sha256, analysis.poses]
-    tell(_MOVED)
-    ready += [analysis.signals, analysis.reliability]
-    assert all(ready) or not analysis.chains
+    _ = clip.sha256, analysis.poses, analysis.signals
     return Analysed(clip, analysis, Review.of(found))
 
 

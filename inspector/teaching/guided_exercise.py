@@ -90,7 +90,7 @@ class Exercise(QObject):
         folder, seed = self._program.aside.folder(), self.seed.value()
         clip, kind = self._clips[seed % len(self._clips)], self.kind.currentText()
         self.start.setEnabled(False)
-        self._task.run(lambda: make_exercise(clip, folder, seed, kind), self._ready)
+        self._task.run(lambda _: make_exercise(clip, folder, seed, kind), self._ready)
 
     def _ready(self, made: tuple[Analysed, tuple[InjectedError, ...]]) -> None:
         data, self._errors = made

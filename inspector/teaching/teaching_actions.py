@@ -12,7 +12,7 @@ from inspector.teaching.five_trackers_dialog import FiveTrackers
 from inspector.teaching.guided_exercise import Exercise
 from inspector.teaching.guided_program import GuidedProgram
 from inspector.teaching.tour import Tour
-from inspector.widgets.fronts import bring_to_front
+from inspector.widgets.building import bring_to_front
 
 _GUIDE_WIDTH = 345  # pixels
 

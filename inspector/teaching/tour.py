@@ -68,7 +68,7 @@ class Tour(QObject):
     def begin(self) -> None:
         """Read the copy in the background, then the first page."""
         copy = Path(shutil.copy(self._sample, self._program.aside.folder()))
-        self._task.run(lambda: analyse(copy), self._ready)
+        self._task.run(lambda _: analyse(copy), self._ready)
 
     def end(self) -> None:
         """Back to the person's clip."""

@@ -11,7 +11,7 @@ from inspector.timeline.gestures import Gestures, Hit, Part
 from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.tau_line import colour_tau
-from inspector.widgets.background import Task
+from inspector.widgets.background import OneTask
 from inspector.widgets.theme import Theme
 from twistcore.analysis import ClipAnalysis
 from twistcore.detection import DETECTORS
@@ -44,7 +44,7 @@ class OtherDetector(Pane):
             "other", (CurveStyle("strength", "before"),), self.scenery, root=True, parent=parent
         )
         self._clip: ClipAnalysis | None = None  # what the task is about
-        self._task: Task | None = None
+        self._task = OneTask(self)
         self._line = pg.InfiniteLine(
             angle=0, label="", labelOpts={"position": 0.985, "anchors": [(1.0, 1.15), (1.0, 1.15)]}
         )
@@ -102,18 +102,15 @@ class OtherDetector(Pane):
             return
         self.forget()
         self._clip, method = clip, self.method
-        self._task = task = Task(lambda: clip.by(method, task.tell), self)
-        self._task.finished.connect(self._finished)
-        self._task.start()
+        self._task.run(lambda tell: clip.by(method, tell), self._finished)
 
-    def _finished(self) -> None:
-        self._task = self._clip = None
+    def _finished(self, _: object) -> None:
+        self._clip = None
         self.refresh()
 
     def forget(self) -> None:
         """Let the clip go; an analysis under way is not waited for."""
-        if self._task is not None:
-            self._task.cancel()
-        self._task = self._clip = None
+        self._task.cancel()
+        self._clip = None
         self.scenery.set_intervals(())
         self.set_curve("strength", np.zeros(0))

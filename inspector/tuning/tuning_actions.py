@@ -12,8 +12,8 @@ from inspector.session.document import Document
 from inspector.session.queue import FolderQueue
 from inspector.tuning.tau_table import Column
 from inspector.tuning.tuning_panel import TuningPanel
+from inspector.widgets.building import bring_to_front
 from inspector.widgets.file_dialog import ask_files, ask_where
-from inspector.widgets.fronts import bring_to_front
 from inspector.widgets.message_bar import MessageBar
 from twistcore.errors import TwistError
 from twistcore.tuning import Profile, read_profile, write_profile

@@ -109,7 +109,7 @@ class VideoPanel(QWidget):
         if self.reader is None:
             self._set_picture(None, f"Opening {path.name} …")
         self._task.run(
-            lambda: VideoReader(path),
+            lambda _: VideoReader(path),
             lambda reader: self._loaded(reader, offset),
             lambda error: self._not_loaded(error, failed),
         )
@@ -181,7 +181,8 @@ class VideoPanel(QWidget):
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
         """Another video, which nothing holds."""
         if self.reader is not None:
-            Task(self.reader.close, self).start()  # it may still be decoding
+            close = self.reader.close
+            Task(lambda _: close(), self).start()  # it may still be decoding
         self.reader, self._held = reader, None
         self._hold.setChecked(False)
         self._show_offset(offset)
@@ -206,7 +207,7 @@ class VideoPanel(QWidget):
             self._follow()
 
         self._task.run(
-            lambda: reader.picture(seconds, *size), decoded, lambda error: self.let_go(str(error))
+            lambda _: reader.picture(seconds, *size), decoded, lambda error: self.let_go(str(error))
         )
 
     def _set_picture(self, picture: Picture | None, otherwise: str) -> None:

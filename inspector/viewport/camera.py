@@ -11,14 +11,13 @@ from twistcore.rotation import Array, normalise
 
 VIEW_ANGLE = np.radians(28.0)  # vertical field of view
 _STEEPEST = np.radians(89.0)
-_VIEWS = {  # degrees round the figure from its front, degrees above the horizon
+VIEWS = {  # degrees round the figure from its front, degrees above the horizon
     "front": (0.0, 4.0),
     "side": (90.0, 4.0),
     "back": (180.0, 4.0),
     "top": (0.0, 89.0),
     "iso": (32.0, 14.0),
 }
-VIEWS = tuple(_VIEWS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +117,7 @@ def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
 
 def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
     """The camera at a named view of a figure that faces a level unit vector (3,)."""
-    around, above = _VIEWS[name]
+    around, above = VIEWS[name]
     turned = replace(camera, ahead=facing, azimuth=np.radians(around), elevation=np.radians(above))
     return turned.orbited(0.0, 0.0)
 

@@ -13,12 +13,13 @@ from pyvistaqt import QtInteractor
 
 from inspector.session.document import Document
 from inspector.viewport import opengl
+from inspector.viewport.bone_under_mouse import Pointing
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.dashed_figure import Companion
 from inspector.viewport.frame_drawing import FrameDrawing, Guest
 from inspector.viewport.mesh_actor import Piece, specimens
-from inspector.viewport.mouse import Navigation, Pointing
+from inspector.viewport.navigation import Navigation
 from inspector.viewport.overlays import EMPTY, Overlays
 from inspector.viewport.scene import Scene, background, make_plotter
 from inspector.widgets.building import vbox

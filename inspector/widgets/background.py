@@ -7,14 +7,14 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QRunnable, QThreadPool, Signal
 
-from twistcore.progress import Cancelled
+from twistcore.progress import Cancelled, Tell
 
 
 class Task(QObject):
-    """Runs `work()` in the pool; `finished(result)` or `failed(exception)` arrive in this thread.
+    """Runs `work(tell)` in the pool; `finished` or `failed` (an exception) arrive in this thread.
 
-    Work that takes long calls `tell`; `progress(share)` arrives in this thread. After `cancel()`
-    nothing is emitted.
+    Work that takes long tells how far it is; `progress(share)` arrives in this thread. After
+    `cancel()` nothing is emitted.
     """
 
     finished = Signal(object)
@@ -23,13 +23,13 @@ class Task(QObject):
     _done = Signal(object, object)
     _told = Signal(float)
 
-    def __init__(self, work: Callable[[], Any], parent: QObject | None = None) -> None:
+    def __init__(self, work: Callable[[Tell], Any], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._cancelled = False
         self._percent = 0
         self._done.connect(self._deliver)
         self._told.connect(self._pass_on)
-        self._runner = _Runner(work, self._done.emit)
+        self._runner = _Runner(lambda: work(self.tell), self._done.emit)
 
     def start(self) -> None:
         """Hand the work to the pool."""
@@ -74,16 +74,17 @@ class OneTask(QObject):
 
     def run(
         self,
-        work: Callable[[], Any],
+        work: Callable[[Tell], Any],
         done: Callable[[Any], object],
-        failed: Callable[[Any], object] | None = None,
+        failed: Callable[[Any], object] = lambda _: None,
+        progress: Callable[[float], object] = lambda _: None,
     ) -> None:
-        """Run `work()` in the pool, and when nothing is under way any more `done` or `failed`."""
+        """Run `work(tell)` in the pool; once nothing is under way any more `done` or `failed`."""
         self.cancel()
         self._task = Task(work, self)
         self._task.finished.connect(lambda result: self._end(done, result))
-        if failed is not None:
-            self._task.failed.connect(lambda error: self._end(failed, error))
+        self._task.failed.connect(lambda error: self._end(failed, error))
+        self._task.progress.connect(progress)
         self._task.start()
 
     def cancel(self) -> None:

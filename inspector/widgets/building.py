@@ -99,3 +99,9 @@ def action_button(action: QAction, short: str = "") -> QToolButton:
     button = QToolButton()
     button.setDefaultAction(action)
     return button
+
+
+def bring_to_front(widget: QWidget) -> None:
+    """Show it, and before what lies over it: a dock comes before the other tabs of its place."""
+    widget.show()
+    widget.raise_()

@@ -40,7 +40,7 @@ class Typesetter(QObject):
         """Set these; `ready` tells when. Asked again it does nothing."""
         if self._task is None:
             wanted = tuple(texts)
-            self._task = Task(lambda: _outlines(wanted), self)
+            self._task = Task(lambda _: _outlines(wanted), self)
             self._task.finished.connect(self._take)
             self._task.failed.connect(self._fail)
             self._task.start()

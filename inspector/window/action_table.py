@@ -9,8 +9,8 @@ from inspector.session.document import Show
 from inspector.tuning.tuning_panel import Scope
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.fronts import bring_to_front
-from inspector.window.actions import shortcuts_markdown
+from inspector.widgets.building import bring_to_front
+from inspector.window.keyboard_page import shortcuts_markdown, show_shortcuts
 from inspector.window.parts import ActionSpec, Switch
 from twistcore.review import Decision
 
@@ -221,7 +221,7 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
         ActionSpec("cancel_tracking", "Cancel tracking", (), "Give up what is under way",
                    do=lambda p: p.quality.tracked.cancel()),
         ActionSpec("stop_tracking", "Stop tracking", (), "Track no joint; undo takes it back",
-                   do=lambda p: p.quality.stop_tracking()),
+                   do=lambda p: p.quality.tracked.stop()),
     ),
     "Teach": (
         ActionSpec("show_teaching", "Swing and twist", ("Ctrl+L",), "The equations at the joint",
@@ -243,7 +243,7 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
         ActionSpec("command_palette", "Command palette…", ("Ctrl+K",), "Any action by name",
                    do=lambda p: p.program.command_palette()),
         ActionSpec("show_shortcuts", "Keyboard and mouse", ("?",),
-                   do=lambda p: p.program.show_shortcuts()),
+                   do=lambda p: show_shortcuts(MENUS, p)),
         ActionSpec("show_about", "About Twist Inspector", do=lambda p: p.program.show_about()),
     ),
 }

@@ -9,14 +9,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import (
-    QApplication,
-    QDockWidget,
-    QMainWindow,
-    QMenu,
-    QToolBar,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QToolBar, QWidget
 
 from inspector.panels.chains_panel import ChainsPanel
 from inspector.panels.clips_panel import ClipsPanel
@@ -47,8 +40,7 @@ from inspector.video.video_reader import SUFFIXES
 from inspector.viewport.viewport import Viewport
 from inspector.widgets import theme as themes
 from inspector.widgets.background import Task
-from inspector.widgets.building import Part, vbox
-from inspector.widgets.fronts import bring_to_front
+from inspector.widgets.building import Part, bring_to_front, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMessageBox, QTextBrowser, QWidget
+from PySide6.QtWidgets import QMessageBox, QWidget
 
 from inspector.session.document import Document
 from inspector.session.settings import Settings
 from inspector.widgets import theme as themes
-from inspector.window.actions import Menus, apply_keys, shortcuts_markdown
+from inspector.window.actions import Menus, apply_keys
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
 from twistcore.version import __version__
@@ -61,16 +60,6 @@ class ProgramActions:
         palette = CommandPalette(self.actions, self.window)
         palette.show()
         palette.line.setFocus()
-
-    def show_shortcuts(self) -> None:
-        """Keys and mouse in a window of their own."""
-        page = QTextBrowser(self.window)
-        page.setWindowFlag(Qt.WindowType.Tool)
-        page.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        page.setWindowTitle("Keyboard and mouse")
-        page.setMarkdown(shortcuts_markdown(self.menus))
-        page.resize(520, 640)
-        page.show()
 
     def show_about(self) -> None:
         """Version, method and data."""

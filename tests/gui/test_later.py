@@ -40,11 +40,11 @@ def test_steps_in_quick_succession_have_one_number(qtbot, qapp):
 def test_another_work_takes_the_place_of_what_is_under_way(qtbot, qapp):
     owner = QObject()
     task, told = OneTask(owner), []
-    task.run(lambda: 1, told.append)
-    task.run(lambda: 1 / 0, told.append, lambda error: told.append(type(error)))
+    task.run(lambda _: 1, told.append)
+    task.run(lambda _: 1 / 0, told.append, lambda error: told.append(type(error)))
     assert task.running
     qtbot.waitUntil(lambda: not task.running)
-    task.run(lambda: 2, told.append)
+    task.run(lambda _: 2, told.append)
     task.cancel()
     qtbot.wait(20)
     assert told == [ZeroDivisionError]

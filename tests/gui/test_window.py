@@ -12,7 +12,7 @@ from inspector.panels.history_panel import HistoryPanel
 from inspector.session.document import Show
 from inspector.session.export_files import ExportChoice
 from inspector.window.action_table import MENUS
-from inspector.window.actions import shortcuts_markdown
+from inspector.window.keyboard_page import shortcuts_markdown
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
 from tests.gui.pictures import INJECTED

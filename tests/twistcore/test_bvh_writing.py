@@ -9,7 +9,8 @@ import twistcore
 from tests.conftest import ASSETS
 from tests.twistcore.test_bvh_numbers import MIXED
 from twistcore.atomic import STANDARD_OUTPUT
-from twistcore.bvh import parse_bvh, patched, read_bvh, write_bvh, write_motion
+from twistcore.bvh import parse_bvh, read_bvh, write_bvh, write_motion
+from twistcore.bvh.patch import patched
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton, forward_kinematics
 from twistcore.rotation import geodesic_angle, normalise

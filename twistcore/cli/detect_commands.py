@@ -22,16 +22,9 @@ from twistcore.refinement import children_off_axis
 from twistcore.tuning import read_profile
 
 _SIGNAL_COLUMNS = (
-    "chain",
-    "frame",
-    "theta_p_deg",
-    "theta_c_deg",
-    "dtheta_p_deg",
-    "dtheta_c_deg",
-    "m_deg",
-    "swing_reliability",
-    "azimuth_reliability",
-)
+    "chain", "frame", "theta_p_deg", "theta_c_deg", "dtheta_p_deg", "dtheta_c_deg", "m_deg",
+    "swing_reliability", "azimuth_reliability",
+)  # fmt: skip
 
 
 def info(arguments: argparse.Namespace) -> int:

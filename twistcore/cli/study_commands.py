@@ -60,12 +60,7 @@ def inject_errors(arguments: argparse.Namespace) -> int:
     errors = draw_errors(targets, motion.frames, rng, protocol, fps=motion.fps)
     write_bvh(clip, inject(motion, chains, errors), arguments.output)
     truth = Truth(
-        arguments.clip.name,
-        protocol.name,
-        arguments.seed,
-        motion.frames,
-        motion.fps,
-        errors,
+        arguments.clip.name, protocol.name, arguments.seed, motion.frames, motion.fps, errors
     )
     write_truth(arguments.truth, truth)
     names = ", ".join(sorted({e.chain for e in errors}))

@@ -10,14 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from twistcore.detection import Interval
-from twistcore.review.model import (
-    Decision,
-    Judged,
-    ReviewState,
-    Tracking,
-    as_written,
-    carried_over,
-)
+from twistcore.review.model import Decision, Judged, ReviewState, Tracking, as_written, carried_over
 
 
 class Command(ABC):

@@ -23,13 +23,7 @@ from twistcore.detection import DETECTORS, Interval
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_lock import is_held, lock
-from twistcore.review.commands import (
-    CarryOver,
-    Command,
-    Edit,
-    Insert,
-    Redetect,
-)
+from twistcore.review.commands import CarryOver, Command, Edit, Insert, Redetect
 from twistcore.review.history import Review
 from twistcore.review.model import Decision, ReviewState
 from twistcore.review.session import (

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain, connected
+from twistcore.chain import Chain, limbs
 from twistcore.detection import DEFAULT_METHOD, Analysis, Interval
 from twistcore.encoding import encoded
 from twistcore.refinement import applied_unasked
@@ -137,7 +137,7 @@ def tau_curve(
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
     alarms = np.array([len(_applied(clean, chain, t)) for t in GRID], dtype=float)
-    limb = connected(chain, chains)  # an error in one limb changes nothing in another
+    limb = next(limb for limb in limbs(motion.skeleton, chains) if chain in limb)
     repaired = np.zeros(len(GRID))
     total = 0
     for seed in seeds:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.chain import Chain, find_chains, limbs, uncorrectable_joints
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.natural_events import NaturalEvent, natural_events
 from twistcore.errors import TwistError
@@ -37,20 +37,8 @@ class Scene:
 
     @cached_property
     def limbs(self) -> tuple[tuple[Chain, ...], ...]:
-        """Chains that touch a joint in common, directly or through others, belong together."""
-        groups: list[list[Chain]] = []
-        for chain in self.chains:
-            near = [g for g in groups if any(self._touch(chain, c) for c in g)]
-            merged = [c for g in near for c in g] + [chain]
-            groups = [g for g in groups if g not in near] + [merged]
-        return tuple(tuple(c for c in self.chains if c in g) for g in groups)
-
-    def _touch(self, a: Chain, b: Chain) -> bool:
-        return bool(self.changed_by(a) & self.changed_by(b))
-
-    def changed_by(self, chain: Chain) -> set[int]:
-        """Joints that an error in this chain, or its correction, changes."""
-        return {chain.parent, *self.motion.skeleton.children[chain.parent]}
+        """The chains by limb: an error in one changes nothing in another."""
+        return limbs(self.motion.skeleton, self.chains)
 
     @cached_property
     def joints(self) -> NDArray[np.int64]:

@@ -1,15 +1,10 @@
-"""Mouse and wheel over the 3D view: camera moves, and the bone that is pointed at.
-
-VTK's own styles are kept out: they render twice a move, tip the figure over, and listen to keys
-that quit or change the scene.
-"""
+"""The bone under the mouse: its name, and the chain that a click selects."""
 
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
-from PySide6.QtGui import QMouseEvent, QWheelEvent
-from PySide6.QtWidgets import QToolTip, QWidget
+from PySide6.QtCore import QObject, QPointF
+from PySide6.QtWidgets import QToolTip
 
 from inspector.viewport.bodies import Bone
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
@@ -18,76 +13,7 @@ from inspector.viewport.frame_drawing import FrameDrawing
 from inspector.viewport.solid_and_ghost import Pose
 from twistcore.rotation import Array, rotate
 
-_CLICK = 4.0  # pixels the mouse may move between press and release
-_TURN = 0.0075  # radians a pixel
-_STEP = 1.15  # zoom a wheel notch
 _REACH = 12.0  # pixels beside a body that still count
-
-
-class Navigation(QObject):
-    """Filters the events of a widget: drag, Shift+drag or middle drag, wheel, click, hover."""
-
-    steered = Signal(object)  # what makes of an OrbitCamera the one that is wanted
-    clicked = Signal(QPointF)
-    hovered = Signal(QPointF)
-
-    def __init__(self, widget: QWidget) -> None:
-        super().__init__(widget)
-        self._from: QPointF | None = None
-        self._last = QPointF()
-        self._dragged = False
-        widget.installEventFilter(self)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take what is meant for the camera; VTK sees no input at all."""
-        kind = event.type()
-        if kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
-            event.ignore()  # on to the window, which knows the keys
-            return True
-        if isinstance(event, QWheelEvent):
-            self._zoom(event.angleDelta().y() / 120.0)
-        elif not isinstance(event, QMouseEvent):
-            return kind in (QEvent.Type.Enter, QEvent.Type.Leave, QEvent.Type.Gesture)
-        elif kind == QEvent.Type.MouseMove:
-            self._move(event)
-        elif kind == QEvent.Type.MouseButtonRelease:
-            self._release(event)
-        else:
-            self._from = self._last = event.position()
-            self._dragged = False
-        event.accept()
-        return True
-
-    def _move(self, event: QMouseEvent) -> None:
-        here = event.position()
-        if self._from is None or event.buttons() == Qt.MouseButton.NoButton:
-            self.hovered.emit(here)
-            return
-        if not self._dragged and (here - self._from).manhattanLength() < _CLICK:
-            return
-        self._dragged = True
-        right, down = (here - self._last).toTuple()
-        self._last = here
-        shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-        if shift or event.buttons() & Qt.MouseButton.MiddleButton:
-            view = self.parent()
-            assert isinstance(view, QWidget)
-            high = view.height()
-            self.steered.emit(lambda camera: camera.panned(right, -down, high))
-        elif event.buttons() & Qt.MouseButton.RightButton:
-            self._zoom(-down / 20.0)
-        else:
-            self.steered.emit(lambda camera: camera.orbited(-_TURN * right, _TURN * down))
-
-    def _release(self, event: QMouseEvent) -> None:
-        left = event.button() == Qt.MouseButton.LeftButton
-        if self._from is not None and not self._dragged and left:
-            self.clicked.emit(event.position())
-        self._from = None
-
-    def _zoom(self, notches: float) -> None:
-        if notches:
-            self.steered.emit(lambda camera: camera.zoomed(_STEP**notches))
 
 
 class Pointing(QObject):

@@ -1,0 +1,48 @@
+"""The page of keys and mouse: a window of its own, and docs/shortcuts.md."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QTextBrowser, QWidget
+
+from inspector.window.actions import Menus, Row
+
+_MOUSE = (
+    ("Plots: wheel", "zoom at the cursor"),
+    ("Plots: Shift+wheel", "pan"),
+    ("Plots: drag an edge or the body of an interval", "resize or move it"),
+    ("Plots: drag the τ line, double click on the strength", "set τ"),
+    ("Tuning: drag the τ line, double click in a plot", "set τ"),
+    ("Plots: right button", "menu; it never deletes"),
+    ("3D: drag · Shift+drag · wheel", "orbit · pan · zoom"),
+    ("3D: click a bone", "select its chain"),
+    ("Teaching: click a symbol", "light it up in the list, in 3D and in the plots"),
+)
+
+
+def shortcuts_markdown(menus: Menus) -> str:
+    """The table of keys and mouse for the help window and docs/shortcuts.md."""
+    lines = ["# Keyboard and mouse", ""]
+    for name, menu in menus.items():
+        if keyed := [row for row in menu if row is not None and row.keys]:
+            lines += [f"## {name}", "", "| key | does |", "|---|---|"]
+            lines += [f"| {' or '.join(f'`{k}`' for k in r.keys)} | {_does(r)} |" for r in keyed]
+            lines.append("")
+    lines += ["## Mouse", "", "| where | does |", "|---|---|"]
+    lines += [f"| {where} | {does} |" for where, does in _MOUSE]
+    return "\n".join(lines) + "\n"
+
+
+def _does(row: Row) -> str:
+    return f"{row.text}: {row.tip}" if row.tip else row.text
+
+
+def show_shortcuts(menus: Menus, window: QWidget) -> None:
+    """Keys and mouse in a window of their own."""
+    page = QTextBrowser(window)
+    page.setWindowFlag(Qt.WindowType.Tool)
+    page.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    page.setWindowTitle("Keyboard and mouse")
+    page.setMarkdown(shortcuts_markdown(menus))
+    page.resize(520, 640)
+    page.show()
