@@ -23,6 +23,9 @@ class Overlays:
     """The widgets over a view; the mouse goes through them."""
 
     def __init__(self, view: QWidget) -> None:
+        # Between two pictures side by side; first, so that it lies under the others' words.
+        self.divider = _let_through(QWidget(view))
+        self.divider.hide()
         self.notice = _let_through(QLabel(view))  # a sentence in the middle
         self.notice.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.notice.setWordWrap(True)
@@ -30,8 +33,6 @@ class Overlays:
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.hide()
         self.scale = OffsetScale(view)
-        self.divider = _let_through(QWidget(view))  # between two pictures side by side
-        self.divider.hide()
 
     def set_theme(self, theme: Theme, points: float) -> None:
         """Draw in other colours; points: of the legend's type."""

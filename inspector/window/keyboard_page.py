@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QTextBrowser, QWidget
 
 from inspector.window.actions import Menus, Row
@@ -44,5 +45,7 @@ def show_shortcuts(menus: Menus, window: QWidget) -> None:
     page.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     page.setWindowTitle("Keyboard and mouse")
     page.setMarkdown(shortcuts_markdown(menus))
+    QShortcut(QKeySequence(Qt.Key.Key_Escape), page, page.close)
     page.resize(520, 640)
     page.show()
+    page.activateWindow()  # so that Esc is meant for it

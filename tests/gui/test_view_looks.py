@@ -200,6 +200,8 @@ def test_side_by_side_shows_before_left_after_right_with_one_camera(qtbot, docum
         at = QPoint(round(pixel[0]) + side, round(pixel[1]))
         assert view.pointing.joint_at(at) == chain.parent
     assert "◧" in view.overlays.legend.text()
+    over = view.children()  # a later one lies above: the line must not make a minus of a plus
+    assert over.index(view.overlays.legend) > over.index(view.overlays.divider)
     view.look(split=False)
     settle(qtbot, view)
     assert view.view.ren_win.GetRenderers().GetNumberOfItems() <= 2  # VTK's own and pyvista's

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence
-from PySide6.QtWidgets import QDockWidget
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDockWidget, QTextBrowser
 
 from inspector.panels.history_panel import HistoryPanel
 from inspector.session.document import Show
@@ -276,6 +277,16 @@ def test_the_history_goes_back_and_forth(qtbot, opened):
 def test_the_page_of_keys_is_the_table_of_actions():
     page = Path(__file__).parents[2] / "docs" / "shortcuts.md"
     assert page.read_text(encoding="utf-8") == shortcuts_markdown(MENUS)
+
+
+def test_escape_closes_the_page_of_keys(qtbot, opened):
+    def pages():
+        return [page for page in opened.findChildren(QTextBrowser) if page.isWindow()]
+
+    act(opened, "show_shortcuts")
+    assert QTest.qWaitForWindowActive(pages()[0])
+    qtbot.keyClick(pages()[0], Qt.Key.Key_Escape)
+    qtbot.waitUntil(lambda: not pages())
 
 
 def test_a_chain_without_its_tick_is_left_out_of_table_and_strip(qtbot, opened):
