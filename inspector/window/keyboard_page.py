@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QTextBrowser, QWidget
 
 from inspector.window.actions import Menus, Row
@@ -38,14 +38,22 @@ def _does(row: Row) -> str:
     return f"{row.text}: {row.tip}" if row.tip else row.text
 
 
+class _Page(QTextBrowser):
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc closes it; other keys of the program go on working while it is in front."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.close()
+        else:
+            super().keyPressEvent(event)
+
+
 def show_shortcuts(menus: Menus, window: QWidget) -> None:
     """Keys and mouse in a window of their own."""
-    page = QTextBrowser(window)
+    page = _Page(window)
     page.setWindowFlag(Qt.WindowType.Tool)
     page.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     page.setWindowTitle("Keyboard and mouse")
     page.setMarkdown(shortcuts_markdown(menus))
-    QShortcut(QKeySequence(Qt.Key.Key_Escape), page, page.close)
     page.resize(520, 640)
     page.show()
     page.activateWindow()  # so that Esc is meant for it
