@@ -20,10 +20,7 @@ _CODECS: dict[str, list[str]] = {
         *("-movflags", "+faststart"),
     ],
     # A palette for each frame: one for all of them would keep the whole film in memory.
-    ".gif": [
-        "-vf",
-        "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1",
-    ],
+    ".gif": ["-vf", "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1"],
 }
 SUFFIXES = tuple(_CODECS)
 

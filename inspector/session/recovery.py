@@ -105,10 +105,7 @@ class Recovery(QObject):
         when = datetime.fromtimestamp(written(leftover.path) / 1e9)
         self.question.emit(
             f"{which} ended without saving ({when:%d %B, %H:%M}); {kept}.",
-            (
-                (answer, lambda: self.restore(leftover)),
-                ("Discard", lambda: self.discard(leftover)),
-            ),
+            ((answer, lambda: self.restore(leftover)), ("Discard", lambda: self.discard(leftover))),
         )
 
     @property

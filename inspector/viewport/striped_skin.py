@@ -133,10 +133,7 @@ def drape(
     # Near a joint the ring belongs to both bones, to equal shares at the joint itself, as with
     # linear blend skinning: its place and its sides are means of what either would have.
     end = _turned(angle[:, -1:], sides)  # the roll with which a bone ends …
-    for other, ours, reach in (
-        (skin.below, stop, _STATIONS - 1.0),
-        (skin.above, start, _STATIONS),
-    ):
+    for other, ours, reach in ((skin.below, stop, _STATIONS - 1.0), (skin.above, start, _STATIONS)):
         share = 0.5 * np.clip(1.0 - np.abs(reach) / _BEND, 0.0, 1.0) ** 2
         share = share * (other != np.arange(len(other)))[:, None]  # (B, K)
         # … is that with which the next begins.

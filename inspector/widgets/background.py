@@ -3,11 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, QRunnable, QThreadPool, Signal
+from shiboken6 import isValid
 
 from twistcore.progress import Cancelled, Tell
+
+
+class _Post(QObject):
+    """Brings what threads say into the GUI thread.
+
+    It outlives every task: a task's own signal, emitted by a thread, could still be at it while
+    the GUI thread, which has the answer already, deletes the task.
+    """
+
+    said = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.said.connect(self._hear)
+
+    def _hear(self, work: Callable[[], None]) -> None:
+        work()
+
+
+_post: _Post | None = None
 
 
 class Task(QObject):
@@ -20,20 +43,18 @@ class Task(QObject):
     finished = Signal(object)
     failed = Signal(object)
     progress = Signal(float)
-    _done = Signal(object, object)
-    _told = Signal(float)
 
     def __init__(self, work: Callable[[Tell], Any], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._cancelled = False
         self._percent = 0
-        self._done.connect(self._deliver)
-        self._told.connect(self._pass_on)
-        self._runner = _Runner(lambda: work(self.tell), self._done.emit)
+        self._work: Callable[[Tell], Any] = work
 
     def start(self) -> None:
         """Hand the work to the pool."""
-        QThreadPool.globalInstance().start(self._runner)
+        global _post
+        _post = _post or _Post()
+        QThreadPool.globalInstance().start(_Runner(self, _post))
 
     def cancel(self) -> None:
         """Forget the answer; work under way ends when it next tells how far it is."""
@@ -45,13 +66,24 @@ class Task(QObject):
             raise Cancelled
         if (percent := int(100.0 * share)) != self._percent:
             self._percent = percent
-            self._told.emit(share)
+            assert _post is not None
+            _post.said.emit(partial(self._pass_on, share))
 
     def _pass_on(self, share: float) -> None:
-        if not self._cancelled:
+        if not self._cancelled and isValid(self):
             self.progress.emit(share)
 
+    def run(self) -> Callable[[], None]:
+        """In a thread of the pool: do the work; what is to be done with it in the GUI thread."""
+        try:
+            return partial(self._deliver, self._work(self.tell), None)
+        except (Exception, Cancelled) as caught:  # whatever went wrong is told in the GUI thread
+            return partial(self._deliver, None, caught)
+
     def _deliver(self, result: object, error: object) -> None:
+        self._work = lambda _: None  # what it holds is let go here, not in the thread
+        if not isValid(self):
+            return  # what it was for was closed meanwhile
         if not self._cancelled:
             if error is not None:
                 self.failed.emit(error)
@@ -99,20 +131,15 @@ class OneTask(QObject):
 
 
 class _Runner(QRunnable):
-    def __init__(self, work: Callable[[], Any], done: Callable[[object, object], None]) -> None:
+    def __init__(self, task: Task, post: _Post) -> None:
         super().__init__()
-        self._work, self._tell = work, done
+        self._task, self._post = task, post
 
     def run(self) -> None:
         """Called in a thread of the pool."""
-        try:
-            result, error = self._work(), None
-        except (Exception, Cancelled) as caught:  # whatever went wrong is told in the GUI thread
-            result, error = None, caught
-        try:
-            self._tell(result, error)
-        except RuntimeError:
-            return  # the program was closed meanwhile: nobody is left to tell
+        answer = self._task.run()
+        with suppress(RuntimeError):  # the program is at its end: nobody is left to tell
+            self._post.said.emit(answer)
 
 
 def wait_for_tasks(milliseconds: int) -> bool:

@@ -1,5 +1,10 @@
 """Work put off: once for many requests, one number for many steps, one answer for many asks."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 from PySide6.QtCore import QObject
 
 from inspector.widgets.background import OneTask
@@ -48,3 +53,12 @@ def test_another_work_takes_the_place_of_what_is_under_way(qtbot, qapp):
     task.cancel()
     qtbot.wait(20)
     assert told == [ZeroDivisionError]
+
+
+def test_what_a_thread_works_for_may_be_deleted_meanwhile():
+    """An answer must not come through an object that is just being deleted: a crash."""
+    script = Path(__file__).with_name("deleted_tasks.py")
+    root = Path(__file__).parents[2]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment)
+    assert done.stdout == "still there\n", done.stderr

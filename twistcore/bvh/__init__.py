@@ -3,12 +3,7 @@
 from twistcore.bvh.clip import Clip
 from twistcore.bvh.compose import write_motion
 from twistcore.bvh.lower_rate import thinned
-from twistcore.bvh.patch import (
-    EulerJump,
-    changed_rotations,
-    patch_rotations,
-    write_bvh,
-)
+from twistcore.bvh.patch import EulerJump, changed_rotations, patch_rotations, write_bvh
 from twistcore.bvh.reader import parse_bvh, read_bvh
 
 __all__ = [

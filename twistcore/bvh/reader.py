@@ -47,11 +47,7 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
 
 
 def parse_bvh(
-    data: bytes,
-    path: str | Path = "clip.bvh",
-    *,
-    fps: float | None = None,
-    tell: Tell = nobody,
+    data: bytes, path: str | Path = "clip.bvh", *, fps: float | None = None, tell: Tell = nobody
 ) -> Clip:
     """The same from bytes in memory."""
     path = Path(path)

@@ -70,12 +70,7 @@ def aligned(q_hat: Array, q: Array) -> Array:
 
 
 def angular_acceleration(
-    q: Array,
-    omega: Array,
-    q_hat: Array,
-    curvature: Array | float,
-    gains: Gains,
-    dt: float,
+    q: Array, omega: Array, q_hat: Array, curvature: Array | float, gains: Gains, dt: float
 ) -> Parts:
     """The four parts of Eq. 5.
 

@@ -33,10 +33,7 @@ class Level:
     root_white: float
 
 
-LEVELS = {
-    "A": Level(3.6, 0.5, (0.10, 0.16), 0.0155),
-    "B": Level(3.0, 0.24, (0.07, 0.11), 0.006),
-}
+LEVELS = {"A": Level(3.6, 0.5, (0.10, 0.16), 0.0155), "B": Level(3.0, 0.24, (0.07, 0.11), 0.006)}
 
 
 @dataclass(frozen=True)
