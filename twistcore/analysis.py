@@ -9,6 +9,8 @@ from functools import cached_property
 from threading import Lock
 from types import MappingProxyType
 
+import numpy as np
+
 from twistcore.bvh import Clip
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval
@@ -44,6 +46,11 @@ class ClipAnalysis:
     def signals(self) -> Mapping[str, TwistSignals]:
         """θp, θc and m of every chain by name."""
         return signals_of_chains(self.motion, self.chains)
+
+    @cached_property
+    def reliability(self) -> Mapping[str, float]:
+        """Median of ‖v⊥‖/‖v‖ by chain, 0…1: low where a straight limb leaves θc undefined."""
+        return {k: float(np.median(s.azimuth_reliability)) for k, s in self.signals.items()}
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:

@@ -193,7 +193,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         found=0,
         peak=float(np.degrees(document.detector.strength(chain.name).max())),
         tau=0.0,
-        reliability=float(np.median(data.signals[chain.name].azimuth_reliability)),
+        reliability=data.analysis.reliability[chain.name],
         notes=tuple(notes),
         ticked=True,
     )

@@ -125,7 +125,7 @@ def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) ->
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
-    _ = clip.sha256, analysis.poses, analysis.signals
+    _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability
     return Analysed(clip, analysis, Review.of(found))
 
 

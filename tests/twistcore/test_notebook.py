@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import threading
 from pathlib import Path
 
 import matplotlib as mpl
@@ -107,6 +108,17 @@ def test_a_detector_is_asked_once(clip):
     assert analysis.kept("paper") is None
     assert analysis.by("paper") is analysis.by("paper") is analysis.kept("paper")
     assert analysis.detect("paper", tau_degrees=4.0).analysis is analysis
+
+
+def test_what_a_detector_knows_already_waits_for_no_other(clip):
+    """The window asks in its own thread, while another detector is at work in a second one."""
+    analysis = tc.analyse(clip)
+    kept, told = analysis.by("paper"), []
+    with analysis._making:
+        asker = threading.Thread(target=lambda: told.append(analysis.by("paper")), daemon=True)
+        asker.start()
+        asker.join(10.0)
+        assert told == [kept]
 
 
 @pytest.mark.parametrize(("at_least", "left"), [(0.0, 0), (0.9, 0), (1.01, 8)])
