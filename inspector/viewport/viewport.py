@@ -274,5 +274,8 @@ class Viewport(Steering):
                 self._scene.remove()
             self._scene = None
             self.view.close()
+            # Qt deletes the surface with the window and tells nobody. What Python still had of it
+            # was taken for an action of the next window that came to lie at the same address.
+            self.view._surface = None
             self.view = None
         super().closeEvent(event)

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shiboken6
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtGui import QMouseEvent, QSurface, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -326,6 +327,7 @@ def test_a_closed_view_does_not_wait_for_the_collector(qtbot, analysed):
     document.show_clip(analysed)
     settle(qtbot, view)
     gc.collect()
+    assert any(type(w) is QSurface for w in shiboken6.getAllValidWrappers())
     left = weakref.ref(view), weakref.ref(view.scene)
     gc.disable()
     try:
@@ -334,6 +336,8 @@ def test_a_closed_view_does_not_wait_for_the_collector(qtbot, analysed):
         del view
         qtbot.wait(10)
         assert [ref() for ref in left] == [None, None]
+        known = shiboken6.getAllValidWrappers()
+        assert [w for w in known if type(w) is QSurface] == []  # its address is used again
     finally:
         gc.enable()
         document.deleteLater()
