@@ -18,7 +18,8 @@ import numpy as np
 from PySide6.QtCore import QEventLoop, QTimer
 from scipy.stats import spearmanr
 
-from inspector.app import keep_for_good, make_application
+from inspector.app import make_application
+from inspector.collector import keep_for_good
 from inspector.session.settings import Settings
 from twistcore.batch import severity
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh

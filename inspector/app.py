@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import gc
 import os
 import signal
 import sys
@@ -23,6 +22,7 @@ from PySide6.QtGui import QFont, QSurfaceFormat
 from PySide6.QtWidgets import QApplication
 
 from inspector.bundled import SAMPLE
+from inspector.collector import Collector, keep_for_good
 from inspector.session.settings import load_settings, settings_path
 from inspector.widgets.background import wait_for_tasks
 from inspector.widgets.theme import apply_theme, system_theme
@@ -101,14 +101,6 @@ def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
     return None
 
 
-def keep_for_good() -> None:
-    """Say that what is there now, the program itself, never becomes garbage.
-
-    To look through all of it again and again would hold the window up, 0.15 s each time.
-    """
-    gc.freeze()
-
-
 def has_screen() -> bool:
     """Whether there is where to open a window: else Qt would abort the program."""
     if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
@@ -127,6 +119,7 @@ def make_application() -> QApplication:
     font.setFeature(QFont.Tag("tnum"), 1)  # figures of one width: numbers stand in columns
     app.setFont(font)
     apply_theme(app, system_theme())
+    Collector(app)
     return app
 
 

@@ -162,6 +162,30 @@ def test_start_passes_the_exit_status_on():
     assert dev.start(killed, dict(os.environ)) == 128 + signal.SIGTERM
 
 
+def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
+    bare_project, monkeypatch, capsys
+):
+    monkeypatch.setattr(dev, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
+    gui = bare_project / "tests/gui"
+    gui.mkdir(parents=True)
+    (bare_project / "tests/test_core.py").write_text("def test_core(): pass\n")
+    (gui / "test_sound.py").write_text("def test_a(): pass\n")
+    falls_once = "import os, pathlib\ndef test_b():\n    mark = pathlib.Path('fell')\n"
+    falls_once += "    if not mark.exists(): mark.touch(); os.abort()\n"
+    (gui / "test_falls.py").write_text(falls_once)
+    monkeypatch.chdir(bare_project)
+    assert dev.command_test([]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told[-1] == "3 passed, 0 failed, 0 skipped"
+    assert "tests/gui/test_falls.py" in told[-2]
+
+    (gui / "test_falls.py").write_text("import os\ndef test_b(): os.abort()\n")
+    (gui / "test_wrong.py").write_text("def test_c(): assert False\n")
+    (gui / "test_broken.py").write_text("import no_such_module\n")
+    assert dev.command_test([]) == 1
+    assert capsys.readouterr().out.splitlines()[-1] == "2 passed, 3 failed, 0 skipped"
+
+
 def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):
     monkeypatch.setattr(dev, "ROOT", tmp_path)
     (tmp_path / "assets").mkdir()

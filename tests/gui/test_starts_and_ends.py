@@ -6,7 +6,9 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QTimer
@@ -148,3 +150,30 @@ def test_a_signal_ends_it_while_it_asks(tmp_path, number):
         assert time.monotonic() - begun < SOON
         assert process.returncode == 128 + number
         assert journal.exists()
+
+
+def test_garbage_dies_in_the_gui_thread_between_events(tmp_path):
+    """In a worker's thread, or inside a call of Qt's, its death would crash the program."""
+    code = (
+        "import sys, threading\n"
+        "from PySide6.QtCore import QTimer\n"
+        "from inspector.app import make_application\n"
+        "died = set()\n"
+        "class Knot:\n"
+        "    def __init__(self): self.me = self\n"
+        "    def __del__(self):\n"
+        "        caller = sys._getframe(1).f_code.co_name\n"
+        "        died.add((threading.current_thread().name, caller))\n"
+        "app = make_application()\n"
+        "def work():\n"
+        "    knots = [Knot() for _ in range(100_000)]\n"
+        "threading.Thread(target=work).start()\n"
+        "QTimer.singleShot(3000, app.quit)\n"
+        "app.exec()\n"
+        "print(died)\n"
+    )
+    env = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False
+    )
+    assert done.stdout.strip() == "{('MainThread', 'collect_due')}", done.stderr

@@ -329,18 +329,15 @@ def test_a_closed_view_does_not_wait_for_the_collector(qtbot, analysed):
     gc.collect()
     assert any(type(w) is QSurface for w in shiboken6.getAllValidWrappers())
     left = weakref.ref(view), weakref.ref(view.scene)
-    gc.disable()
-    try:
-        view.close()
-        view.deleteLater()
-        del view
-        qtbot.wait(10)
-        assert [ref() for ref in left] == [None, None]
-        known = shiboken6.getAllValidWrappers()
-        assert [w for w in known if type(w) is QSurface] == []  # its address is used again
-    finally:
-        gc.enable()
-        document.deleteLater()
+    assert not gc.isenabled()
+    view.close()
+    view.deleteLater()
+    del view
+    qtbot.wait(10)
+    assert [ref() for ref in left] == [None, None]
+    known = shiboken6.getAllValidWrappers()
+    assert [w for w in known if type(w) is QSurface] == []  # its address is used again
+    document.deleteLater()
 
 
 def test_another_clip_takes_the_place_of_the_first(qtbot, document, show_view, analysed):
