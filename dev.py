@@ -404,6 +404,7 @@ def run_part(part: list[str]) -> collections.Counter[str] | None:
     if status == 2 and not failed:
         raise KeyboardInterrupt
     passed = number["tests"] - failed - number["skipped"]
+    failed = failed or status  # what went wrong outside of any test
     return collections.Counter(passed=passed, failed=failed, skipped=number["skipped"])
 
 

@@ -185,6 +185,14 @@ def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
     assert dev.command_test([]) == 1
     assert capsys.readouterr().out.splitlines()[-1] == "2 passed, 3 failed, 0 skipped"
 
+    late = "def pytest_sessionfinish(session): session.exitstatus = 1\n"
+    (bare_project / "tests/conftest.py").write_text(late)
+    assert dev.run_part(["tests/test_core.py"]) == {"passed": 1, "failed": 1, "skipped": 0}
+    (bare_project / "tests/conftest.py").unlink()
+    (bare_project / "tests/test_core.py").write_text("def test_d(): raise KeyboardInterrupt\n")
+    with pytest.raises(KeyboardInterrupt):
+        dev.run_part(["tests/test_core.py"])
+
 
 def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):
     monkeypatch.setattr(dev, "ROOT", tmp_path)

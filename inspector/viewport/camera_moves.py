@@ -59,6 +59,11 @@ class Steering(QWidget):
     def camera(self, camera: OrbitCamera | None) -> None:
         self._camera = camera
 
+    @property
+    def turning(self) -> bool:
+        """Whether the camera is still on its way to a limb."""
+        return self._turn is not None
+
     def set_view(self, name: str) -> None:
         """One of camera.VIEWS, relative to where the figure faces now; frames the figure."""
         scene = self.scene

@@ -84,6 +84,9 @@ class Script(QObject):
     def _step(self) -> None:
         if self._over or self._steps is None:
             return
+        if self.window.viewport.turning:  # as it may be in a slow start: no picture on the way
+            self._next()
+            return
         step = next(self._steps, None)
         if step is None:
             self._finish()

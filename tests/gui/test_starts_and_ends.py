@@ -12,8 +12,10 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QTimer
+from PySide6.QtGui import QImage
 
 from inspector.session.opening import analyse
+from inspector.session.settings import Settings
 from inspector.window.demo import screenshot
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, program, real_screen, wait_until
@@ -96,11 +98,24 @@ def test_a_picture_that_cannot_be_written_ends_in_a_sentence(tmp_path):
 
 def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, capsys):
     window = show_window()
-    script = screenshot(window, tmp_path / "window.png", shutil.copy(INJECTED, tmp_path))
+    clip = Path(shutil.copy(INJECTED, tmp_path))
+    script = screenshot(window, tmp_path / "window.png", clip)
     QTimer.singleShot(0, window, window.actions_by_id["show_about"].trigger)
     qtbot.waitUntil(lambda: not window.isVisible())
     assert script.code == 2
     assert "nobody to answer" in capsys.readouterr().out
+
+
+def test_a_picture_waits_until_the_camera_has_come_to_rest(qtbot, show_window, tmp_path):
+    pictures = []
+    for turn_ms in (0, 1500):
+        window = show_window(Settings(theme="light", turn_ms=turn_ms))
+        path = tmp_path / f"{turn_ms}.png"
+        screenshot(window, path, Path(shutil.copy(INJECTED, tmp_path)))
+        qtbot.waitUntil(lambda w=window: not w.isVisible(), timeout=20_000)
+        pictures.append(QImage(str(path)))
+    assert not pictures[0].isNull()
+    assert pictures[0] == pictures[1]
 
 
 def close_by_key(screen, process):
