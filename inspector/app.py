@@ -22,7 +22,7 @@ from PySide6.QtGui import QFont, QSurfaceFormat
 from PySide6.QtWidgets import QApplication
 
 from inspector.bundled import SAMPLE
-from inspector.collector import Collector, keep_for_good
+from inspector.collector import collect_between_events, keep_for_good
 from inspector.session.settings import load_settings, settings_path
 from inspector.widgets.background import wait_for_tasks
 from inspector.widgets.theme import apply_theme, system_theme
@@ -119,7 +119,7 @@ def make_application() -> QApplication:
     font.setFeature(QFont.Tag("tnum"), 1)  # figures of one width: numbers stand in columns
     app.setFont(font)
     apply_theme(app, system_theme())
-    Collector(app)
+    collect_between_events(app)
     return app
 
 

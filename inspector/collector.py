@@ -14,15 +14,12 @@ from PySide6.QtCore import QObject, QTimer
 _PERIOD_MS = 1000
 
 
-class Collector(QObject):
-    """Collects in Python's place from now on, as long as events are handled."""
-
-    def __init__(self, parent: QObject) -> None:
-        super().__init__(parent)
-        gc.disable()
-        timer = QTimer(self)
-        timer.timeout.connect(collect_due)
-        timer.start(_PERIOD_MS)
+def collect_between_events(owner: QObject) -> None:
+    """Collect in Python's place from now on, as long as events are handled and `owner` lives."""
+    gc.disable()
+    timer = QTimer(owner)
+    timer.timeout.connect(collect_due)
+    timer.start(_PERIOD_MS)
 
 
 def collect_due() -> None:
