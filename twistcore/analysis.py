@@ -15,6 +15,7 @@ from twistcore.bvh import Clip
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval
 from twistcore.errors import TwistError
+from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
@@ -26,11 +27,13 @@ Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain
 class ClipAnalysis:
     """What is known of a motion before any decision: it does not change, and is safe in threads.
 
-    motion: what was analysed; chains: those looked at; name: of the clip, for people.
+    motion: what was analysed; chains, limbs: those looked at; name: of the clip, for people.
     """
 
     def __init__(self, motion: Motion, chains: Sequence[Chain], name: str = "motion") -> None:
-        self.motion, self.chains, self.name = motion, tuple(chains), name
+        self.motion, self.name = motion, name
+        self.chains = tuple(c for c in chains if not isinstance(c, Limb))
+        self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
         self._making = Lock()
 

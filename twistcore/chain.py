@@ -52,6 +52,10 @@ class Chain:
         """What a table shows: 'Left ForeArm', or the joint's name where the limb is unknown."""
         return f"{self.side} {self.segment}" if self.segment else self.name
 
+    def changed_joints(self, skeleton: Skeleton) -> tuple[int, ...]:
+        """P and its children: what an error in the chain, or its correction, turns otherwise."""
+        return self.parent, *skeleton.children[self.parent]
+
 
 def find_chains(motion: Motion) -> tuple[Chain, ...]:
     """All chains of a clip: the five limb chains of either side, or by topology.
@@ -107,11 +111,6 @@ def make_chain(
     return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
 
 
-def changed_joints(skeleton: Skeleton, chain: Chain) -> tuple[int, ...]:
-    """P and its children: what an error in the chain, or its correction, turns otherwise."""
-    return chain.parent, *skeleton.children[chain.parent]
-
-
 def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
     """Chains that change a joint in common, directly or through others, belong together.
 
@@ -119,7 +118,7 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
     """
     groups: list[tuple[set[int], list[Chain]]] = []
     for chain in chains:
-        joints, members = set(changed_joints(skeleton, chain)), [chain]
+        joints, members = set(chain.changed_joints(skeleton)), [chain]
         near = [g for g in groups if g[0] & joints]
         for group in near:
             joints |= group[0]
@@ -129,8 +128,8 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain) -> tuple[str, ...]:
-    """Names among P and its children that lack three rotation channels; empty: correctable."""
-    rotatable, joints = motion.skeleton.rotatable, changed_joints(motion.skeleton, chain)
+    """Names of joints that it turns and that lack three rotation channels; empty: correctable."""
+    rotatable, joints = motion.skeleton.rotatable, chain.changed_joints(motion.skeleton)
     if rotatable is None:
         return ()
     return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])

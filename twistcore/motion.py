@@ -121,6 +121,10 @@ class Motion:
         """The same motion with other local rotations, shape (frames, joints, 4)."""
         return replace(self, rotations=rotations)
 
+    def at(self, frames: NDArray[np.intp]) -> Motion:
+        """These frames alone, one after the other."""
+        return replace(self, rotations=self.rotations[frames], positions=self.positions[frames])
+
     def sliced(self, start: int, stop: int) -> Motion:
         """Frames [start, stop)."""
         return replace(

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from twistcore.chain import Chain
 from twistcore.detection.consistency import ConsistencyDetector
-from twistcore.detection.interval import Interval
+from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.paper import PaperDetector
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
@@ -56,4 +56,5 @@ __all__ = [
     "Analysis",
     "Detector",
     "Interval",
+    "Kind",
 ]

@@ -1,10 +1,11 @@
-"""An interval in which a parent's twist is wrong, and its child's makes up for it."""
+"""An interval in which a joint's rotation is wrong, of one of three kinds."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from functools import partial
 from typing import Any
 
@@ -13,11 +14,20 @@ import numpy as np
 from twistcore.rotation import Array, wrap
 
 
+class Kind(StrEnum):
+    """What is wrong in an interval: the word that files, tables and `--kinds` have."""
+
+    COUNTER_TWIST = "counter-twist"  # P turns about its bone, C turns back [Choi26]
+    LIMB_FLIP = "limb flip"  # P turns about the line to the limb's end E, which keeps its place
+    LONE_JUMP = "lone jump"  # a joint turns about its own axis too fast, and nothing explains it
+
+
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Frames [start, stop) of a chain with the twist error of P in each.
+    """Frames [start, stop) of a chain or limb with the error of P in each.
 
-    chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist;
+    chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist, or of
+    its turn about the limb's line; carried: of a limb flip, whether E turned along with P;
     confidence: 0…1, or None where the detector has none; open: it may be the other side of the
     clip that is wrong, so it is not applied unasked; residual: what is left of the offset behind
     the closing edge, radians; explain: tells why it was found, asked only where a person looks.
@@ -31,10 +41,13 @@ class Interval:
     open: bool = False
     residual: float = 0.0
     explain: Callable[[], dict[str, Any]] | None = None
+    kind: Kind = Kind.COUNTER_TWIST
+    carried: bool = False
 
     def __repr__(self) -> str:
         sure = "" if self.confidence is None else f", confidence {self.confidence:.2f}"
         turn = f"{math.degrees(self.delta):+.1f}°{sure}{', open' if self.open else ''}"
+        turn += "" if self.kind == Kind.COUNTER_TWIST else f", {self.kind}"
         return f"<Interval {self.chain} {self.start}–{self.stop}: {turn}>"
 
     @property

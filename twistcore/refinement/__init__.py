@@ -3,6 +3,7 @@
 from twistcore.refinement.corrected import Angles, Corrected
 from twistcore.refinement.twist_removal import (
     applied_unasked,
+    carried_by_limb,
     children_off_axis,
     offsets_by_chain,
     refine,
@@ -13,6 +14,7 @@ __all__ = [
     "Angles",
     "Corrected",
     "applied_unasked",
+    "carried_by_limb",
     "children_off_axis",
     "offsets_by_chain",
     "refine",

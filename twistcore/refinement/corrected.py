@@ -11,8 +11,13 @@ from numpy.typing import NDArray
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import Interval
+from twistcore.limb import Limb
 from twistcore.motion import forward_kinematics
-from twistcore.refinement.twist_removal import offsets_by_chain, remove_twist
+from twistcore.refinement.twist_removal import (
+    carried_by_limb,
+    offsets_by_chain,
+    remove_twist,
+)
 from twistcore.rotation import Array, multiply, quaternion_from_axis_angle, twist_angle, wrap
 from twistcore.signals import twist_signals
 
@@ -38,12 +43,13 @@ class Corrected:
 
     def __init__(self, analysis: ClipAnalysis) -> None:
         self._analysis = analysis
-        self._motion, self._chains = analysis.motion, analysis.chains
+        self._motion, self._chains = analysis.motion, (*analysis.chains, *analysis.limbs)
         # Nothing shows what an export cannot write.
         self._free = {c.name for c in self._chains if not uncorrectable_joints(self._motion, c)}
         self._none = np.zeros(self._motion.frames)
         self._none.flags.writeable = False
         self._offsets: dict[str, Array] = {}
+        self._carried: dict[str, Array] = {}
         self._summed: dict[str, list[Interval]] = {}  # what each of them is the sum of
         self._forms: dict[str, _ClosedForm | None] = {}
 
@@ -55,9 +61,11 @@ class Corrected:
                 chosen.setdefault(interval.chain, []).append(interval)
         for chain in [c for c in self._summed if self._summed[c] != chosen.get(c)]:
             del self._summed[chain], self._offsets[chain]
+            self._carried.pop(chain, None)
         for chain, own in chosen.items():
             if chain not in self._summed:
                 self._offsets |= offsets_by_chain(own, self._motion.frames)
+                self._carried |= carried_by_limb(own, self._motion.frames)
                 self._summed[chain] = own
 
     def offset(self, chain: str) -> Array:
@@ -81,8 +89,10 @@ class Corrected:
         if not any(o.any() for o in offsets.values()):
             rotations, positions = self._analysis.poses
             return rotations[start:stop], positions[start:stop]
+        carried = {name: o[start:stop] for name, o in self._carried.items()}
         chains = [_in_frames(c, start, stop) for c in self._chains]
-        return forward_kinematics(remove_twist(self._motion.sliced(start, stop), chains, offsets))
+        part = self._motion.sliced(start, stop)
+        return forward_kinematics(remove_twist(part, chains, offsets, carried))
 
     def angles(self, chain: Chain) -> Angles:
         """θp and θc of a chain: by the closed form where there is one, else anew."""
@@ -90,10 +100,21 @@ class Corrected:
             exact = _has_closed_form(self._analysis, chain, self._free)
             form = _ClosedForm(self._analysis, chain, self._free) if exact else None
             self._forms[chain.name] = form
-        if form := self._forms[chain.name]:
+        if (form := self._forms[chain.name]) and not self._flipped(chain):
             return form.angles(self)
-        s = twist_signals(remove_twist(self._motion, self._chains, self._offsets), chain)
+        motion = remove_twist(self._motion, self._chains, self._offsets, self._carried)
+        s = twist_signals(motion, chain)
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
+
+    def _flipped(self, chain: Chain) -> bool:
+        """Whether a limb that is turned back has a joint of the chain for its first or its end."""
+        ends = {chain.parent, chain.child}
+        return any(
+            isinstance(limb, Limb)
+            and limb.name in self._offsets
+            and not ends.isdisjoint((limb.parent, limb.end))
+            for limb in self._chains
+        )
 
 
 class _ClosedForm:

@@ -1,17 +1,28 @@
-"""Taking twist errors out of a motion and nothing else [Choi26 Eq. 14-15]."""
+"""Taking errors out of a motion and nothing else [Choi26 Eq. 14-15], of limbs too."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.interval import Interval
+from twistcore.limb import Limb, path, places
 from twistcore.motion import Motion, check_motion
-from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle, wrap
+from twistcore.rotation import (
+    Array,
+    conjugate,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+    rotate,
+    wrap,
+)
 
+_FOLDED = 1e-6  # of the skeleton's height: a line so short has no direction
 _ON_AXIS = np.sin(np.radians(0.5))
 
 
@@ -38,22 +49,37 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
     return {chain: wrap(offset) for chain, offset in total.items()}
 
 
+def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
+    """As :func:`offsets_by_chain`, of the limb flips in which the limb's end turned along."""
+    return offsets_by_chain((i for i in intervals if i.carried), frames)
+
+
 def refine(motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]) -> Motion:
-    """The motion without the twist errors in `intervals`.
+    """The motion without the errors in `intervals`; chains: limbs too, where there are flips.
 
     Intervals of chains that cannot be corrected (see chain.uncorrectable_joints) are left out.
     """
     check_motion(motion)
-    return remove_twist(motion, chains, offsets_by_chain(intervals, motion.frames))
+    intervals, frames = tuple(intervals), motion.frames
+    offsets = offsets_by_chain(intervals, frames)
+    return remove_twist(motion, chains, offsets, carried_by_limb(intervals, frames))
 
 
-def remove_twist(motion: Motion, chains: Sequence[Chain], offsets: Mapping[str, Array]) -> Motion:
-    """q'_P = q_P ⊗ R_a(−offset) and, for every child X of P, q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X.
+def remove_twist(
+    motion: Motion,
+    chains: Sequence[Chain],
+    offsets: Mapping[str, Array],
+    carried: Mapping[str, Array] = MappingProxyType({}),
+) -> Motion:
+    """Take offsets out of chains, and out of limbs; frames with offset 0 keep their bits.
 
-    offsets: radians, (frames,), by chain name; frames with offset 0 keep their bits. All global
-    rotations below P stay, and all joint positions but those of children beside the axis
-    (:func:`children_off_axis`). Corrections of different chains commute: one multiplies a joint
-    from the right, the other from the left.
+    offsets: radians, (frames,), by name; carried: the part of a limb's in which its end turned
+    along. Of a chain, q'_P = q_P ⊗ R_a(−offset) and, for every child X of P,
+    q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X: all global rotations below P stay, and all joint positions but those
+    of children beside the axis (:func:`children_off_axis`). Of a limb, q'_P = R_u(−offset) ⊗ q_P
+    about its line u in the frame of P's parent; E keeps its place, and its global rotation but for
+    what it was carried; C keeps its own rotation and moves. Corrections commute: they multiply from
+    different sides, and no twist moves a limb's line.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -62,6 +88,11 @@ def remove_twist(motion: Motion, chains: Sequence[Chain], offsets: Mapping[str, 
             continue
         at = np.flatnonzero(offset)
         if not len(at):
+            continue
+        if isinstance(chain, Limb):
+            along = carried.get(chain.name)
+            kept = offset[at] if along is None else offset[at] - along[at]
+            _turn_limb(motion, rotations, chain, at, offset[at], kept)
             continue
         axis = _bone(motion, chain, at)
         parent = rotations[at, chain.parent]
@@ -72,6 +103,34 @@ def remove_twist(motion: Motion, chains: Sequence[Chain], offsets: Mapping[str, 
         for child in motion.skeleton.children[chain.parent]:
             rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
     return motion.with_rotations(rotations)
+
+
+def _turn_limb(
+    motion: Motion,
+    rotations: Array,
+    limb: Limb,
+    at: NDArray[np.intp],
+    offset: Array,
+    kept: Array,
+) -> None:
+    """Turn a limb back about its line in the frames `at`, and its end forward by `kept`.
+
+    The line is where the motion has it: no correction of a twist moves a joint. A folded limb,
+    whose end lies on its first joint, has none and stays.
+    """
+    _, to_end = places(motion.at(at), limb)
+    length = np.linalg.norm(to_end, axis=1)
+    line = to_end / np.maximum(length, 1e-12)[:, None]
+    there = length > _FOLDED * motion.skeleton.height
+    offset, kept = np.where(there, offset, 0.0), np.where(there, kept, 0.0)
+    above = rotations[at, limb.parent]
+    for joint in path(motion.skeleton, limb.parent, limb.end)[:-1]:
+        above = multiply(above, rotations[at, joint])
+    hip, end = rotations[at, limb.parent], rotations[at, limb.end]
+    back = quaternion_from_axis_angle(line, -offset)
+    ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)
+    rotations[at, limb.parent] = normalise(multiply(back, hip))
+    rotations[at, limb.end] = normalise(multiply(ahead, end))
 
 
 def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
@@ -92,7 +151,9 @@ def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
 
     Distance from the axis by joint name, in the file's unit; empty for an ordinary limb.
     """
-    out = {}
+    out: dict[str, float] = {}
+    if isinstance(chain, Limb):  # its children go with it, as the limb goes
+        return out
     skeleton = motion.skeleton
     axis = np.atleast_2d(chain.axis)
     for child in skeleton.children[chain.parent]:

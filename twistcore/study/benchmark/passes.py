@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain, changed_joints
+from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
 from twistcore.detection.paper import PaperAnalysis, running_offset
 from twistcore.motion import Motion
@@ -168,7 +168,7 @@ def _run_pass(
         key = replace(first, side=chain.side, segment=chain.segment or chain.name)
         true = [e for e in errors if e.chain == chain.name]
         for e in true:
-            wrong[e.start : e.stop, list(changed_joints(scene.motion.skeleton, chain))] = True
+            wrong[e.start : e.stop, list(chain.changed_joints(scene.motion.skeleton))] = True
         at = np.concatenate([np.arange(e.start, e.stop)[e.offset != 0.0] for e in true] or [[]])
         rows, p = at.astype(np.int64), chain.parent
         source = scene.motion.rotations[rows, p]

@@ -1,0 +1,117 @@
+"""Limbs of three joints: a flip turns them about the line from their first joint to their end.
+
+The angle of the middle joint about that line is the *swivel angle* of inverse kinematics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.chain import Chain, limbs
+from twistcore.motion import Motion, Skeleton
+from twistcore.rotation import Array, rotate
+
+_SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
+_SHORTEST = 0.3  # of the other bone: beside a longer one a stump has no knee
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Limb(Chain):
+    """A chain looked at as a whole: hip P, knee C and ankle E, or shoulder, elbow and wrist.
+
+    Its errors turn about the line from P to E (`grandchild`), not about the bone from P to C. Its
+    name is P's and E's, so that the chain of the same joints has another.
+    """
+
+    def __repr__(self) -> str:
+        return f"<Limb {self.name}: joints {self.parent} → {self.child} → {self.end}>"
+
+    @property
+    def end(self) -> int:
+        """E: the joint whose place a flip leaves."""
+        return self.grandchild
+
+    def changed_joints(self, skeleton: Skeleton) -> tuple[int, ...]:
+        """P and E: C's own rotation is none of a flip's."""
+        del skeleton
+        return self.parent, self.end
+
+    @property
+    def label(self) -> str:
+        """What a table shows: 'Left arm', or the joints' names where the limb is unknown."""
+        return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
+
+
+def find_limbs(motion: Motion, chains: Sequence[Chain]) -> tuple[Limb, ...]:
+    """The limbs among the chains of a motion: arms and legs, or by topology.
+
+    Where names say nothing, of each line of chains the two bones that are longest together. A limb
+    ends in a joint, and neither bone is much shorter than the other.
+    """
+    found = []
+    for line in limbs(motion.skeleton, chains):
+        own = [c for c in line if c.grandchild >= 0 and _has_two_bones(motion, c)]
+        if any(c.segment for c in line):
+            own = [c for c in own if c.segment in _SEGMENTS]
+        elif own:
+            own = [max(own, key=lambda c: sum(_bones(motion, c)))]
+        found += [_limb(motion, c) for c in own]
+    order = {c.name: k for k, c in enumerate(chains)}
+    names = motion.skeleton.names
+    return tuple(sorted(found, key=lambda limb: order[names[limb.parent]]))
+
+
+def path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
+    """Joints from `above`, left out, down to `below`, its descendant."""
+    out = [below]
+    while (joint := int(skeleton.parents[out[-1]])) != above:
+        out.append(joint)
+    return tuple(out[::-1])
+
+
+def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
+    """Where C and E are from P, in the frame of P's parent: two of (frames, 3), file's unit."""
+    upper = path(motion.skeleton, limb.parent, limb.child)
+    lower = path(motion.skeleton, limb.child, limb.end)
+    to_end = _along(motion, lower)
+    to_child = _along(motion, upper)
+    for joint in upper[::-1]:
+        to_end = motion.translation(joint) + rotate(motion.rotations[:, joint], to_end)
+    hip = motion.rotations[:, limb.parent]
+    return rotate(hip, to_child), rotate(hip, to_end)
+
+
+def _along(motion: Motion, joints: Sequence[int]) -> Array:
+    """Place of the last joint in the frame that the first one hangs in, (frames, 3)."""
+    place = np.zeros((motion.frames, 3))
+    for joint in joints[::-1]:
+        if joint != joints[-1]:
+            place = rotate(motion.rotations[:, joint], place)
+        place = motion.translation(joint) + place
+    return place
+
+
+def _limb(motion: Motion, chain: Chain) -> Limb:
+    names = motion.skeleton.names
+    name = f"{names[chain.parent]}-{names[chain.grandchild]}"
+    fields = {k: v for k, v in vars(chain).items() if k != "name"}
+    return Limb(name=name, **fields)
+
+
+def _bones(motion: Motion, chain: Chain) -> tuple[float, float]:
+    """Lengths of P to C and of C to E."""
+    upper = path(motion.skeleton, chain.parent, chain.child)
+    lower = path(motion.skeleton, chain.child, chain.grandchild)
+    return _length(motion, upper), _length(motion, lower)
+
+
+def _length(motion: Motion, joints: Sequence[int]) -> float:
+    return sum(float(np.linalg.norm(motion.translation(j), axis=-1).mean()) for j in joints)
+
+
+def _has_two_bones(motion: Motion, chain: Chain) -> bool:
+    upper, lower = _bones(motion, chain)
+    return min(upper, lower) > _SHORTEST * max(upper, lower)
