@@ -84,7 +84,8 @@ def success(scene: Scene, seeds: Sequence[int], told: bool) -> float:
     for seed in seeds:
         for index, targets in scene.passes():
             errors = draw(scene, index, targets, seed)
-            limb = next(limb for limb in scene.limbs if targets[0] in limb)
+            group = next(group for group in scene.groups if targets[0] in group)
+            limb = [c for c in group if c in scene.chains]
             dirty = inject(scene.motion, limb, errors)
             with told_edges(limb, errors) if told else nullcontext():
                 refined = apply_method(METHOD, dirty, limb).rotations

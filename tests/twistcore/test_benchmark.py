@@ -76,10 +76,11 @@ def test_a_pass_counts_what_evaluation_measures(scene, method):
 def test_a_limb_alone_is_analysed_as_in_the_whole_body(scene, method):
     index, targets = scene.passes()[3]
     errors = draw(scene, index, targets, 1)
-    limb = next(group for group in scene.limbs if targets[0] in group)
+    group = next(group for group in scene.groups if targets[0] in group)
+    every = (*scene.chains, *scene.limbs)
     dirty = inject(scene.motion, scene.chains, errors)
-    alone, whole = (apply_method(method, dirty, c, errors) for c in (limb, scene.chains))
-    for chain in limb:
+    alone, whole = (apply_method(method, dirty, c, errors) for c in (group, every))
+    for chain in group:
         assert alone.found[chain.name] == whole.found[chain.name]
         np.testing.assert_array_equal(
             alone.rotations[:, chain.parent], whole.rotations[:, chain.parent]
@@ -95,8 +96,9 @@ def test_errors_depend_on_seed_clip_chain_and_protocol_alone(scene):
     assert {chain for chain, *_ in starts(1, 4)} == {scene.chains[4].name}
 
 
-def test_limbs_of_a_body(scene):
-    assert sorted(len(limb) for limb in scene.limbs) == [2, 2, 3, 3]
+def test_groups_of_a_body(scene):
+    assert sorted(len(group) for group in scene.groups) == [3, 3, 4, 4]
+    assert all(sum(limb in group for limb in scene.limbs) == 1 for group in scene.groups)
 
 
 def test_a_leading_pose_is_dropped_and_motion_is_not(walk):

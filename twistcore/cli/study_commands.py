@@ -20,6 +20,7 @@ from twistcore.bvh import (
 from twistcore.chain import find_chains, uncorrectable_joints
 from twistcore.cli.output import print_json, refuse_overwrite, tell_problems
 from twistcore.errors import ClipMismatchError, TwistError
+from twistcore.limb import find_limbs
 from twistcore.study.evaluation import (
     Sample,
     evaluation_to_json,
@@ -47,24 +48,28 @@ def inject_errors(arguments: argparse.Namespace) -> int:
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output, arguments.truth], [arguments.clip])
     every = find_chains(clip.motion)
-    chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
-    if not chains:
-        raise TwistError(f"{arguments.clip}: no chain that a twist error could be put into")
+    among = find_limbs(clip.motion, every) if protocol.limb else every
+    free = [c for c in among if not uncorrectable_joints(clip.motion, c)]
+    if not free:
+        what = "limb that a flip" if protocol.limb else "chain that a twist error"
+        raise TwistError(f"{arguments.clip}: no {what} could be put into")
     if protocol.rich:
+        chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
         rich = enrich(clip.motion, chains)
         clip = parse_bvh(patch_rotations(clip, rich, changed_rotations(clip, rich)), clip.path)
     clip = thinned(clip, protocol.step)
     motion = clip.motion
     rng = generator(arguments.seed, arguments.clip.name)
-    targets = draw_targets(chains, rng, protocol)
+    targets = draw_targets(free, rng, protocol)
     errors = draw_errors(targets, motion.frames, rng, protocol, fps=motion.fps)
-    write_bvh(clip, inject(motion, chains, errors), arguments.output)
+    write_bvh(clip, inject(motion, free, errors), arguments.output)
     truth = Truth(
         arguments.clip.name, protocol.name, arguments.seed, motion.frames, motion.fps, errors
     )
     write_truth(arguments.truth, truth)
     names = ", ".join(sorted({e.chain for e in errors}))
-    print(f"{arguments.output}: {len(errors)} errors in {names or 'no chain'}, ", end="")
+    nothing = "no limb" if protocol.limb else "no chain"
+    print(f"{arguments.output}: {len(errors)} errors in {names or nothing}, ", end="")
     print(f"protocol {protocol.name}, seed {arguments.seed}")
     if not errors and not protocol.clean:
         print(f"{arguments.clip}: too short for an error to be put in", file=sys.stderr)

@@ -7,22 +7,26 @@ The rule, stated once. In a clip where nothing was injected an event is
 * a *flip*, by what the consistency detector expects: P or C alone turns about the bone by
   FLIP_DEGREES and FLIP_SIGMA local scales more in one frame than its neighbours let expect. No limb
   does that; the capture's solver does, or Euler angles that pass a gimbal lock. The other joint
-  does not make up for it, so it is no twist error in the sense of [Choi26], never an interval.
+  does not make up for it, so it is no twist error in the sense of [Choi26], never an interval;
+* a *limb flip* that is found at the automatic τ: P turns about the line to the limb's end E.
 
-A chain is *audited* in a clip if it has no event there.
+A chain or limb is *audited* in a clip if it has no event there. A limb's flip counts for the chains
+that share P or E with it as well, and an event of theirs for the limb: it alters the same joints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from twistcore.chain import Chain
-from twistcore.detection import Analysis
+from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.consistency import ChainAnalysis, ConsistencyAnalysis
+from twistcore.limb import Limb
+from twistcore.motion import Skeleton
 
 FLIP = "flip"
 # Of 40 CMU clips: the arms' fastest swings reach 38° (05_02, 661); flips are of 60-180°.
@@ -31,10 +35,10 @@ FLIP_DEGREES, FLIP_SIGMA = 60.0, 10.0
 
 @dataclass(frozen=True)
 class NaturalEvent:
-    """An event that nobody injected: frames [start, stop) of a chain.
+    """An event that nobody injected: frames [start, stop) of a chain or limb.
 
-    kind: 'interval', 'open' or 'flip'; degrees: of the flip about the bone, or the interval's
-    offset; joint: P or C, whichever flips, or P for an interval.
+    kind: 'interval', 'open', 'flip' or 'limb flip'; degrees: of the flip about the bone, or the
+    interval's offset; joint: P or C, whichever flips, or P for an interval or a limb.
     """
 
     chain: str
@@ -59,6 +63,35 @@ def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalE
         if isinstance(analysis, ConsistencyAnalysis):
             events += flips(chain, analysis.chains[chain.name])
     return events
+
+
+def limb_flips(limbs: Sequence[Limb], found: Iterable[Interval]) -> list[NaturalEvent]:
+    """Flips of limbs among the intervals found in an un-injected clip."""
+    parent = {limb.name: limb.parent for limb in limbs}
+    return [
+        NaturalEvent(i.chain, i.kind.value, i.start, i.stop, _degrees(i.delta), parent[i.chain])
+        for i in found
+        if i.kind == Kind.LIMB_FLIP
+    ]
+
+
+def with_events(
+    skeleton: Skeleton,
+    chains: Sequence[Chain],
+    limbs: Sequence[Limb],
+    events: Iterable[NaturalEvent],
+) -> frozenset[str]:
+    """Names of the chains and limbs that are not audited, by the rule above."""
+    own = {e.chain for e in events}
+    out = set(own)
+    for limb in limbs:
+        ends = set(limb.changed_joints(skeleton))
+        near = {c.name for c in chains if ends.intersection(c.changed_joints(skeleton))}
+        if limb.name in own:
+            out |= near
+        elif near & own:
+            out.add(limb.name)
+    return frozenset(out)
 
 
 def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:

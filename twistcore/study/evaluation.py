@@ -7,14 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.chain import SEGMENTS, Chain
 from twistcore.errors import ClipMismatchError
+from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion
 from twistcore.rotation import Array, geodesic_angle
 from twistcore.synthesis import SUCCESS, Truth, inject
 
 DAMAGE = float(np.radians(1.0))
+_ORDER = (*SEGMENTS, "whole arm", "whole leg")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +67,8 @@ def measure(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain
     """Compare one refined clip with its clean source.
 
     The input is made again from the clean clip and the truth, so damage is what the refinement
-    changed, not what was injected. Raises ClipMismatchError where the three do not fit.
+    changed, not what was injected. Limbs are found from the chains. Raises ClipMismatchError where
+    the three do not fit.
     """
     if clean.frames != refined.frames or clean.frames != truth.frames:
         raise ClipMismatchError(
@@ -73,17 +77,18 @@ def measure(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain
         )
     if clean.skeleton.names != refined.skeleton.names:
         raise ClipMismatchError("the clean and the refined clip have different skeletons")
-    by_name = {chain.name: chain for chain in chains}
+    every = (*chains, *find_limbs(clean, chains))
+    by_name = {chain.name: chain for chain in every}
     unknown = sorted({e.chain for e in truth.errors} - by_name.keys())
     if unknown:
         raise ClipMismatchError(f"the clip has no chain {unknown[0]!r} that the truth names")
-    dirty = inject(clean, chains, truth.errors)
+    dirty = inject(clean, every, truth.errors)
     wrong = np.zeros((clean.frames, len(clean.skeleton)), dtype=bool)
     frames_of: dict[str, set[int]] = {}
     for error in truth.errors:
         chain = by_name[error.chain]
         frames_of.setdefault(chain.name, set()).update(range(error.start, error.stop))
-        wrong[error.start : error.stop, [chain.parent, chain.child]] = True
+        wrong[error.start : error.stop, error.changed_joints(chain, clean.skeleton)] = True
     errors = []
     for name, frames in frames_of.items():
         chain, at = by_name[name], sorted(frames)
@@ -91,12 +96,12 @@ def measure(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain
         errors.append(
             ErrorFrames(
                 chain.side,
-                chain.segment or chain.name,
+                segment_of(chain),
                 geodesic_angle(clean.rotations[at, p], dirty.rotations[at, p]),
                 geodesic_angle(clean.rotations[at, p], refined.rotations[at, p]),
             )
         )
-    joints = sorted({j for chain in chains for j in (chain.parent, chain.child)})
+    joints = joints_of(every)
     change = geodesic_angle(dirty.rotations[:, joints], refined.rotations[:, joints])
     return Sample(tuple(errors), change[~wrong[:, joints]])
 
@@ -118,9 +123,22 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
     )
 
 
+def joints_of(chains: Sequence[Chain]) -> NDArray[np.int64]:
+    """Parents and children of chains, first joints and ends of limbs, ascending, each once."""
+    ends = {(c.parent, c.end if isinstance(c, Limb) else c.child) for c in chains}
+    return np.array(sorted({joint for pair in ends for joint in pair}), dtype=np.int64)
+
+
+def segment_of(chain: Chain) -> str:
+    """What a table calls the segment: 'Leg' of a chain, 'whole leg' of a limb, or its name."""
+    if isinstance(chain, Limb) and chain.segment:
+        return f"whole {chain.label.removeprefix(chain.side).strip()}"
+    return chain.segment or chain.name
+
+
 def segment_order(segment: str) -> tuple[int, str]:
-    """To sort by: segments in the order of SEGMENTS, then others by name."""
-    return SEGMENTS.index(segment) if segment in SEGMENTS else len(SEGMENTS), segment
+    """To sort by: segments in the order of SEGMENTS, whole limbs, then others by name."""
+    return _ORDER.index(segment) if segment in _ORDER else len(_ORDER), segment
 
 
 def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> Row:

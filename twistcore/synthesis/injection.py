@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.chain import Chain
+from twistcore.detection import Kind
 from twistcore.encoding import encoded
-from twistcore.motion import Motion
+from twistcore.limb import Limb
+from twistcore.motion import Motion, Skeleton
 from twistcore.refinement import remove_twist
 from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
@@ -22,9 +24,10 @@ _TRIES = 50
 
 @dataclass(frozen=True, eq=False)
 class InjectedError:
-    """A known twist error: chain name, frames [start, stop), offset in radians, (stop − start,).
+    """A known error: name of chain or limb, frames [start, stop), offset in radians, a frame each.
 
-    leak: radians by which the child's compensation misses, likewise, or None.
+    leak: radians by which the compensation of the child, or of a limb's end, misses, likewise, or
+    None; kind: a counter-twist or a limb flip; carried: of a flip, whether the end went along.
     """
 
     chain: str
@@ -32,6 +35,13 @@ class InjectedError:
     stop: int
     offset: Array
     leak: Array | None = None
+    kind: Kind = Kind.COUNTER_TWIST
+    carried: bool = False
+
+    def changed_joints(self, chain: Chain, skeleton: Skeleton) -> tuple[int, ...]:
+        """Joints of its chain or limb with another rotation of their own: not an end carried."""
+        joints = chain.changed_joints(skeleton)
+        return joints[:1] if self.carried and self.leak is None else joints
 
 
 def generator(seed: int, clip: str, *more: int) -> np.random.Generator:
@@ -71,6 +81,7 @@ def draw_errors(
 ) -> tuple[InjectedError, ...]:
     """2-5 intervals in each chain as the protocol has them, at least 2 frames apart.
 
+    chains: limbs, and only those, where the protocol is one of limb flips.
     first: the first frame of the capture; 1 leaves a T-pose in frame 0 alone. But for the border
     protocol every edge lies inside the capture. A clip too short for 2 intervals gets fewer.
     """
@@ -84,10 +95,12 @@ def draw_errors(
             start, stop = place
             taken[start:stop] = True
             offset = _offset(start > first, stop < frames, stop - start, rng, protocol)
+            carried = protocol.limb and bool(rng.integers(2))
             leak = None
-            if protocol.leak:
+            if protocol.leak and not carried:
                 leak = np.radians(protocol.leak) * rng.standard_normal(stop - start)
-            errors.append(InjectedError(chain.name, start, stop, offset, leak))
+            kind = Kind.LIMB_FLIP if protocol.limb else Kind.COUNTER_TWIST
+            errors.append(InjectedError(chain.name, start, stop, offset, leak, kind, carried))
     return tuple(sorted(errors, key=lambda e: (e.chain, e.start)))
 
 
@@ -135,16 +148,27 @@ def _offset(
 
 
 def inject(motion: Motion, chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Motion:
-    """q_P ← q_P ⊗ R_a(δ), and R_a(−δ + leak) ⊗ q_X on every child X [Choi26 §4.1.3]."""
+    """q_P ← q_P ⊗ R_a(δ), and R_a(−δ + leak) ⊗ q_X on every child X [Choi26 §4.1.3].
+
+    chains: limbs too, where errors are flips; there a is the limb's line and X its end, unless it
+    is carried.
+    """
     offsets: dict[str, Array] = {}
+    along: dict[str, Array] = {}
+    by_name = {chain.name: chain for chain in chains}
+    leaking = []
     for error in errors:
-        offset = offsets.setdefault(error.chain, np.zeros(motion.frames))
-        offset[error.start : error.stop] -= error.offset
-    dirty = remove_twist(motion, chains, offsets)
-    leaking = [(e, e.leak) for e in errors if e.leak is not None]
+        at = slice(error.start, error.stop)
+        offsets.setdefault(error.chain, np.zeros(motion.frames))[at] -= error.offset
+        if isinstance(by_name.get(error.chain), Limb):
+            carried = along.setdefault(error.chain, np.zeros(motion.frames))
+            carried[at] -= error.offset if error.carried else 0.0
+            carried[at] -= 0.0 if error.leak is None else error.leak
+        elif error.leak is not None:
+            leaking.append((error, error.leak))
+    dirty = remove_twist(motion, chains, offsets, along)
     if not leaking:
         return dirty
-    by_name = {chain.name: chain for chain in chains}
     rotations = dirty.rotations.copy()
     for error, leak in leaking:
         chain, at = by_name[error.chain], slice(error.start, error.stop)

@@ -33,7 +33,8 @@ class Protocol:
     joint of each chain motion of its own first; length: frames; delta: degrees; ramp: frames of a
     soft onset, inside; jitter, leak: degrees of white noise on the offset and on the compensation;
     both: errors in two chains that share a joint; border: the first two intervals touch the clip's
-    ends; drift: seconds over which the offset comes and goes; clean: nothing is injected.
+    ends; drift: seconds over which the offset comes and goes; clean: nothing is injected; limb: P
+    turns about its limb's line instead of its bone, the limb's end kept or carried at even odds.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Protocol:
     border: bool = False
     drift: tuple[float, float] | None = None
     clean: bool = False
+    limb: bool = False
 
 
 PROTOCOLS = {
@@ -68,6 +70,19 @@ PROTOCOLS = {
         Protocol("H10", "nothing injected", clean=True),
         Protocol("H11", "slow drift over 0.5-3 s", drift=(0.5, 3.0)),
         Protocol("H12", "rich: the silent joint moves as well", rich=True),
+        Protocol(
+            "L0",
+            "limb flips of 1-20 frames, ±60…±180°, the end kept or carried",
+            delta=(60.0, 180.0),
+            limb=True,
+        ),
+        Protocol(
+            "L1",
+            "limb flips at 30 Hz (every 4th frame)",
+            step=4,
+            delta=(60.0, 180.0),
+            limb=True,
+        ),
     )
 }
 
@@ -84,6 +99,8 @@ def parse_protocol(name: str) -> Protocol:
         of_p0 = vars(PROTOCOLS["P0"])
         knobs |= {k: v for k, v in vars(PROTOCOLS[part]).items() if v != of_p0[k]}
         texts.append(PROTOCOLS[part].text)
+    if knobs.get("limb") and knobs.get("both"):
+        raise TwistError(f"protocol {name!r}: expected no H8, for no two limbs share a joint")
     return Protocol(**{**knobs, "name": name, "text": " + ".join(texts)})
 
 

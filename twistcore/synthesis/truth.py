@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.atomic import write_atomically
+from twistcore.detection import Kind
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.synthesis.injection import InjectedError
@@ -41,6 +42,10 @@ def _error_to_json(error: InjectedError) -> dict[str, Any]:
     }
     if error.leak is not None:
         entry["leak_deg"] = [round(float(d), 9) for d in np.degrees(error.leak)]
+    if error.kind == Kind.LIMB_FLIP:
+        entry["kind"] = error.kind.value
+    if error.carried:
+        entry["carried"] = True
     return entry
 
 
@@ -70,6 +75,8 @@ def read_truth(path: Path) -> Truth:
                 e["stop"],
                 np.radians(e["offset_deg"]),
                 np.radians(e["leak_deg"]) if "leak_deg" in e else None,
+                Kind(e.get("kind", Kind.COUNTER_TWIST)),
+                bool(e.get("carried", False)),
             )
             for e in document["errors"]
         )
@@ -78,6 +85,8 @@ def read_truth(path: Path) -> Truth:
                 raise ValueError(f"the error in frames {e.start}-{e.stop}")
             if not np.isfinite(e.offset).all():
                 raise ValueError("an offset that is not finite")
+            if e.kind == Kind.LONE_JUMP or (e.carried and e.kind != Kind.LIMB_FLIP):
+                raise ValueError(f"an error of the kind {e.kind.value!r}")
         named = {key: document[key] for key in ("clip", "protocol", "seed", "fps")}
         return Truth(**named, frames=frames, errors=errors)
     except (KeyError, TypeError, ValueError, AttributeError) as error:

@@ -172,7 +172,7 @@ def protocol_text(name: str) -> str:
         return protocol.text
     if protocol.both:
         return f"{protocol.text}; a pass is a chain and the one below it"
-    return f"{protocol.text}; each chain in turn, one a pass"
+    return f"{protocol.text}; each {'limb' if protocol.limb else 'chain'} in turn, one a pass"
 
 
 def benchmark_to_json(summary: Summary, settings: Settings, source: str) -> dict[str, Any]:

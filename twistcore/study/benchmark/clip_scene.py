@@ -1,8 +1,7 @@
-"""A clip as a protocol sees it: T-pose dropped, prepared, limbs and natural events known."""
+"""A clip as a protocol sees it: T-pose dropped, prepared, with its chains, limbs and events."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,9 +11,16 @@ from numpy.typing import NDArray
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, find_chains, limbs, uncorrectable_joints
 from twistcore.detection.cuts import leading_frames
-from twistcore.detection.natural_events import NaturalEvent, natural_events
+from twistcore.detection.natural_events import (
+    NaturalEvent,
+    limb_flips,
+    natural_events,
+    with_events,
+)
 from twistcore.errors import TwistError
+from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion
+from twistcore.study.evaluation import joints_of
 from twistcore.synthesis import Protocol, prepare
 
 SHORTEST = 16  # frames: room for two intervals and something around them
@@ -23,7 +29,7 @@ AUDITOR = "consistency"
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The clean motion that errors are put into, with its correctable chains.
+    """The clean motion that errors are put into, with its correctable chains and limbs.
 
     dropped: leading frames of the file that are no capture; events: the audit's findings.
     """
@@ -32,41 +38,42 @@ class Scene:
     protocol: Protocol
     motion: Motion
     chains: tuple[Chain, ...]
+    limbs: tuple[Limb, ...]
     dropped: int
     events: tuple[NaturalEvent, ...]
 
     @cached_property
-    def limbs(self) -> tuple[tuple[Chain, ...], ...]:
-        """The chains by limb: an error in one changes nothing in another."""
-        return limbs(self.motion.skeleton, self.chains)
+    def groups(self) -> tuple[tuple[Chain, ...], ...]:
+        """Chains and limbs that share joints: an error in one group changes nothing in another."""
+        return limbs(self.motion.skeleton, (*self.chains, *self.limbs))
+
+    @property
+    def targets(self) -> tuple[Chain, ...]:
+        """What the protocol puts errors into: all chains, or all limbs."""
+        return self.limbs if self.protocol.limb else self.chains
 
     @cached_property
     def joints(self) -> NDArray[np.int64]:
-        """Parents and children of all chains, ascending."""
-        return joints_of(self.chains)
+        """Parents and children of all chains, and ends of limbs, ascending."""
+        return joints_of((*self.chains, *self.limbs))
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Chains with a natural event: the audited table leaves them out."""
-        return frozenset(e.chain for e in self.events)
+        """Chains and limbs with a natural event: the audited table leaves them out."""
+        return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Index and targets: each chain in turn, or each with the one below it."""
+        """Index and targets: each chain or limb in turn, or each chain with the one below it."""
         if self.protocol.clean:
             return ()
         if not self.protocol.both:
-            return tuple((k, (chain,)) for k, chain in enumerate(self.chains))
+            return tuple((k, (target,)) for k, target in enumerate(self.targets))
         return tuple(
             (k, (a, b))
             for k, a in enumerate(self.chains)
             for b in self.chains
             if a.child == b.parent
         )
-
-
-def joints_of(chains: Sequence[Chain]) -> NDArray[np.int64]:
-    """Parents and children, ascending, each once."""
-    return np.array(sorted({j for c in chains for j in (c.parent, c.child)}), dtype=np.int64)
 
 
 def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR) -> Scene:
@@ -79,11 +86,14 @@ def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUD
     prepared = prepare(capture, find_chains(capture), protocol)
     if prepared.frames < SHORTEST:
         raise TwistError(f"{name}: expected at least {SHORTEST} frames, found {prepared.frames}")
-    chains = tuple(c for c in find_chains(prepared) if not uncorrectable_joints(prepared, c))
+    every = find_chains(prepared)
+    chains = tuple(c for c in every if not uncorrectable_joints(prepared, c))
     if not chains:
         raise TwistError(f"{name}: no chain that a twist error could be put into")
-    step, found = protocol.step, natural_events(chains, ClipAnalysis(prepared, chains).by(auditor))
+    whole = tuple(x for x in find_limbs(prepared, every) if not uncorrectable_joints(prepared, x))
+    clip, step = ClipAnalysis(prepared, (*chains, *whole)), protocol.step
+    found = [*natural_events(chains, clip.by(auditor)), *limb_flips(whole, clip.detect(auditor))]
     events = tuple(
         replace(e, start=dropped + e.start * step, stop=dropped + e.stop * step) for e in found
     )
-    return Scene(name, protocol, prepared, chains, dropped, events)
+    return Scene(name, protocol, prepared, chains, whole, dropped, events)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.rotation import Array, geodesic_angle
-from twistcore.study.benchmark.clip_scene import Scene, joints_of
+from twistcore.study.benchmark.clip_scene import Scene
+from twistcore.study.evaluation import joints_of
 
 LONGEST_LAG = 0.25  # seconds
 LASTING = 0.05  # seconds: a peak is a mean over them, or noise of one frame would be the fastest

@@ -12,14 +12,20 @@ from numpy.typing import NDArray
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
-from twistcore.detection.paper import PaperAnalysis, running_offset
+from twistcore.detection.paper import PaperAnalysis, PaperDetector, running_offset
+from twistcore.limb import Limb
 from twistcore.motion import Motion
-from twistcore.refinement import applied_unasked, offsets_by_chain, remove_twist
+from twistcore.refinement import (
+    applied_unasked,
+    carried_by_limb,
+    offsets_by_chain,
+    remove_twist,
+)
 from twistcore.rotation import Array, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap, continuous
-from twistcore.study.benchmark.clip_scene import Scene, joints_of
+from twistcore.study.benchmark.clip_scene import Scene
 from twistcore.study.benchmark.tally import Key, Tallies, Tally, add_tallies, error_tally, micro
-from twistcore.study.evaluation import DAMAGE, match_intervals
+from twistcore.study.evaluation import DAMAGE, joints_of, match_intervals, segment_of
 from twistcore.synthesis import InjectedError, draw_errors, generator, inject
 
 METHODS = (*DETECTORS, *BASELINES)
@@ -49,24 +55,27 @@ def apply_method(
 ) -> Outcome:
     """The motion as the method leaves it; only joints of `chains` differ.
 
-    wrong: the truth, for the oracles. The paper's running sum is taken out as it is; of other
-    detectors all intervals that are applied unasked at their automatic τ.
+    chains: limbs too, where their flips are looked for; wrong: the truth, for the oracles. The
+    paper's running sum is taken out as it is, and its method knows no limbs; of other detectors all
+    intervals that are applied unasked at their automatic τ.
     """
     if method in BASELINES:
         return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
-    clip = ClipAnalysis(motion, chains)
+    bones = tuple(c for c in chains if not isinstance(c, Limb))
+    clip = ClipAnalysis(motion, bones if method == PaperDetector.name else chains)
     intervals, analysis = applied_unasked(clip.detect(method)), clip.by(method)
     if isinstance(analysis, PaperAnalysis):
         offsets = {
             c.name: running_offset(analysis.signals[c.name], analysis.automatic_tau(c.name))
-            for c in chains
+            for c in bones
         }
     else:
         offsets = offsets_by_chain(intervals, motion.frames)
+    carried = carried_by_limb(intervals, motion.frames)
     found: dict[str, list[Gap]] = {chain.name: [] for chain in chains}
     for i in intervals:
-        found[i.chain].append((i.start, i.stop))
-    return Outcome(remove_twist(motion, chains, offsets).rotations, found)
+        found.setdefault(i.chain, []).append((i.start, i.stop))
+    return Outcome(remove_twist(motion, chains, offsets, carried).rotations, found)
 
 
 def _filtered(
@@ -77,10 +86,11 @@ def _filtered(
         for chain in chains:
             gaps = [(e.start, e.stop) for e in wrong if e.chain == chain.name]
             if gaps:
-                joints = [chain.parent, *motion.skeleton.children[chain.parent]]
+                joints = chain.changed_joints(motion.skeleton)
                 rotations = _replaced(rotations, joints, baseline, motion.fps, gaps)
         return rotations
-    return _replaced(motion.rotations, joints_of(chains), baseline, motion.fps, ())
+    bones = [c for c in chains if not isinstance(c, Limb)]
+    return _replaced(motion.rotations, joints_of(bones), baseline, motion.fps, ())
 
 
 def _replaced(
@@ -90,6 +100,7 @@ def _replaced(
     fps: float,
     gaps: Sequence[Gap],
 ) -> Array:
+    joints = list(joints)
     q = continuous(rotations[:, joints])
     smooth = baseline.correct(q, fps, gaps)
     length = np.linalg.norm(smooth, axis=-1, keepdims=True)
@@ -100,38 +111,42 @@ def _replaced(
 
 def clean_run(scene: Scene, method: str) -> CleanRun:
     """The method on the clean motion."""
-    outcome = apply_method(method, scene.motion, scene.chains)
+    outcome = apply_method(method, scene.motion, (*scene.chains, *scene.limbs))
     return CleanRun(outcome, _change(scene.motion.rotations, outcome.rotations, scene.joints))
 
 
 def clean_tallies(scene: Scene, method: str, clean: CleanRun) -> Tallies:
-    """False alarms by chain; where nothing is injected also what is changed all the same."""
+    """False alarms by chain and limb; where nothing is injected also what is changed all the same.
+
+    What is no target of the protocol has an entry only where there is something to tell.
+    """
     total: Tallies = {}
     counted: set[int] = set()
-    for chain in scene.chains:
+    for chain in (*scene.chains, *scene.limbs):
         tally = Tally(alarms=len(clean.outcome.found.get(chain.name, [])))
         if scene.protocol.clean:
             # A joint that two chains share counts once, with the chain that comes first.
-            own = [j for j in (chain.parent, chain.child) if j not in counted]
+            own = [j for j in joints_of([chain]).tolist() if j not in counted]
             counted.update(own)
             change = clean.change[:, np.isin(scene.joints, own)]
             large = change > DAMAGE
             tally += Tally(
-                passes=1,
+                passes=int(chain in scene.targets),
                 pairs=change.size,
                 target_pairs=change.size,
                 natural=int(large.sum()),
                 natural_change=micro(np.degrees(change[large]).sum()),
             )
-        add_tallies(total, {_key(scene, method, chain): tally})
+        if chain in scene.targets or tally != Tally():
+            add_tallies(total, {_key(scene, method, chain): tally})
     return total
 
 
 def run_item(scene: Scene, method: str, seed: int, clean: CleanRun | None = None) -> Tallies:
-    """All passes of a clip with one method and one seed: each target chain in turn.
+    """All passes of a clip with one method and one seed: each target in turn.
 
-    Only the limb that holds the target is looked at: no detector and no filter of a single joint
-    connects limbs, so the others are as in the clean run.
+    Only the group that holds the target is looked at: no detector and no filter of a single joint
+    connects groups, so the others are as in the clean run.
     """
     clean = clean or clean_run(scene, method)
     total: Tallies = {}
@@ -158,40 +173,40 @@ def _run_pass(
     targets: Sequence[Chain],
     errors: Sequence[InjectedError],
 ) -> Tallies:
-    limb = _reach(scene, method, targets)
-    dirty = inject(scene.motion, limb, errors)
-    outcome = apply_method(method, dirty, limb, errors)
+    reach = _reach(scene, method, targets)
+    dirty = inject(scene.motion, reach, errors)
+    outcome = apply_method(method, dirty, reach, errors)
     total: Tallies = {}
     first = _key(scene, method, targets[0])
     wrong = np.zeros((dirty.frames, len(dirty.skeleton)), dtype=bool)
     for chain in targets:
-        key = replace(first, side=chain.side, segment=chain.segment or chain.name)
+        key = replace(first, side=chain.side, segment=segment_of(chain))
         true = [e for e in errors if e.chain == chain.name]
         for e in true:
-            wrong[e.start : e.stop, list(chain.changed_joints(scene.motion.skeleton))] = True
+            wrong[e.start : e.stop, e.changed_joints(chain, dirty.skeleton)] = True
         at = np.concatenate([np.arange(e.start, e.stop)[e.offset != 0.0] for e in true] or [[]])
         rows, p = at.astype(np.int64), chain.parent
         source = scene.motion.rotations[rows, p]
         before = geodesic_angle(source, dirty.rotations[rows, p])
         after = geodesic_angle(source, outcome.rotations[rows, p])
         add_tallies(total, {key: error_tally(before, after)})
-    for chain in limb:
+    for chain in reach:
         true = [e for e in errors if e.chain == chain.name]
         key = first
         if chain in targets:
-            key = replace(first, side=chain.side, segment=chain.segment or chain.name)
+            key = replace(first, side=chain.side, segment=segment_of(chain))
         add_tallies(total, {key: _interval_tally(outcome, clean, chain, true)})
-    damage = _damage_tally(scene, clean, limb, targets, dirty.rotations, outcome.rotations, wrong)
+    damage = _damage_tally(scene, clean, reach, targets, dirty.rotations, outcome.rotations, wrong)
     add_tallies(total, {first: damage})
     audited = not any(chain.name in scene.eventful for chain in targets)
     return {replace(key, audited=audited): tally for key, tally in total.items()}
 
 
 def _reach(scene: Scene, method: str, targets: Sequence[Chain]) -> tuple[Chain, ...]:
-    """The chains whose joints may come out otherwise than in the clean run."""
+    """The chains and limbs whose joints may come out otherwise than in the clean run."""
     if method in BASELINES and BASELINES[method].whole_body:
-        return scene.chains
-    return next(limb for limb in scene.limbs if targets[0] in limb)
+        return (*scene.chains, *scene.limbs)
+    return next(group for group in scene.groups if targets[0] in group)
 
 
 def _interval_tally(
@@ -250,5 +265,4 @@ def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
 
 def _key(scene: Scene, method: str, chain: Chain) -> Key:
     audited = chain.name not in scene.eventful
-    segment = chain.segment or chain.name
-    return Key(scene.protocol.name, method, chain.side, segment, audited)
+    return Key(scene.protocol.name, method, chain.side, segment_of(chain), audited)
