@@ -1,0 +1,464 @@
+"""Real flips of whole limbs, before and after: python -m benchmarks.real_flips FOLDER.
+
+    python3 dev.py bench real_flips FOLDER [--json FILE] [--clips GLOB]
+
+Every clip is corrected as `twistcore refine` does unasked, written, read back and looked at with a
+geometry of this module's own, from the places and orientations of joints in the world alone:
+
+- impossible swivel: from one frame to the next the knee or elbow C turns about the line from hip P
+  to ankle E (shoulder, wrist) faster than any body does, and the place of E from P hardly changes;
+- backward knee: a frame in which C of a leg stands more than 110° off the side on which it stands
+  in the clip, in the frame of P's parent; the side is that of the clip before;
+- impossible turn: a segment at P or below turns so fast about its own bone, from one frame to the
+  next. New: not there before;
+- what moved: E, and C in clips that had no impossible swivel, as a share of the skeleton's
+  height, where it is more than the decimals of the written numbers can do.
+
+Frames 0 and 1 are not looked at for jumps: a T-pose often stands first. A clip that cannot be read
+or corrected is listed. Exit status 1 where something new is wrong: E moved, a clip without a flip
+changed, or a new impossible turn.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import sys
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from twistcore.bvh import Clip, read_bvh
+from twistcore.chain import find_chains
+from twistcore.cli import main as twistcore
+from twistcore.errors import TwistError
+from twistcore.motion import Motion, forward_kinematics
+
+Array = NDArray[np.float64]
+
+FASTEST = 7500.0  # degrees a second: no segment of a body turns faster about its own axis
+LEAST, LEAST_SLOW, SLOW = 60.0, 120.0, 50.0  # degrees a frame; below so many frames a second
+BENT = 0.05  # of the limb's length: how far C stands off the line
+STILL = 0.12  # of the limb's length: how far E moves from P in a frame
+BACKWARD = 110.0  # degrees off the limb's own side
+FIRST = 2  # the first frame looked at for a jump
+ALIKE = 0.3  # of the longer bone: where names say nothing, the shorter one of a limb
+TINY = 1e-12
+
+
+@dataclass(frozen=True)
+class Limb:
+    """Hip, knee and ankle, or shoulder, elbow and wrist, by joint index; `leg`: by its name."""
+
+    name: str
+    p: int
+    c: int
+    e: int
+    leg: bool
+
+
+@dataclass(frozen=True)
+class Jump:
+    """From the frame before to `frame` something turned by `degrees`; of a limb or a joint."""
+
+    of: str
+    frame: int
+    degrees: float
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A motion in the world: orientations (frames, joints, 3, 3), places (frames, joints, 3)."""
+
+    motion: Motion
+    turned: Array
+    at: Array
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One clip before and after.
+
+    swivels: impossible ones; backward: frames by limb; turns_old: impossible turns before;
+    turns_left: those still there; turns_new: those that were not; e_moved, c_moved: of the
+    skeleton's height, 0 within the decimals; c_moved counts where there was no flip.
+    """
+
+    clip: str
+    frames: int
+    limbs: int
+    swivels_before: tuple[Jump, ...]
+    swivels_after: tuple[Jump, ...]
+    backward_before: dict[str, list[int]]
+    backward_after: dict[str, list[int]]
+    turns_old: tuple[Jump, ...]
+    turns_left: tuple[Jump, ...]
+    turns_new: tuple[Jump, ...]
+    e_moved: float
+    c_moved: float
+
+    @property
+    def flipped(self) -> bool:
+        """Whether the clip had a flip."""
+        return bool(self.swivels_before)
+
+    @property
+    def changed_clean(self) -> bool:
+        """Whether a limb was turned in a clip that had no flip."""
+        return not self.flipped and self.c_moved > 0.0
+
+    @property
+    def harmed(self) -> bool:
+        """Whether something is wrong that was right before."""
+        return bool(self.turns_new) or self.e_moved > 0.0 or self.changed_clean
+
+    @property
+    def row(self) -> tuple[int, ...]:
+        """The counts of the table."""
+        return (
+            len(self.swivels_before),
+            len(self.swivels_after),
+            sum(map(len, self.backward_before.values())),
+            sum(map(len, self.backward_after.values())),
+            int(self.changed_clean),
+            len(self.turns_old),
+            len(self.turns_left),
+            len(self.turns_new),
+        )
+
+
+# --- geometry -----------------------------------------------------------------------------------
+
+
+def pose(motion: Motion) -> Pose:
+    """A motion in the world."""
+    q, at = forward_kinematics(motion)
+    matrices = Rotation.from_quat(q[..., [1, 2, 3, 0]].reshape(-1, 4)).as_matrix()
+    return Pose(motion, matrices.reshape(*q.shape[:2], 3, 3), at)
+
+
+def find(motion: Motion) -> tuple[Limb, ...]:
+    """Arms and legs by name; where no name tells, chains whose two bones are of like length."""
+    names = motion.skeleton.names
+    chains = find_chains(motion)
+    real = [c for c in chains if c.grandchild >= 0]
+    limbs = [
+        Limb(names[c.parent], c.parent, c.child, c.grandchild, c.segment == "UpLeg") for c in real
+    ]
+    if any(c.segment for c in chains):
+        named = [c.segment in ("Arm", "UpLeg") for c in real]
+        return tuple(limb for limb, is_one in zip(limbs, named, strict=True) if is_one)
+    at = forward_kinematics(motion)[1]
+    found = []
+    for limb in limbs:
+        bones = [
+            _length(at[:, b] - at[:, a]).mean() for a, b in ((limb.p, limb.c), (limb.c, limb.e))
+        ]
+        if min(bones) >= ALIKE * max(bones):
+            found.append(limb)
+    return tuple(found)
+
+
+def turns(line: Array, side: Array) -> Array:
+    """Degrees that `side` turned about `line` since the frame before, (frames,); the first is 0.
+
+    line: directions (frames, 3); side: what stands off them, perpendicular (frames, 3). The side of
+    the frame before is taken along by the minimal rotation from its line to this frame's.
+    """
+    a, b = line[:-1], line[1:]
+    axis, cos = np.cross(a, b), _dot(a, b)
+    before = side[:-1]
+    along = before * cos[:, None] + np.cross(axis, before)
+    along += axis * (_dot(axis, before) / np.maximum(1.0 + cos, TINY))[:, None]
+    out = np.zeros(len(line))
+    out[1:] = np.degrees(np.arctan2(_dot(np.cross(along, side[1:]), b), _dot(along, side[1:])))
+    return out
+
+
+def off_line(c: Array, e: Array) -> tuple[Array, Array]:
+    """The direction to E and the part of C that stands off it, both (frames, 3), from P."""
+    line = _unit(e)
+    return line, c - _dot(c, line)[:, None] * line
+
+
+def most(fps: float) -> float:
+    """Degrees that a segment can turn in a frame."""
+    return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
+
+
+def swivels(world: Pose, limb: Limb) -> list[Jump]:
+    """Impossible swivels of a limb."""
+    c, e, length = _from_p(world, limb)
+    line, side = off_line(c, e)
+    bent = _length(side) > BENT * length
+    bent[1:] &= bent[:-1]
+    still = np.zeros(len(c), dtype=np.bool_)
+    still[1:] = _length(np.diff(e, axis=0)) < STILL * length
+    return _jumps(limb.name, turns(line, side), world.motion.fps, bent & still)
+
+
+def own_side(world: Pose, limb: Limb) -> Array:
+    """Median direction in which C stands off the line, in the frame of P's parent, (3,).
+
+    Found anew a few times among the frames that agree with it, so that flips have no say.
+    """
+    _, side, _ = _in_parent(world, limb)
+    side = _unit(side)
+    found = _unit(np.median(side, axis=0))
+    for _ in range(5):
+        agrees = side @ found > 0.0
+        if agrees.any():
+            found = _unit(np.median(side[agrees], axis=0))
+    return found
+
+
+def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
+    """Frames in which C stands on the other side than `own`, of :func:`own_side`."""
+    line, side, length = _in_parent(world, limb)
+    ahead = own - (line @ own)[:, None] * line
+    across = np.abs(_dot(np.cross(ahead, side), line))
+    off = np.degrees(np.arctan2(across, _dot(ahead, side)))
+    wrong = (off > BACKWARD) & (_length(side) > BENT * length)
+    return np.flatnonzero(wrong).tolist()
+
+
+def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
+    """Impossible turns about their own bones of the limbs' first joints and all below them."""
+    skeleton = world.motion.skeleton
+    below = {limb.p for limb in limbs}
+    for joint, parent in enumerate(skeleton.parents.tolist()):
+        if parent in below:
+            below.add(joint)
+    found = []
+    everywhere = np.ones(world.motion.frames, dtype=np.bool_)
+    for joint in sorted(below):
+        bone = _bone(world.motion, joint)
+        if bone is None:
+            continue
+        mean = _unit(bone.mean(axis=0))
+        across = np.cross(mean, np.eye(3)[int(np.argmin(np.abs(mean)))])
+        across = across - _dot(bone, np.broadcast_to(across, bone.shape))[:, None] * bone
+        line, side = (np.einsum("fij,fj->fi", world.turned[:, joint], v) for v in (bone, across))
+        degrees = turns(line, side)
+        found += _jumps(skeleton.names[joint], degrees, world.motion.fps, everywhere)
+    return found
+
+
+def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> float:
+    """Farthest that any of the joints moved, of the height; 0 where the decimals can do it.
+
+    Rounding turns each joint above by at most half of the last decimal in each of three channels.
+    """
+    parents, height = before.motion.skeleton.parents, before.motion.skeleton.height
+    rounding = 1.5 * np.radians(10.0**-decimals)
+    largest = 0.0
+    for joint in joints:
+        lever, above = np.zeros(before.motion.frames), int(parents[joint])
+        while above >= 0:
+            lever += _length(before.at[:, joint] - before.at[:, above])
+            above = int(parents[above])
+        distance = _length(after.at[:, joint] - before.at[:, joint])
+        beyond = distance > rounding * lever + 1e-9 * height
+        largest = max(largest, float(np.max(distance, where=beyond, initial=0.0)) / height)
+    return largest
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.einsum("fi,fi->f", a, b)
+
+
+def _length(v: Array) -> Array:
+    return np.linalg.norm(v, axis=-1)
+
+
+def _unit(v: Array) -> Array:
+    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY)
+
+
+def _from_p(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
+    """C and E from P in the world, and the limb's length."""
+    c, e = (world.at[:, j] - world.at[:, limb.p] for j in (limb.c, limb.e))
+    return c, e, float((_length(c) + _length(e - c)).mean())
+
+
+def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
+    """The line, C's side and the limb's length, as P's parent sees them."""
+    c, e, length = _from_p(world, limb)
+    parent = int(world.motion.skeleton.parents[limb.p])
+    if parent >= 0:
+        c, e = (np.einsum("fji,fj->fi", world.turned[:, parent], v) for v in (c, e))
+    return (*off_line(c, e), length)
+
+
+def _bone(motion: Motion, joint: int) -> Array | None:
+    """Direction of a joint's own bone in its own frame, (frames, 3); None where it has none."""
+    skeleton = motion.skeleton
+    ends = [motion.translation(child) for child in skeleton.children[joint]]
+    ends += [np.array(offset) for at, offset in skeleton.ends if at == joint]
+    for end in ends:
+        if _length(end).min() > 1e-6 * skeleton.height:
+            return _unit(np.broadcast_to(end, (motion.frames, 3)))
+    return None
+
+
+def _jumps(of: str, degrees: Array, fps: float, where: NDArray[np.bool_]) -> list[Jump]:
+    wrong = (np.abs(degrees) > most(fps)) & where
+    wrong[:FIRST] = False
+    return [Jump(of, int(t), round(float(degrees[t]), 1)) for t in np.flatnonzero(wrong)]
+
+
+# --- clips --------------------------------------------------------------------------------------
+
+
+def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
+    """One clip before and after; decimals: of the numbers that were written anew."""
+    limbs = find(before)
+    worlds = pose(before), pose(after)
+    jumps = [tuple(j for limb in limbs for j in swivels(w, limb)) for w in worlds]
+    wrong: list[dict[str, list[int]]] = [{}, {}]
+    for limb in (limb for limb in limbs if limb.leg):
+        own = own_side(worlds[0], limb)
+        for world, by_limb in zip(worlds, wrong, strict=True):
+            if frames := backward(world, limb, own):
+                by_limb[limb.name] = frames
+    old, now = (spins(w, limbs) for w in worlds)
+    places = [{(j.of, j.frame) for j in found} for found in (old, now)]
+    return Verdict(
+        clip=clip,
+        frames=before.frames,
+        limbs=len(limbs),
+        swivels_before=jumps[0],
+        swivels_after=jumps[1],
+        backward_before=wrong[0],
+        backward_after=wrong[1],
+        turns_old=tuple(old),
+        turns_left=tuple(j for j in old if (j.of, j.frame) in places[1]),
+        turns_new=tuple(j for j in now if (j.of, j.frame) not in places[0]),
+        e_moved=moved(*worlds, [limb.e for limb in limbs], decimals),
+        c_moved=0.0 if jumps[0] else moved(*worlds, [limb.c for limb in limbs], decimals),
+    )
+
+
+def judged_file(path: Path, name: str) -> Verdict:
+    """A file before and after; TwistError where it cannot be read or corrected."""
+    before = read_bvh(path)
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "refined.bvh"
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            status = twistcore(["refine", str(path.resolve()), "-o", str(output)])
+        if not output.exists():
+            raise TwistError(f"refine ended with {status}: {said.getvalue().strip()}")
+        after = read_bvh(output)
+    return judge(name, before.motion, after.motion, written_decimals(before, after))
+
+
+def written_decimals(before: Clip, after: Clip) -> int:
+    """The fewest decimals of the numbers that differ; as many as a float has where none does."""
+    texts = [clip.data[clip.data_start :].split() for clip in (before, after)]
+    new = {b for a, b in zip(*texts, strict=False) if a != b}
+    return min((len(token.partition(b".")[2]) for token in new), default=15)
+
+
+# --- the table ----------------------------------------------------------------------------------
+
+HEAD = (
+    f"{'swivels':>11} {'backward':>11} {'clean,':>7} {'E moved':>9}  {'impossible turns'}",
+    f"{'then':>5} {'now':>5} {'then':>5} {'now':>5} {'changed':>7} {'of height':>9}"
+    f" {'then':>5} {'left':>5} {'new':>5}",
+)
+WIDTH = 38  # of a clip's name
+SHOWN = 12  # jumps of a joint; the JSON has them all
+
+
+def line(name: str, counts: Sequence[int], e_moved: float) -> str:
+    """One line of the table."""
+    first = " ".join(f"{n:>5}" for n in counts[:4])
+    last = " ".join(f"{n:>5}" for n in counts[5:])
+    share = f"{e_moved:.1e}" if e_moved else "0"
+    return f"{name[:WIDTH]:<{WIDTH}} {first} {counts[4]:>7} {share:>9} {last}"
+
+
+def details(verdict: Verdict) -> list[str]:
+    """What is left or new in a clip, by frame."""
+    lists = {
+        "swivels left": verdict.swivels_after,
+        "new impossible turns": verdict.turns_new,
+        "impossible turns left": verdict.turns_left,
+    }
+    told = [f"{verdict.clip}: {what}: {_listed(jumps)}" for what, jumps in lists.items() if jumps]
+    for limb, frames in verdict.backward_after.items():
+        told.append(f"{verdict.clip}: backward {limb}: {', '.join(_runs(frames))}")
+    if verdict.changed_clean:
+        told.append(f"{verdict.clip}: C moved by {verdict.c_moved:.1e} of the height")
+    return told
+
+
+def _listed(jumps: Sequence[Jump]) -> str:
+    by_name: dict[str, list[str]] = {}
+    for jump in jumps:
+        by_name.setdefault(jump.of, []).append(f"{jump.frame} ({jump.degrees:+.0f}°)")
+    for found in by_name.values():
+        found[SHOWN:] = [f"and {len(found) - SHOWN} more"] * (len(found) > SHOWN)
+    return "; ".join(f"{name} {', '.join(found)}" for name, found in by_name.items())
+
+
+def _runs(frames: Sequence[int]) -> list[str]:
+    """Frames in a row as first-last."""
+    parts = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
+    return [f"{p[0]}" if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts]
+
+
+def table(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
+    """A line for each clip that has anything, totals, what is left, and what could not be read."""
+    total = [sum(column) for column in zip(*(v.row for v in verdicts), strict=True)] or [0] * 8
+    lines = [f"{'' if k else 'clip':<{WIDTH}} {head}" for k, head in enumerate(HEAD)]
+    lines += [line(v.clip, v.row, v.e_moved) for v in verdicts if any(v.row) or v.e_moved]
+    lines.append(line("total", total, max((v.e_moved for v in verdicts), default=0.0)))
+    lines += ["", *(text for v in verdicts for text in details(v))]
+    lines += [f"{name}: not judged: {error}" for name, error in errors.items()]
+    lines.append(
+        f"looked at: {len(verdicts)} clips, {sum(v.limbs for v in verdicts)} limbs, "
+        f"{sum(v.frames for v in verdicts)} frames; not judged: {len(errors)}"
+    )
+    return "\n".join(lines)
+
+
+def to_json(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
+    """Everything, for programs."""
+    clips = [asdict(v) | {"changed_clean": v.changed_clean, "harmed": v.harmed} for v in verdicts]
+    return json.dumps({"clips": clips, "not_judged": errors}, indent=1) + "\n"
+
+
+def main() -> int:
+    """Print the table; exit 1 where something new is wrong."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--clips", default="*.bvh", metavar="GLOB")
+    parser.add_argument("--json", type=Path, metavar="FILE")
+    arguments = parser.parse_args()
+    paths = sorted(arguments.folder.glob(arguments.clips))
+    if not paths:
+        parser.error(f"no {arguments.clips} in {arguments.folder}")
+    verdicts, errors = [], {}
+    for path in paths:
+        name = path.relative_to(arguments.folder).with_suffix("").as_posix()
+        try:
+            verdicts.append(judged_file(path, name))
+        except TwistError as error:
+            errors[name] = " ".join(str(error).split())
+    print(table(verdicts, errors))
+    if arguments.json:
+        arguments.json.write_text(to_json(verdicts, errors), encoding="utf-8")
+    return int(any(v.harmed for v in verdicts))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
