@@ -126,11 +126,13 @@ def _turn_limb(
     above = rotations[at, limb.parent]
     for joint in path(motion.skeleton, limb.parent, limb.end)[:-1]:
         above = multiply(above, rotations[at, joint])
-    hip, end = rotations[at, limb.parent], rotations[at, limb.end]
     back = quaternion_from_axis_angle(line, -offset)
     ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)
-    rotations[at, limb.parent] = normalise(multiply(back, hip))
-    rotations[at, limb.end] = normalise(multiply(ahead, end))
+    # An end that went along keeps its bits, and so its text.
+    for joint, turn, by in ((limb.parent, back, offset), (limb.end, ahead, kept)):
+        turned = np.flatnonzero(by)
+        frames = at[turned]
+        rotations[frames, joint] = normalise(multiply(turn[turned], rotations[frames, joint]))
 
 
 def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:

@@ -1,0 +1,222 @@
+"""The cheapest explanation of a limb's jumps: runs of frames in which it is flipped.
+
+Every sharp jump is either the edge of a run, followed inside one, or left, at a price. What a run
+costs grows with its length and with what its edges do not close; it falls by what speaks for the
+other side: where the clip itself has the limb's middle joint about the line, by frequency. Costs
+are logarithms of odds, so their differences say how sure an explanation is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.detection.limb_flips.jumps import Jump
+from twistcore.detection.prediction import Mask
+from twistcore.rotation import Array, wrap
+
+RUN = 1.0  # for a flip at all
+FOLLOWED = 2.5  # for a jump inside it: dearer than another run
+SECOND = 4.0  # for a second of it
+CLOSING = 1.0 / np.radians(80.0)  # for a radian that its edges do not close
+NEVER_CLOSED = np.radians(110.0)  # no run
+UNCLOSED, CLOSED = 0.6, np.radians(15.0)  # and once for more than rounding and motion leave
+SOFT = 0.8  # for an edge that takes several frames
+LEFT = 6.0  # for a sharp jump that stays, from FULL_TURN on
+FULL_TURN = np.radians(120.0)
+NATURAL, UNNATURAL = 4.0, 8.0  # times the limb's own scale: a jump left costs nothing; all
+STEP, UNSTILL = 0.06, 0.4  # with an end that jumps further, of the limb's length, less of it
+LONGEST, LONGEST_SOFT = 3.0, 0.25  # seconds; with a soft edge
+MOST_SIDE = 6.0  # frames speak for a side together no louder than a jump
+MOST_FOLLOWED = 4
+OBSERVATION = 0.08  # seconds of neighbouring frames tell no more than one
+FULL_HEIGHT = 0.1  # of the limb's length: a middle joint nearer to the line says less
+ROUNDS = 3  # runs found, the clip's own side estimated without them, runs found again
+_BINS, _BLUR = 72, 25.0  # of the density about the line; degrees
+_ANYWHERE = 0.1  # share of a density that is even
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Frames from start on in which a limb is flipped by `offset`, radians, (frames,).
+
+    first, last: the jumps that are its edges; followed: those inside; residual: what they do not
+    close; side: what speaks for the other side; odds: by how much every explanation without it is
+    dearer.
+    """
+
+    start: int
+    offset: Array
+    first: Jump
+    last: Jump
+    followed: tuple[Jump, ...]
+    residual: float
+    side: float
+    odds: float
+
+    @property
+    def stop(self) -> int:
+        """The frame behind the last."""
+        return self.start + len(self.offset)
+
+
+Density = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class _Arc:
+    """From all jumps before `source` explained to all before `target`; run: what is in between."""
+
+    source: int
+    target: int
+    cost: float
+    run: Run | None = None
+
+
+def explain(
+    jumps: Sequence[Jump], angle: Array, height: Array, capture: Mask, fps: float
+) -> list[Run]:
+    """Runs in a stretch of frames, by start.
+
+    jumps: by start; angle, height: of the swivel, (frames,); capture: frames that count for the
+    clip's own side, (frames,).
+    """
+    if not any(j.leads for j in jumps):
+        return []
+    weight = np.minimum(height / FULL_HEIGHT, 1.0)
+    runs: list[Run] = []
+    for _ in range(ROUNDS):
+        own = capture.copy()
+        for run in runs:
+            own[run.start : run.stop] = False
+        log = _log_density(angle[own], weight[own])
+        arcs = _arcs(jumps, angle, weight / (OBSERVATION * fps), log, fps)
+        runs = _cheapest(arcs, len(jumps))
+    return runs
+
+
+def _log_density(angle: Array, weight: Array) -> Density:
+    """Logarithm of how often the limb stands at an angle; radians of any shape in and out."""
+    count, _ = np.histogram(angle, _BINS, (-np.pi, np.pi), weights=weight)
+    apart = 360.0 / _BINS * ((np.arange(_BINS) + _BINS // 2) % _BINS - _BINS // 2)
+    blur = np.exp(-0.5 * (apart / _BLUR) ** 2)
+    smooth = np.fft.irfft(np.fft.rfft(count) * np.fft.rfft(blur), _BINS).clip(0.0)
+    share = smooth / smooth.sum() if smooth.sum() > 0.0 else np.full(_BINS, 1.0 / _BINS)
+    log = np.log((1.0 - _ANYWHERE) * share + _ANYWHERE / _BINS)
+
+    def of(angles: Array) -> Array:
+        at = ((wrap(angles) + np.pi) / (2.0 * np.pi) * _BINS).astype(np.int64)
+        found: Array = log[np.clip(at, 0, _BINS - 1)]
+        return found
+
+    return of
+
+
+def _arcs(
+    jumps: Sequence[Jump], angle: Array, weight: Array, log: Density, fps: float
+) -> list[_Arc]:
+    """All ways on from jump to jump, by target: one that is left, or a run between two."""
+    out = []
+    as_is = log(angle) * weight
+    for k, last in enumerate(jumps):
+        out.append(_Arc(k, k + 1, _price_left(last)))
+        followed: list[Jump] = []
+        for i in range(k - 1, -1, -1):
+            first = jumps[i]
+            if last.start - first.stop > LONGEST * fps or len(followed) > MOST_FOLLOWED:
+                break
+            if _may_be_edges(first, last, followed, fps):
+                start, offset, residual = _between(first, last, followed)
+                if abs(residual) < NEVER_CLOSED:
+                    at = slice(start, start + len(offset))
+                    side = float((log(angle[at] - offset) * weight[at] - as_is[at]).sum())
+                    side = min(side, MOST_SIDE)
+                    inside = tuple(followed[::-1])
+                    run = Run(start, offset, first, last, inside, residual, side, 0.0)
+                    out.append(_Arc(i, k + 1, _price(run, fps), run))
+            if first.leads:
+                followed.append(first)
+    return out
+
+
+def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -> bool:
+    """Whether a run can lie between two jumps, with those inside it followed."""
+    between = last.start - first.stop
+    if not (first.leads or last.leads) or between < 0:
+        return False
+    if not (first.sharp and last.sharp) and between > LONGEST_SOFT * fps:
+        return False
+    return all(first.stop <= j.start and j.stop <= last.start for j in inside)
+
+
+def _price(run: Run, fps: float) -> float:
+    open_by = abs(run.residual)
+    return (
+        RUN
+        + FOLLOWED * len(run.followed)
+        + SECOND * len(run.offset) / fps
+        + CLOSING * open_by
+        + UNCLOSED * min(1.0, open_by / CLOSED)
+        + SOFT * ((not run.first.sharp) + (not run.last.sharp))
+        - run.side
+    )
+
+
+def _price_left(jump: Jump) -> float:
+    if not jump.leads:
+        return 0.0
+    large = min(1.0, abs(jump.turn) / FULL_TURN)
+    strange = (abs(jump.turn) / jump.scale - NATURAL) / (UNNATURAL - NATURAL)
+    still = 2.0 - jump.step / STEP
+    return LEFT * large * float(np.clip(strange, 0.0, 1.0) * np.clip(still, UNSTILL, 1.0))
+
+
+def _between(first: Jump, last: Jump, followed: Sequence[Jump]) -> tuple[int, Array, float]:
+    """First frame, offset and residual of the run between two jumps.
+
+    The offset follows the jumps; what does not close is spread evenly.
+    """
+    turns = np.zeros(last.stop - first.start)
+    for jump in (first, last, *followed):
+        turns[jump.start - first.start : jump.stop - first.start] = jump.turns
+    level = np.cumsum(turns)
+    residual = float(wrap(level[-1]))
+    frames = len(level) - 1  # behind the last turn all is well
+    share = np.arange(1, frames + 1) / (frames + 1)
+    return first.start, level[:-1] - residual * share, residual
+
+
+def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
+    """The runs on the cheapest way past all jumps, with the odds of each."""
+    cost, best = _costs(arcs, jumps)
+    runs = []
+    node = jumps
+    while node:
+        arc = best[node]
+        assert arc is not None
+        node = arc.source
+        if (run := arc.run) is not None:
+            others, _ = _costs([a for a in arcs if not _alike(a.run, run)], jumps)
+            runs.append(replace(run, odds=others - cost))
+    return runs[::-1]
+
+
+def _alike(one: Run | None, other: Run) -> bool:
+    """Whether two runs are one finding: most of their frames are the same."""
+    if one is None:
+        return False
+    shared = min(one.stop, other.stop) - max(one.start, other.start)
+    return shared >= 0.5 * (max(one.stop, other.stop) - min(one.start, other.start))
+
+
+def _costs(arcs: Sequence[_Arc], jumps: int) -> tuple[float, list[_Arc | None]]:
+    """Least cost from the first node to the last, and the last arc of the best way to each."""
+    cost = [0.0] + [math.inf] * jumps
+    best: list[_Arc | None] = [None] * (jumps + 1)
+    for arc in arcs:  # by target
+        if (total := cost[arc.source] + arc.cost) < cost[arc.target]:
+            cost[arc.target], best[arc.target] = total, arc
+    return cost[jumps], best

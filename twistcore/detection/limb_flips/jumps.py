@@ -1,0 +1,118 @@
+"""Jumps of a limb about its line: sharp ones in a single frame, soft ones over several."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from twistcore.detection.prediction import Mask
+from twistcore.rotation import Array, wrap
+
+NEAR = 4  # frames on either side whose median is what a limb does anyway
+_SCALE_SECONDS = 0.2  # on either side: how unsteady the limb is there
+_LEAST_SCALE = float(np.radians(1.0))
+_SOFT_SECONDS = 0.15  # a soft jump takes no longer
+_SOFT_TURN = np.radians([75.0, 190.0])
+_SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # a second; a run at each of them
+_UNREST, _STRAIGHT = 0.006, 0.04  # of the limb's length, off the line
+_WEAK, _WEAK_SCALES = np.radians(25.0), 4.0
+SHARP = float(np.radians(40.0))  # what turns more in a frame is no part of a soft jump
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A jump in frames [start, stop): turns, radians a frame; scale: of the limb's own motion.
+
+    step: how far the limb's end jumps in it, of the limb's length, beyond what it does around;
+    sharp: in one frame; else over several, which only together turn the limb round; leads: past τ,
+    so that it wants an explanation; the others are there to be a leading one's partner.
+    """
+
+    start: int
+    stop: int
+    turns: tuple[float, ...]
+    scale: float = 0.0
+    step: float = 0.0
+    sharp: bool = True
+    leads: bool = True
+
+    @property
+    def turn(self) -> float:
+        """The whole of it."""
+        return sum(self.turns)
+
+
+def departure(turns: Array) -> Array:
+    """Turns of a limb beyond the median of the frames around them, radians, (frames,).
+
+    The frame itself does not count, nor does the first, which has no turn.
+    """
+    return wrap(turns - around(turns))
+
+
+def around(values: Array) -> Array:
+    """Median of the frames near every frame, itself and the first one left out, (frames,)."""
+    padded = np.full(len(values) + 2 * NEAR, np.nan)
+    padded[NEAR:-NEAR] = values
+    padded[: NEAR + 1] = np.nan
+    windows = sliding_window_view(padded, 2 * NEAR + 1).copy()
+    windows[:, NEAR] = np.nan
+    return _median(windows)
+
+
+def _median(windows: Array) -> Array:
+    """Median of each row, of the numbers alone; 0 for a row without any."""
+    ordered = np.sort(windows, axis=1)  # NaN last
+    count = np.isfinite(ordered).sum(axis=1)
+    rows, middle = np.arange(len(ordered)), np.maximum(count - 1, 0)
+    low, high = ordered[rows, middle // 2], ordered[rows, (middle + 1) // 2]
+    return np.where(count > 0, 0.5 * (low + high), 0.0)
+
+
+def scale(departures: Array, height: Array, fps: float) -> Array:
+    """How far a limb departs from its own median by nature around every frame, (frames,).
+
+    height: of its middle joint off the line, of its length: the nearer that is, the further the
+    same unrest turns it.
+    """
+    half = max(NEAR, round(_SCALE_SECONDS * fps))
+    padded = np.pad(np.abs(departures), half, mode="symmetric")
+    own = 1.4826 * np.median(sliding_window_view(padded, 2 * half + 1), axis=1)
+    least = np.maximum(_LEAST_SCALE, _UNREST / np.maximum(height, _STRAIGHT))
+    return np.maximum(own, least)
+
+
+def sharp_jumps(departures: Array, scales: Array, steps: Array, tau: float) -> list[Jump]:
+    """Frames that depart by τ radians and more, or by less but far more than the limb does."""
+    size = np.abs(departures)
+    at = np.flatnonzero((size >= tau) | (size >= np.maximum(_WEAK, _WEAK_SCALES * scales)))
+    return [
+        Jump(
+            t,
+            t + 1,
+            (float(departures[t]),),
+            float(scales[t]),
+            float(steps[t]),
+            leads=bool(size[t] >= tau),
+        )
+        for t in at.tolist()
+    ]
+
+
+def soft_jumps(turns: Array, sharp: Mask, fps: float) -> list[Jump]:
+    """Runs of turns of one sign that are fast, none of them sharp, and together make a flip."""
+    found = set()
+    for pace in _SOFT_PACES / fps:
+        moving = (np.abs(turns) > pace) & ~sharp
+        sign = np.where(moving, np.sign(turns), 0.0)
+        borders = np.flatnonzero(np.diff(sign, prepend=0.0, append=0.0))
+        for start, stop in zip(borders[:-1].tolist(), borders[1:].tolist(), strict=True):
+            whole = abs(float(turns[start:stop].sum()))
+            brief = 2 <= stop - start <= _SOFT_SECONDS * fps
+            if sign[start] and brief and _SOFT_TURN[0] <= whole <= _SOFT_TURN[1]:
+                found.add((start, stop))
+    return [
+        Jump(a, b, tuple(turns[a:b].tolist()), sharp=False, leads=False) for a, b in sorted(found)
+    ]

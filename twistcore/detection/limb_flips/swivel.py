@@ -1,0 +1,115 @@
+"""The swivel of a limb: where its middle joint stands about the line from its first to its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.limb import Limb, path, places
+from twistcore.motion import Motion
+from twistcore.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
+
+BENT = 0.03  # of the limb's length: a middle joint nearer to the line has no angle about it
+_FOLDED = 0.02  # of the limb's length: an end nearer to the first joint leaves no line
+_REFINED = 5  # times
+_ALIKE = np.radians(40.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Swivel:
+    """A limb about its own line, frame by frame; radians, shares of the limb's length, (frames,).
+
+    angle: φ of C about the line P-E, from the side where the limb has it in most of the clip, a
+    direction fixed in the frame of P's parent; jump: how far the limb turned about its line since
+    the frame before, on a straight limb too; height: of C off the line; step: how far E moved from P; line: unit vector from P
+    to E, (frames, 3), and end: rotation of E, (frames, 4), in the frame of P's parent.
+    """
+
+    angle: Array
+    jump: Array
+    height: Array
+    step: Array
+    line: Array
+    end: Array
+
+
+def swivel_of(motion: Motion, limb: Limb) -> Swivel:
+    """The swivel of a limb; 0 in frames without a line."""
+    to_child, to_end = places(motion, limb)
+    length = float(
+        np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
+    )
+    size = np.linalg.norm(to_end, axis=1)
+    line = to_end / np.maximum(size, 1e-12)[:, None]
+    aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
+    height = np.linalg.norm(aside, axis=1) / length
+    upper = motion.rotations[:, limb.parent]
+    lower = upper
+    for joint in path(motion.skeleton, limb.parent, limb.end)[:-1]:
+        lower = multiply(lower, motion.rotations[:, joint])
+    step = np.zeros(motion.frames)
+    step[1:] = np.linalg.norm(np.diff(to_end, axis=0), axis=1) / length
+    lined = size > _FOLDED * length
+    jump = _jump(upper, lower, line, aside, height)
+    jump[1:][~(lined[1:] & lined[:-1])] = 0.0
+    angle = np.where(lined & (height > 1e-9), _angle(line, aside, height), 0.0)
+    end = multiply(lower, motion.rotations[:, limb.end])
+    return Swivel(angle, jump, height, step, line, end)
+
+
+def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) -> Array:
+    """Which of P's rotation, that of the bone before E, and C's place say alike.
+
+    A twist that a child takes back turns one of the rotations and no place; bones that spin both
+    turn no place either. A straight limb has no place to be seen at: there both rotations speak.
+    Where none agree, the least counts.
+    """
+    way = _least_turn(line[:-1], line[1:])
+    of_upper, of_lower = _roll(upper, way, line), _roll(lower, way, line)
+    seen = np.minimum(height[1:], height[:-1]) > BENT
+    judge = np.where(seen, _turn(way, line, aside), of_lower)
+    off_upper, off_lower = wrap(of_upper - judge), wrap(of_lower - judge)
+    nearer = np.where(seen & (np.abs(off_lower) < np.abs(off_upper)), off_lower, off_upper)
+    least = np.where(np.abs(of_upper) < np.abs(judge), of_upper, judge)
+    out = np.zeros(len(line))
+    out[1:] = np.where(np.abs(nearer) < _ALIKE, wrap(judge + 0.5 * nearer), least)
+    return out
+
+
+def _least_turn(a: Array, b: Array) -> Array:
+    """The quaternion that takes unit vectors a to b the shortest way, (n, 4)."""
+    q = np.concatenate([1.0 + np.einsum("ti,ti->t", a, b)[:, None], np.cross(a, b)], axis=1)
+    size = np.linalg.norm(q, axis=1, keepdims=True)
+    turn: Array = np.where(size > 1e-6, q / np.maximum(size, 1e-12), [1.0, 0.0, 0.0, 0.0])
+    return turn
+
+
+def _roll(q: Array, way: Array, line: Array) -> Array:
+    """Turn of q about the line from frame to frame, the line's own way left out, (frames − 1,)."""
+    return twist_angle(multiply(multiply(q[1:], conjugate(q[:-1])), conjugate(way)), line[1:])
+
+
+def _turn(way: Array, line: Array, aside: Array) -> Array:
+    """Turn of C's place about the line from frame to frame, likewise."""
+    return angle_about(line[1:], rotate(way, aside[:-1]), aside[1:])
+
+
+def _angle(line: Array, aside: Array, height: Array) -> Array:
+    """φ of C, from the direction in which the limb has it in most of the clip."""
+    size = np.linalg.norm(aside, axis=1, keepdims=True)
+    weighed = aside / np.maximum(size, 1e-12) * (height / max(height.max(), 1e-12))[:, None]
+    side = np.median(weighed, axis=0)
+    for _ in range(_REFINED):
+        agree = np.einsum("ti,ti->t", weighed, side - (line @ side)[:, None] * line) > 0.0
+        if not agree.any():
+            break
+        side = weighed[agree].mean(axis=0)
+    return angle_about(line, side - (line @ side)[:, None] * line, aside)
+
+
+def angle_about(axis: Array, a: Array, b: Array) -> Array:
+    """The angle from a to b about a unit axis that both stand square to, radians; (n, 3) → (n,)."""
+    across = np.einsum("ti,ti->t", np.cross(a, b), axis)
+    angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
+    return angle
