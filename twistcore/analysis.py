@@ -15,7 +15,7 @@ from twistcore.bvh import Clip
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval
 from twistcore.errors import TwistError
-from twistcore.limb import Limb, find_limbs
+from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array

@@ -21,12 +21,12 @@ from twistcore.rotation import Array, wrap
 RUN = 1.0  # for a flip at all
 FOLLOWED = 2.5  # for a jump inside it: dearer than another run
 SECOND = 4.0  # for a second of it
-CLOSING = 1.0 / np.radians(80.0)  # for a radian that its edges do not close
-NEVER_CLOSED = np.radians(110.0)  # no run
-UNCLOSED, CLOSED = 0.6, np.radians(15.0)  # and once for more than rounding and motion leave
+CLOSING = 1.0 / math.radians(80.0)  # for a radian that its edges do not close
+NEVER_CLOSED = math.radians(110.0)  # no run
+UNCLOSED, CLOSED = 0.6, math.radians(15.0)  # and once for more than rounding and motion leave
 SOFT = 0.8  # for an edge that takes several frames
 LEFT = 6.0  # for a sharp jump that stays, from FULL_TURN on
-FULL_TURN = np.radians(120.0)
+FULL_TURN = math.radians(120.0)
 NATURAL, UNNATURAL = 4.0, 8.0  # times the limb's own scale: a jump left costs nothing; all
 STEP, UNSTILL = 0.06, 0.4  # with an end that jumps further, of the limb's length, less of it
 LONGEST, LONGEST_SOFT = 3.0, 0.25  # seconds; with a soft edge

@@ -35,7 +35,7 @@ from twistcore.rotation import (
 )
 
 TAU = float(np.radians(55.0))  # natural departures of 40 CMU clips at 120 Hz reach 51°
-SURE = 1.0  # odds from which a flip is taken out unasked
+SURE = 1.5  # odds from which a flip is taken out unasked
 SEVERAL, TOGETHER = 3, 0.5  # of so many limbs more than this share: not a limb jumps, but the pose
 
 

@@ -81,7 +81,8 @@ def scale(departures: Array, height: Array, fps: float) -> Array:
     padded = np.pad(np.abs(departures), half, mode="symmetric")
     own = 1.4826 * np.median(sliding_window_view(padded, 2 * half + 1), axis=1)
     least = np.maximum(_LEAST_SCALE, _UNREST / np.maximum(height, _STRAIGHT))
-    return np.maximum(own, least)
+    scales: Array = np.maximum(own, least)
+    return scales
 
 
 def sharp_jumps(departures: Array, scales: Array, steps: Array, tau: float) -> list[Jump]:

@@ -22,8 +22,8 @@ class Swivel:
 
     angle: φ of C about the line P-E, from the side where the limb has it in most of the clip, a
     direction fixed in the frame of P's parent; jump: how far the limb turned about its line since
-    the frame before, on a straight limb too; height: of C off the line; step: how far E moved from P; line: unit vector from P
-    to E, (frames, 3), and end: rotation of E, (frames, 4), in the frame of P's parent.
+    the frame before, on a straight limb too; height: of C off the line; step: how far E moved from
+    P; line: unit vector from P to E, (frames, 3), and end: rotation of E, (frames, 4), in the room.
     """
 
     angle: Array
@@ -41,21 +41,34 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
         np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
     )
     size = np.linalg.norm(to_end, axis=1)
+    lined = size > _FOLDED * length
     line = to_end / np.maximum(size, 1e-12)[:, None]
     aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
     height = np.linalg.norm(aside, axis=1) / length
-    upper = motion.rotations[:, limb.parent]
+    angle = np.where(lined & (height > 1e-9), _angle(line, aside, height), 0.0)
+    # From here on in the room: what P's parent does is no doing of the limb.
+    above = _global_rotation(motion, int(motion.skeleton.parents[limb.parent]))
+    line, aside = rotate(above, line), rotate(above, aside)
+    upper = multiply(above, motion.rotations[:, limb.parent])
     lower = upper
     for joint in path(motion.skeleton, limb.parent, limb.end)[:-1]:
         lower = multiply(lower, motion.rotations[:, joint])
-    step = np.zeros(motion.frames)
-    step[1:] = np.linalg.norm(np.diff(to_end, axis=0), axis=1) / length
-    lined = size > _FOLDED * length
     jump = _jump(upper, lower, line, aside, height)
     jump[1:][~(lined[1:] & lined[:-1])] = 0.0
-    angle = np.where(lined & (height > 1e-9), _angle(line, aside, height), 0.0)
+    step = np.zeros(motion.frames)
+    step[1:] = np.linalg.norm(np.diff(rotate(above, to_end), axis=0), axis=1) / length
     end = multiply(lower, motion.rotations[:, limb.end])
     return Swivel(angle, jump, height, step, line, end)
+
+
+def _global_rotation(motion: Motion, joint: int) -> Array:
+    """Rotation of a joint in the room, (frames, 4); the identity above the root."""
+    out = np.zeros((motion.frames, 4))
+    out[:, 0] = 1.0
+    while joint >= 0:
+        out = multiply(motion.rotations[:, joint], out)
+        joint = int(motion.skeleton.parents[joint])
+    return out
 
 
 def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) -> Array:
