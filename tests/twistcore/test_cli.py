@@ -276,7 +276,9 @@ def test_a_child_beside_the_axis_is_told_to_move(capsys, tmp_path):
     at = next(k for k, line in enumerate(lines) if line.strip() == "JOINT LeftForeArm") + 4
     beside = ["JOINT ShareBone", "{", "OFFSET 0.5 0.7 0", "CHANNELS 0", "}"]
     path.write_text("\n".join([*lines[:at], *beside, *lines[at:]]), "utf-8")
-    told = run(capsys, "refine", path, "-o", tmp_path / "out.bvh")[2]
+    told = run(capsys, "refine", path, "-o", tmp_path / "out.bvh", "--report", tmp_path)[2]
+    moved = json.loads((tmp_path / "share.report.json").read_bytes())["changed"]["moved"]
+    assert [(m["joint"], m["why"]) for m in moved] == [("ShareBone", "counter-twist")]
     assert "ShareBone lies beside the axis of LeftForeArm and follows it" in told
     assert "beside the axis of RightUpLeg" not in told
 
