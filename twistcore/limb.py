@@ -95,6 +95,7 @@ def along(motion: Motion, joints: Sequence[int]) -> Array:
 
 
 def as_limb(motion: Motion, chain: Chain) -> Limb:
+    """The three joints of a chain looked at as a whole."""
     names = motion.skeleton.names
     name = f"{names[chain.parent]}-{names[chain.grandchild]}"
     fields = {k: v for k, v in vars(chain).items() if k != "name"}

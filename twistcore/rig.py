@@ -50,17 +50,17 @@ class OwnChain:
         joints = [_joint(skeleton, name) for name in self.joints]
         for above, joint in pairwise(joints):
             _check_below(skeleton, above, joint)
-        parent, child, *rest = joints
+        parent, child, below = (*joints, -1)[:3]
         if not self.limb and skeleton.parents[child] != parent:
             between = skeleton.names[path(skeleton, parent, child)[0]]
             raise TwistError(
                 f"{self.joints[1]} is no child of {self.joints[0]}, but {between} is: that turns "
                 "back where an error twists its parent"
             )
-        chain = make_chain(motion, parent, child, *rest)
-        if chain is not None and rest and skeleton.parents[rest[0]] != child:
-            chain = _over_joints_between(motion, chain, rest[0])
-        if chain is None or (rest and chain.grandchild < 0):
+        chain = make_chain(motion, parent, child, below)
+        if chain is not None and below >= 0 and skeleton.parents[below] != child:
+            chain = _over_joints_between(motion, chain, below)
+        if chain is None or chain.grandchild != below:
             at = 0 if chain is None else 1
             raise TwistError(f"{self.joints[at + 1]} lies in the place of {self.joints[at]}")
         if self.limb and min(bones(motion, chain)) <= _ZERO * skeleton.height:

@@ -51,7 +51,7 @@ class Costs(QObject):
         document.opened.connect(self._check)
         document.intervals_changed.connect(self._check)
         document.chain_changed.connect(self._prefer)
-        self._judged: tuple[Clip, str, tuple[Judged, ...]] | None = (
+        self._judged: tuple[Clip, str, Rig, tuple[Judged, ...]] | None = (
             None  # what the key was made of: τ moves far more often than it
         )
 
@@ -105,14 +105,14 @@ class Costs(QObject):
             return
         state = self._document.review.state
         said = tuple(j for j in state.intervals if j.decision != Decision.UNDECIDED)
-        judged = (data.clip, state.method, said)
+        judged = (data.clip, state.method, state.rig, said)
         if judged == self._judged:
             return
         another = self._judged is None or self._judged[0] is not data.clip
         self._judged = judged
         spans = [(j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in said]
         offsets = [j.interval.offset.tobytes() for j in said if j.decision == Decision.ACCEPTED]
-        self._key = (data.clip.sha256, state.method, *spans, *offsets)
+        self._key = (data.clip.sha256, state.method, state.rig, *spans, *offsets)
         if self._running is not None and self._running != self._key:
             self.stop()
         self.trouble = ""
@@ -142,7 +142,7 @@ class Costs(QObject):
         left.sort(key=lambda name: name != self._document.chain)
         state = self._document.review.state
         request = Request(
-            data.clip.path, data.clip.sha256, state.method, self._verdicts(), tuple(left)
+            data.clip.path, data.clip.sha256, state.method, self._verdicts(), tuple(left), state.rig
         )
         # Spawned, not forked: a fork of a program with threads and an X connection may hang.
         context = multiprocessing.get_context("spawn")
