@@ -8,7 +8,7 @@ from pathlib import Path
 
 from twistcore.analysis import ClipAnalysis, analyse
 from twistcore.bvh import read_bvh
-from twistcore.chain import uncorrectable_joints
+from twistcore.chain import find_chains, uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.motion import Motion
 from twistcore.tuning.cleaning import Verdicts, cleaned
@@ -50,7 +50,7 @@ def clip_tuning(
     verdicts: Verdicts | None = None,
 ) -> ClipTuning:
     """Take a clip's own errors out and analyse the rest."""
-    given = analyse(motion)
+    given = analyse(motion, find_chains(motion))
     clean = ClipAnalysis(cleaned(given, verdicts), given.chains, name)
     clean.by(method)
     return ClipTuning(name, clean, method, seeds)
