@@ -16,7 +16,7 @@ from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.errors import TwistError
-from twistcore.limb import Limb
+from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
