@@ -116,10 +116,14 @@ class ClipAnalysis:
 
         τ: for all chains, or by the name of a chain or limb; else the automatic one. A limb's is
         another quantity, so that one τ for all is for chains only. Nothing finds lone jumps yet.
+        TwistError for a kind, a method or a name that there is not.
         """
         detector = self.detector(method)
-        looked_at = self.chains if Kind.COUNTER_TWIST in kinds else ()
-        looked_at += self.limbs if Kind.LIMB_FLIP in kinds else ()
+        wanted = {kinds} if isinstance(kinds, str) else set(kinds)
+        if unknown := sorted(wanted - ALL_KINDS):
+            raise TwistError(f"no kind {unknown[0]!r}; expected one of {', '.join(Kind)}")
+        looked_at = self.chains if Kind.COUNTER_TWIST in wanted else ()
+        looked_at += self.limbs if Kind.LIMB_FLIP in wanted else ()
         given = self._given(tau_radians, tau_degrees)
         names = [c.name for c in looked_at]
         tau = {n: given[n] if n in given else detector.automatic_tau(n) for n in names}

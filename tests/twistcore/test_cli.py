@@ -281,6 +281,25 @@ def test_a_child_beside_the_axis_is_told_to_move(capsys, tmp_path):
     assert "beside the axis of RightUpLeg" not in told
 
 
+def test_the_report_says_that_a_child_beside_the_axis_moved(capsys, tmp_path):
+    path, clip = tmp_path / "share.bvh", read_bvh(DIRTY)
+    column = 3 * clip.motion.skeleton.index("LeftForeArm") + 6
+    lines = DIRTY.read_text("utf-8").splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("Frame Time")) + 1
+    for k in range(first, len(lines)):
+        numbers = lines[k].split()
+        lines[k] = " ".join([*numbers[:column], "0", "0", "0", *numbers[column:]])
+    at = next(k for k, line in enumerate(lines) if line.strip() == "JOINT LeftForeArm") + 4
+    channels = "CHANNELS 3 Zrotation Yrotation Xrotation"
+    lines[at:at] = ["JOINT ShareBone", "{", "OFFSET 0.5 0.7 0", channels, "}"]
+    path.write_text("\n".join([*lines, ""]), "utf-8")
+    code, told, _ = run(capsys, "refine", path, "-o", tmp_path / "out.bvh", "--report", tmp_path)
+    assert (code, "8 of 8 intervals corrected\n" in told) == (0, True)
+    changed = json.loads((tmp_path / "share.report.json").read_bytes())["changed"]
+    assert [(m["joint"], m["why"]) for m in changed["moved"]] == [("ShareBone", "counter-twist")]
+    assert changed["rest_of_height"] < 1e-6
+
+
 def test_injection_is_the_same_for_a_seed(capsys, tmp_path):
     out, truth = tmp_path / "w.bvh", tmp_path / "t.json"
     assert run(capsys, "inject", WALK, "-o", out, "--truth", truth, "--seed", 48)[0] == 0

@@ -27,10 +27,11 @@ class Interval:
     """Frames [start, stop) of a chain or limb with the error of P in each.
 
     chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist, or of
-    its turn about the limb's line; carried: of a limb flip, whether E turned along with P;
-    confidence: 0…1, or None where the detector has none; open: it may be the other side of the
-    clip that is wrong, so it is not applied unasked; residual: what is left of the offset behind
-    the closing edge, radians; explain: tells why it was found, asked only where a person looks.
+    its turn about the limb's line; carried: of a limb flip, whether E turned along with P; joint:
+    the name of the joint that jumps alone; confidence: 0…1, or None where the detector has none;
+    open: it may be the other side of the clip that is wrong, so it is not applied unasked;
+    residual: what is left of the offset behind the closing edge, or the turn of a lone jump,
+    radians; explain: tells why it was found, asked only where a person looks.
     """
 
     chain: str
@@ -43,6 +44,7 @@ class Interval:
     explain: Callable[[], dict[str, Any]] | None = None
     kind: Kind = Kind.COUNTER_TWIST
     carried: bool = False
+    joint: str = ""
 
     def __repr__(self) -> str:
         sure = "" if self.confidence is None else f", confidence {self.confidence:.2f}"

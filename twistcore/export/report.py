@@ -223,8 +223,8 @@ def _moves(
     if isinstance(chain, Limb):
         below = chain.end in above and not any(i.carried for i in chosen)
         return chain.parent in above and joint != chain.end and not below
-    names = motion.skeleton.names
-    return any(names[j] in children_off_axis(motion, chain) for j in (joint, *above))
+    beside = children_off_axis(motion, chain)
+    return any(motion.skeleton.names[j] in beside for j in (joint, *above))
 
 
 def _row(judged: Judged, report: Report) -> dict[str, Any]:

@@ -73,7 +73,7 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class ReviewState:
-    """method: detector; tau: radians by chain name; intervals by chain order and start.
+    """method: detector; tau: radians by chain or limb; intervals by chain order and start.
 
     tracking: what is tracked once the twist errors are out; None: nothing, as ever unless asked.
     """
