@@ -109,7 +109,7 @@ def measure(
     plots = [pane.viewport() for pane in timeline.panes.values() if pane.isVisible()]
     watched = [window.intervals.table.viewport()]
     if tuning:
-        act(window, "show_tuning")
+        window.actions_by_id["show_tuning"].trigger()
         watched = [window.tuning.histogram.viewport(), window.tuning.cost.viewport()]
         # Of the one round that lies on the disk: what is drawn has as many points.
         shutil.copy(SAMPLE, folder)
@@ -164,7 +164,7 @@ def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, floa
     QTest.qWait(1000)
     costs, drawn = window.tuning.costs, window.tuning.cost.fsr
     begun = time.perf_counter()
-    act(window, "show_tuning")
+    window.actions_by_id["show_tuning"].trigger()
     stall = wait(app, lambda: np.size(drawn.getData()[0]) > 1)
     first = time.perf_counter() - begun
     stall = max(stall, wait(app, lambda: len(costs.curves) == len(costs.names)))

@@ -40,14 +40,14 @@ class Driver:
         ]
         (first, *_) = (i for k, i in undecided if not place or k == int(place))
         self.window.document.select_interval(first)
-        act(self.window, "accept")
+        self.window.actions_by_id["accept"].trigger()
 
     def note(self, size: str) -> None:
         first = self.window.document.intervals[0]
         self.window.document.do(Annotate(first.id, "x" * int(size)))
 
     def undo(self) -> None:
-        act(self.window, "undo")
+        self.window.actions_by_id["undo"].trigger()
 
     def save(self) -> None:
         self.window.files.save_session()
@@ -59,7 +59,7 @@ class Driver:
         self.window.exporter.finish()
 
     def tour(self) -> None:
-        act(self.window, "tour")
+        self.window.actions_by_id["tour"].trigger()
         while self.window.teaching_actions.guided_tour.at < 0:
             QTest.qWait(5)
 
@@ -68,7 +68,7 @@ class Driver:
 
     def tour_and_leave(self) -> None:
         """Before the tour's clip is there."""
-        act(self.window, "tour")
+        self.window.actions_by_id["tour"].trigger()
         self.window.teaching_actions.leave_guide()
 
     def open(self, name: str) -> None:

@@ -57,7 +57,7 @@ def main() -> None:
 
     tell()
     for _ in range(commands):
-        act(window, "next_interval")
+        window.actions_by_id["next_interval"].trigger()
         what = rng.choice(COMMANDS)
         if what in ("edit", "drag"):
             if judged := document.interval:

@@ -23,8 +23,8 @@ def main() -> None:
         QTest.qWait(5)
     print(window.bar.label.text())
     print(sum(j.decision == Decision.ACCEPTED for j in window.document.intervals))
-    act(window, "next_interval")
-    act(window, "accept")
+    window.actions_by_id["next_interval"].trigger()
+    window.actions_by_id["accept"].trigger()
     print(window.files.save_session())
     window.close()
 
