@@ -56,6 +56,13 @@ class ClipAnalysis:
         done = ", ".join(self._by_method) or "no detector asked yet"
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
+    def with_chains(self, chains: Sequence[Chain], rig: Rig) -> ClipAnalysis:
+        """The same motion, other chains; rig: in what they are otherwise than found."""
+        other = ClipAnalysis(self.motion, chains, self.name, rig)
+        if "poses" in vars(self):
+            vars(other)["poses"] = self.poses  # which no chain changes
+        return other
+
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
         """All that may be wrong, and all that a correction needs: chains, then limbs."""
@@ -250,7 +257,7 @@ def analyse(
         raise TypeError(f"expected a clip or a motion, found {type(clip).__name__} {clip!r:.80}")
     given = [c for c in chains or () if isinstance(c, Chain)]
     if chains is not None and len(given) == len(chains):
-        return ClipAnalysis(motion, given, name)
+        return ClipAnalysis(motion, given, name, rig)
     every = rig.chains(motion)
     if chains is None:
         return ClipAnalysis(motion, every, name, rig)

@@ -120,6 +120,10 @@ class Rig:
             return replace(self, add=left)
         return replace(self, remove=(*self.remove, name))
 
+    def own(self, name: str) -> OwnChain | None:
+        """What was added under a name; None for a chain that is as found."""
+        return next((own for own in self.add if own.name == name), None)
+
     def summary(self) -> str:
         """'2 added, 1 removed'."""
         counts = ((len(self.add), "added"), (len(self.remove), "removed"))

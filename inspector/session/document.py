@@ -4,24 +4,37 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
+from inspector.session.rigs import Rigs
 from twistcore.chain import Chain
 from twistcore.detection import Analysis, Interval
 from twistcore.refinement import Corrected
-from twistcore.review import Command, Decide, Decision, Edit, Insert, Judged, Redetect, Review
+from twistcore.review import (
+    ChangeChains,
+    Command,
+    Decide,
+    Decision,
+    Edit,
+    Insert,
+    Judged,
+    Redetect,
+    Review,
+)
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
 from twistcore.review.proposal import proposed_interval
+from twistcore.rig import Rig
 from twistcore.rotation import Array
 from twistcore.tuning import Profile
 
@@ -41,6 +54,7 @@ class Document(QObject):
     leaving = Signal()  # the open clip is about to be replaced: what is half typed is kept now
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
     method_changed = Signal()  # another detector: other curves
+    chains_changed = Signal()  # the clip has other chains now
     chain_changed = Signal()  # the selected chain
     interval_changed = Signal()  # the selected interval
     frame_changed = Signal(int)
@@ -63,7 +77,9 @@ class Document(QObject):
         self.opener = ClipOpener(self.message, self.question, self)
         self.opener.analysed.connect(self.show_clip)
         self.keeper = Keeper(self.message, self)
-        self.recovery = Recovery(self.keeper, self.do, self._use_review, self)
+        self.rigs = Rigs(self.opener)
+        when_ready = self.rigs.when_ready
+        self.recovery = Recovery(self.keeper, self.do, self._use_review, when_ready, self)
         self.recovery.question.connect(self.question)
         self.recovery.withdrawn.connect(self.withdrawn)
         self.reviewer = ""
@@ -98,6 +114,7 @@ class Document(QObject):
 
     def _hold(self, data: Analysed, review: Review) -> None:
         self.data, self._review, self.method = data, review, review.state.method
+        self.rigs.begin(data)
         self._corrected = Corrected(data.analysis)
         self._corrected.take(review.state.chosen(undecided=True))
 
@@ -260,16 +277,22 @@ class Document(QObject):
     def undo(self) -> None:
         """Take the last command back."""
         if self.data and self.review.undo_text and self._may_change():
-            self.review.undo()
-            self.keeper.journal.record_step(UNDO)
-            self._review_changed()
+            self.rigs.when_ready(self.review.state_before_last, self._undo)
+
+    def _undo(self) -> None:
+        self.review.undo()
+        self.keeper.journal.record_step(UNDO)
+        self._review_changed()
 
     def redo(self) -> None:
         """Do the last undone command again."""
         if self.data and self.review.redo_text and self._may_change():
-            self.review.redo()
-            self.keeper.journal.record_step(REDO)
-            self._review_changed()
+            self.rigs.when_ready(self.review.state_after_next, self._redo)
+
+    def _redo(self) -> None:
+        self.review.redo()
+        self.keeper.journal.record_step(REDO)
+        self._review_changed()
 
     def decide(
         self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
@@ -337,6 +360,19 @@ class Document(QObject):
             found = tuple(i for name, t in tau.items() for i in self.detector.intervals(name, t))
             self.do(Redetect(dict(tau), found, drag=drag))
 
+    def change_chains(self, rig: Rig, what: str, told: str = "") -> None:
+        """Have other chains, once they are analysed: one step of the history, called `what`.
+
+        told: what is said when it is done.
+        """
+
+        def change(command: ChangeChains) -> None:
+            if self.do(command) and told:
+                self.message.emit(told, False)
+
+        if self.data and rig != self.review.state.rig and self._may_change():
+            self.rigs.change(self.review.state, rig, what, change)
+
     def use_profile(self, profile: Profile) -> None:
         """Detect with a profile's τ, and with its detector if it names one: one step."""
         if self.data is None or not self._may_change():
@@ -363,11 +399,29 @@ class Document(QObject):
         self._review_changed()
 
     def _review_changed(self) -> None:
+        others = self._take_chains()
         self.corrected.take(self.review.state.chosen(undecided=True))
+        for signal in others:
+            signal.emit()
         self._follows_review()
         if self.interval is None:
             self.select_interval(None)
         self.intervals_changed.emit()
+
+    def _take_chains(self) -> Sequence[SignalInstance]:
+        """Have the chains that the review has; the signals that say so."""
+        state, data = self.review.state, self.data
+        if data is None or data.analysis.rig == state.rig:
+            return ()
+        self.data = replace(data, analysis=self.rigs.take(state.rig))
+        self._corrected = Corrected(self.data.analysis)
+        self.method = state.method
+        names, before = ([c.name for c in d.chains] for d in (self.data, data))
+        self.hidden &= frozenset(names)
+        new = [name for name in names if name not in before]
+        if len(new) == 1 or self.chain not in names:
+            self.chain = (*new, *names, "")[0]
+        return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
         """Whether the detector in use is the one that the review names; if not, it will be.

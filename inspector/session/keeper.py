@@ -114,11 +114,10 @@ class Keeper(QObject):
         assert self._kept is not None
         robbed, self._robbed = self._robbed == data.clip.path, None
         found = []
-        chains = frozenset(chain.name for chain in data.chains)
         for path in (path for place in self._kept.all_places for path in journals(place)):
             if not robbed and is_held(path):
                 continue
-            leftover, told = read_leftover(path, data.clip, chains)
+            leftover, told = read_leftover(path, data.clip)
             if told:
                 self.notes.append(told)
             if leftover is not None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from inspector.session.opening import chains_shown
 from inspector.session.session_files import set_aside
 from twistcore.bvh import Clip
 from twistcore.errors import FormatError, TwistError
@@ -30,10 +31,10 @@ class Leftover:
         return self.recovered.path
 
 
-def read_leftover(path: Path, clip: Clip, chains: frozenset[str]) -> tuple[Leftover | None, str]:
+def read_leftover(path: Path, clip: Clip) -> tuple[Leftover | None, str]:
     """What a journal holds and a sentence for the person, '' if all is well.
 
-    chains: names of the clip's. None for one that cannot be used: if it is damaged it is set aside.
+    None for one that cannot be used: if it is damaged it is set aside.
     """
     try:
         recovered = recover(path, clip)
@@ -48,8 +49,16 @@ def read_leftover(path: Path, clip: Clip, chains: frozenset[str]) -> tuple[Lefto
     told = ""
     if recovered.damaged:
         told = f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
-    same = recovered.session.sha256 == clip.sha256 and chains == recovered.session.state.tau.keys()
+    same = recovered.session.sha256 == clip.sha256 and _has_chains(recovered.session.state, clip)
     return Leftover(recovered, same), told
+
+
+def _has_chains(state: ReviewState, clip: Clip) -> bool:
+    """Whether the clip has the chains of a review, and no others."""
+    try:
+        return {c.name for c in chains_shown(clip.motion, state.rig)} == state.tau.keys()
+    except TwistError:
+        return False
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
@@ -72,7 +81,7 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
     has = {_work(judged) for judged in state.intervals}
     lost = sum(_work(judged) not in has for judged in kept)
     began = leftover.recovered.session.state
-    others = [(s.method, dict(s.tau), s.tracking) for s in (left, state, began)]
+    others = [(s.method, dict(s.tau), s.tracking, s.rig) for s in (left, state, began)]
     if others[0] not in others[1:]:
         return lost + 1, len(kept) + 1
     return lost, len(kept)

@@ -11,10 +11,11 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QPushButton
 
-from inspector.session.opening import Analysed, analyse
+from inspector.session.opening import Analysed, analysed
 from inspector.teaching.guide_card import leave_button
 from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import OneTask
+from twistcore.bvh import read_bvh
 from twistcore.review import Decision
 
 _CHAIN, _FRAME = "LeftForeArm", 90
@@ -68,7 +69,7 @@ class Tour(QObject):
     def begin(self) -> None:
         """Read the copy in the background, then the first page."""
         copy = Path(shutil.copy(self._sample, self._program.aside.folder()))
-        self._task.run(lambda _: analyse(copy), self._ready)
+        self._task.run(lambda _: analysed(read_bvh(copy)), self._ready)
 
     def end(self) -> None:
         """Back to the person's clip."""

@@ -16,6 +16,7 @@ from inspector.tuning.cost_worker import Request, measure
 from twistcore.bvh import Clip
 from twistcore.chain import uncorrectable_joints
 from twistcore.review import Decision, Judged
+from twistcore.rig import Rig
 from twistcore.tuning import TauCurve, Verdicts
 
 _POLL_MS = 30

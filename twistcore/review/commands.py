@@ -206,7 +206,11 @@ class ChangeChains(Command):
         if missing := [name for name in self.again if name not in self.tau]:
             raise ValueError(f"no chain {missing[0]!r}")
         tau = MappingProxyType(dict(self.tau))
-        kept = [j for j in state.intervals if j.interval.chain in tau]
+        kept = [
+            j
+            for j in state.intervals
+            if (name := j.interval.chain) in tau and state.rig.own(name) == self.rig.own(name)
+        ]
         state = replace(state, rig=self.rig, tau=tau, chain_order=in_order(tau))
         return _redetected(state.with_intervals(kept), self.again, self.found)
 
