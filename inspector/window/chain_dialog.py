@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QCompleter,
@@ -14,9 +14,9 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.session.document import Document
-from inspector.widgets.building import vbox
+from inspector.widgets.building import soft, vbox
 from twistcore.errors import TwistError
-from twistcore.motion import Skeleton
+from twistcore.motion import Motion, Skeleton
 from twistcore.rig import OwnChain, Rig
 
 _NONE = "–"
@@ -42,7 +42,7 @@ class ChainDialog(QDialog):
         self._rig: Rig | None = None
         self.setWindowTitle("Add chain")
         self.joints = tuple(_joint_box(tip) for tip in _TIPS)
-        self.told = QLabel(wordWrap=True, objectName="soft")
+        self.told = soft(QLabel(wordWrap=True))
         self.told.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
@@ -85,19 +85,29 @@ class ChainDialog(QDialog):
             if place == 1:
                 for joint in below:
                     below.extend(children[joint])
-            self._fill(place + 1, below)
+            self._fill(place + 1, sorted(below))
+            self._choose_first_good(place + 1)
             if place == 0:
                 self._changed(1)
                 return
         self._check()
 
+    def _choose_first_good(self, place: int) -> None:
+        """The first of a list that has a bone of some length above it, as rigs begin with none."""
+        data, box = self._document.data, self.joints[place]
+        assert data is not None
+        above = [upper.currentText() for upper in self.joints[:place]]
+        with QSignalBlocker(box):
+            for k in range(box.count()):
+                if (name := box.itemText(k)) == _NONE or _is_chain(data.motion, (*above, name)):
+                    box.setCurrentIndex(k)
+                    return
+
     def _fill(self, place: int, joints: list[int]) -> None:
         box, names = self.joints[place], [self._skeleton.names[j] for j in joints]
-        box.blockSignals(True)
-        box.clear()
-        box.addItems([_NONE, *names] if place == 2 else names)
-        box.setCurrentIndex(1 if place == 2 and names else 0)
-        box.blockSignals(False)
+        with QSignalBlocker(box):
+            box.clear()
+            box.addItems([*names, _NONE] if place == 2 else names)
 
     def _own(self) -> OwnChain:
         texts = [box.currentText().strip() for box in self.joints]
@@ -123,11 +133,21 @@ class ChainDialog(QDialog):
             super().accept()
 
 
+def _is_chain(motion: Motion, joints: tuple[str, ...]) -> bool:
+    try:
+        OwnChain(joints).made(motion)
+    except TwistError:
+        return False
+    return True
+
+
 def _joint_box(tip: str) -> QComboBox:
     """A list of joints to choose from or to type a part of a name into."""
-    box = QComboBox(editable=True, toolTip=tip)
+    box = QComboBox(editable=True)
+    box.setToolTip(tip)
     box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-    completer = box.completer()
+    completer = QCompleter(box.model(), box)
     completer.setFilterMode(Qt.MatchFlag.MatchContains)
-    completer.setCompletionMode(QCompleter.CompletionMode.PopupCompletion)
+    completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+    box.setCompleter(completer)
     return box

@@ -26,6 +26,7 @@ from tests.gui.windows import close_window, open_clip, wait_until_active
 def nothing_left_over(tmp_path, monkeypatch):
     """No window on the screen, no thread of ours, no journal beside the samples."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("TWIST_INSPECTOR_SETTINGS", str(tmp_path / "config" / "settings.json"))
     threads = set(threading.enumerate())
     yield
     for pattern in ("*.journal*", "*.twist.json*", "*.replay.json"):
