@@ -17,6 +17,7 @@ from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.cli.output import print_json, refuse_overwrite, tell_no_chain
 from twistcore.detection import Interval
+from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
 from twistcore.encoding import encoded
 from twistcore.refinement import children_off_axis
 from twistcore.tuning import read_profile
@@ -42,7 +43,13 @@ def info(arguments: argparse.Namespace) -> int:
         "channels": clip.values.shape[1],
         "height": motion.skeleton.height,
         "chains": [_chain_to_json(clip, chain) for chain in chains],
-        "warnings": [*map(str, clip.warnings), *(w for chain in chains for w in chain.warnings)],
+        "leading_frames": leading_frames(motion),
+        "trailing_frames": trailing_frames(motion),
+        "warnings": [
+            *map(str, clip.warnings),
+            *border_notes(motion),
+            *(w for chain in chains for w in chain.warnings),
+        ],
     }
     if arguments.json:
         print_json(document)
