@@ -1,15 +1,16 @@
 """Axial twist errors in skeleton motion: find, judge, remove.
 
 The order of the data:
-read_bvh → find_chains → analyse, detect → Review → refine → write_bvh.
+read_bvh → find_chains, find_limbs → analyse, detect → Review → refine → write_bvh.
 """
 
 from twistcore.analysis import ClipAnalysis, Detection, analyse, detect
 from twistcore.batch import ClipSurvey, survey_folder
 from twistcore.bvh import Clip, read_bvh, write_bvh, write_motion
 from twistcore.chain import Chain, find_chains
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
+from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion, Skeleton
 from twistcore.refinement import refine
 from twistcore.review import Decision, Review, read_session, write_session
@@ -24,6 +25,8 @@ __all__ = [
     "Decision",
     "Detection",
     "Interval",
+    "Kind",
+    "Limb",
     "Motion",
     "Review",
     "Skeleton",
@@ -33,6 +36,7 @@ __all__ = [
     "analyse",
     "detect",
     "find_chains",
+    "find_limbs",
     "read_bvh",
     "read_session",
     "refine",

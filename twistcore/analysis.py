@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from threading import Lock
@@ -13,15 +13,20 @@ import numpy as np
 
 from twistcore.bvh import Clip
 from twistcore.chain import Chain, find_chains
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
+from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
+from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.errors import TwistError
-from twistcore.limb import Limb
+from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
+from twistcore.twist_removal import applied_unasked, refine
 
-Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain
+Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
+ALL_KINDS = frozenset(Kind)
+REPAIRED = ALL_KINDS - {Kind.LONE_JUMP}
 
 
 class ClipAnalysis:
@@ -35,15 +40,22 @@ class ClipAnalysis:
         self.chains = tuple(c for c in chains if not isinstance(c, Limb))
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
+        self._flips: LimbFlipAnalysis | None = None
+        self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
         self._making = Lock()
 
     def __repr__(self) -> str:
         done = ", ".join(self._by_method) or "no detector asked yet"
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
+    @property
+    def chains_and_limbs(self) -> tuple[Chain, ...]:
+        """All that may be wrong, and all that a correction needs: chains, then limbs."""
+        return *self.chains, *self.limbs
+
     def chain(self, name: str) -> Chain:
-        """The chain of a name; TwistError says which there are."""
-        return _named(self.chains, name, self.name)
+        """The chain or limb of a name; TwistError says which there are."""
+        return _named(self.chains_and_limbs, name, self.name)
 
     @cached_property
     def signals(self) -> Mapping[str, TwistSignals]:
@@ -61,12 +73,11 @@ class ClipAnalysis:
         return forward_kinematics(self.motion)
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell = nobody) -> Analysis:
-        """What a detector knows of the motion; made when it is first asked for.
+        """What a detector knows of the chains; made when it is first asked for.
 
         tell: how far it is. TwistError for a method that there is not.
         """
-        if method not in DETECTORS:
-            raise TwistError(f"no detector {method!r}; expected one of {', '.join(DETECTORS)}")
+        _check_method(method)
         if kept := self.kept(method):  # also while another one is being made
             return kept
         with self._making:
@@ -79,22 +90,63 @@ class ClipAnalysis:
         """What a detector knows if it was asked before; waits for nothing."""
         return self._by_method.get(method)
 
+    @property
+    def flips(self) -> LimbFlipAnalysis:
+        """What is known of the limbs; made when it is first asked for."""
+        if self._flips is not None:  # also while a detector is being made
+            return self._flips
+        with self._making:
+            if self._flips is None:
+                self._flips = analyse_limbs(self.motion, self.limbs)
+            return self._flips
+
+    def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
+        """Lone jumps by chain: what is left once all is out that is taken out unasked."""
+        if method not in self._jumps:
+            known = self.detect(method, kinds=REPAIRED)
+            refined = refine(self.motion, self.chains_and_limbs, applied_unasked(known))
+            self._jumps[method] = lone_jumps(refined, self.chains)
+        return self._jumps[method]
+
+    def detector(
+        self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] = ALL_KINDS
+    ) -> Analysis:
+        """What is known by the name of a chain or limb, of these kinds.
+
+        Of a chain what :meth:`by` and :meth:`jumps` tell, of a limb :attr:`flips`; nothing is made
+        before it is asked. TwistError for a method that there is not.
+        """
+        _check_method(method)
+        return _ByName(self, method, frozenset(kinds))
+
     def detect(
         self,
         method: str = DEFAULT_METHOD,
         *,
+        kinds: Collection[Kind] = ALL_KINDS,
         tau_radians: Tau | None = None,
         tau_degrees: Tau | None = None,
     ) -> Detection:
-        """The intervals of all chains at τ, for all or by chain name; else at the automatic τ."""
-        analysis = self.by(method)
-        tau = {c.name: analysis.automatic_tau(c.name) for c in self.chains}
-        tau |= self._given(tau_radians, tau_degrees)
-        found = [i for name, t in tau.items() for i in analysis.intervals(name, t)]
+        """The intervals of these kinds: those of chains, then flips of limbs.
+
+        τ: for all chains, or by the name of a chain or limb; else the automatic one. A limb's is
+        another quantity, so that one τ for all is for chains only; lone jumps have none.
+        TwistError for a kind, a method or a name that there is not.
+        """
+        wanted = {kinds} if isinstance(kinds, str) else set(kinds)
+        if unknown := sorted(wanted - ALL_KINDS):
+            raise TwistError(f"no kind {unknown[0]!r}; expected one of {', '.join(Kind)}")
+        detector = self.detector(method, ALL_KINDS & wanted)
+        looked_at = self.chains if wanted - {Kind.LIMB_FLIP} else ()
+        looked_at += self.limbs if Kind.LIMB_FLIP in wanted else ()
+        given = self._given(tau_radians, tau_degrees)
+        names = [c.name for c in looked_at]
+        tau = {n: given[n] if n in given else detector.automatic_tau(n) for n in names}
+        found = [i for name, t in tau.items() for i in detector.intervals(name, t)]
         return Detection(self, method, MappingProxyType(tau), tuple(found))
 
     def _given(self, radians: Tau | None, degrees: Tau | None) -> dict[str, float]:
-        """τ by chain in radians, of the chains that it is given for."""
+        """τ in radians by name, of the chains and limbs that it is given for."""
         if degrees is not None:
             if radians is not None:
                 raise TwistError("expected τ in degrees or in radians, found both")
@@ -105,10 +157,38 @@ class ClipAnalysis:
 
 
 @dataclass(frozen=True, eq=False)
-class Detection:
-    """The intervals of a clip, by chain and start, and what they were found by.
+class _ByName:
+    """A detector of chains and that of limb flips as one."""
 
-    method: the detector; tau: radians by chain name.
+    clip: ClipAnalysis
+    method: str
+    kinds: frozenset[Kind]
+
+    def automatic_tau(self, chain: str) -> float:
+        return self._of(chain).automatic_tau(chain)
+
+    def strength(self, chain: str) -> Array:
+        return self._of(chain).strength(chain)
+
+    def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
+        is_limb = isinstance(self.clip.chain(chain), Limb)
+        found: list[Interval] = []
+        if (Kind.LIMB_FLIP if is_limb else Kind.COUNTER_TWIST) in self.kinds:
+            found += self._of(chain).intervals(chain, tau)
+        if not is_limb and Kind.LONE_JUMP in self.kinds:
+            found += self.clip.jumps(self.method)[chain]
+        return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
+
+    def _of(self, name: str) -> Analysis:
+        is_limb = isinstance(self.clip.chain(name), Limb)
+        return self.clip.flips if is_limb else self.clip.by(self.method)
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """The intervals of a clip, by chain and start, those of limbs last, and what they are found by.
+
+    method: the detector of chains; tau: radians by the name of each chain and limb looked at.
     """
 
     analysis: ClipAnalysis
@@ -122,8 +202,18 @@ class Detection:
 
     @property
     def chains(self) -> tuple[Chain, ...]:
-        """The chains that were looked at."""
-        return self.analysis.chains
+        """The chains that were looked at for counter-twists."""
+        return tuple(c for c in self.analysis.chains if c.name in self.tau)
+
+    @property
+    def limbs(self) -> tuple[Limb, ...]:
+        """The limbs that were looked at for flips."""
+        return tuple(c for c in self.analysis.limbs if c.name in self.tau)
+
+    @property
+    def chains_and_limbs(self) -> tuple[Chain, ...]:
+        """What was looked at, and what a correction by these intervals needs."""
+        return *self.chains, *self.limbs
 
     def __len__(self) -> int:
         return len(self.intervals)
@@ -136,9 +226,11 @@ class Detection:
 
 
 def analyse(clip: Clip | Motion, chains: Sequence[Chain | str] | None = None) -> ClipAnalysis:
-    """A clip or a motion ready to be asked; chains: those named, in the clip's order, or all.
+    """A clip or a motion ready to be asked.
 
-    TwistError for a chain that it lacks.
+    chains: all chains and limbs; or those given, limbs among them; or those named, in the clip's
+    order: a chain's name brings the limb along that begins with it, a limb's own that limb alone.
+    TwistError for a name that there is not.
     """
     if isinstance(clip, Clip):
         motion, name, where = clip.motion, clip.name, str(clip.path)
@@ -146,14 +238,17 @@ def analyse(clip: Clip | Motion, chains: Sequence[Chain | str] | None = None) ->
         motion, name, where = clip, "motion", "motion"
     else:
         raise TypeError(f"expected a clip or a motion, found {type(clip).__name__} {clip!r:.80}")
-    if chains is None:
-        return ClipAnalysis(motion, find_chains(motion), name)
-    given = [c for c in chains if isinstance(c, Chain)]
-    if len(given) == len(chains):
+    given = [c for c in chains or () if isinstance(c, Chain)]
+    if chains is not None and len(given) == len(chains):
         return ClipAnalysis(motion, given, name)
-    every = find_chains(motion)
-    wanted = {_named(every, str(c), where).name for c in chains}
-    return ClipAnalysis(motion, [c for c in every if c.name in wanted], name)
+    found = find_chains(motion)
+    limbs = find_limbs(motion, found)
+    if chains is None:
+        return ClipAnalysis(motion, (*found, *limbs), name)
+    wanted = {_named((*found, *limbs), str(c), where).name for c in chains}
+    names = motion.skeleton.names
+    along = [limb for limb in limbs if not wanted.isdisjoint((limb.name, names[limb.parent]))]
+    return ClipAnalysis(motion, [*(c for c in found if c.name in wanted), *along], name)
 
 
 def detect(
@@ -161,16 +256,22 @@ def detect(
     chains: Sequence[Chain | str] | None = None,
     method: str = DEFAULT_METHOD,
     *,
+    kinds: Collection[Kind] = ALL_KINDS,
     tau_degrees: Tau | None = None,
     tau_radians: Tau | None = None,
 ) -> Detection:
-    """Intervals in which a parent and its child twist against each other.
+    """Intervals in which a parent and its child twist against each other, or a limb is flipped.
 
-    chains: all, or those named; tau_degrees, tau_radians: the threshold for all chains or by
-    chain name, the detector's own where none is given.
+    chains: all, or those named; kinds: what to look for; tau_degrees, tau_radians: the threshold
+    for all chains or by the name of a chain or limb, the detector's own where none is given.
     """
     found = analyse(clip, chains)
-    return found.detect(method, tau_degrees=tau_degrees, tau_radians=tau_radians)
+    return found.detect(method, kinds=kinds, tau_degrees=tau_degrees, tau_radians=tau_radians)
+
+
+def _check_method(method: str) -> None:
+    if method not in DETECTORS:
+        raise TwistError(f"no detector {method!r}; expected one of {', '.join(DETECTORS)}")
 
 
 def _named(chains: Sequence[Chain], name: str, where: str) -> Chain:

@@ -36,7 +36,7 @@ def survey(path: Path, profile: Profile | None = None) -> ClipSurvey:
     """Read and analyse a clip, at a profile's τ where there is one; raises TwistError."""
     clip, profile = read_bvh(path), profile or Profile({})
     analysis = analyse(clip)
-    tau = profile.of(analysis.chains)
+    tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
     return ClipSurvey(path, frames, fps, len(found), severity(found, frames))

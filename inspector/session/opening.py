@@ -11,8 +11,8 @@ from inspector.session.session_files import REPLAY_SUFFIX, kept_sessions, set_as
 from twistcore import analysis as core
 from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip, read_bvh
-from twistcore.chain import Chain, uncorrectable_joints
-from twistcore.detection import DEFAULT_METHOD, DETECTORS
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.detection.cuts import border_notes
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import check_belongs
@@ -103,7 +103,7 @@ def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> 
     session, *older = sessions
     notes = [f"Another session of {path.name}, not the latest, is {other}." for other in older]
     try:
-        kept, sha256 = read_session_file(session)
+        kept, sha256 = _read_session(session)
     except TwistError as error:
         damaged = isinstance(error, FormatError)
         why = set_aside(session, str(error)) if damaged else f"{error}: its review is not shown."
@@ -122,7 +122,7 @@ def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) ->
     profile = profile or Profile({})
     method = profile.method or DEFAULT_METHOD
     tell(0.0)
-    analysis = core.analyse(clip)
+    analysis = core.analyse(clip, find_chains(clip.motion))  # no view shows limbs yet
     analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains))
@@ -139,7 +139,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     replays an export is read, never written: its review goes on in the clip's own session. tell:
     how far it is.
     """
-    session, sha256 = read_session_file(path)
+    session, sha256 = _read_session(path)
     if clip_path is None:
         places = [Path(session.clip), path.with_name(Path(session.clip).name)]
         there = [p for p in places if p.is_file()]
@@ -148,6 +148,14 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
         same = (p for p in there if hashlib.sha256(p.read_bytes()).hexdigest() == session.sha256)
         clip_path = next(same, there[0])
     return _with_session(path, sha256, session, clip_path, tell)
+
+
+def _read_session(path: Path) -> tuple[Session, str]:
+    """A session and its bytes' SHA-256; TwistError for one that no view shows, which stays."""
+    session, sha256 = read_session_file(path)
+    if any(j.interval.kind != Kind.COUNTER_TWIST for j in session.state.intervals):
+        raise TwistError(f"{path}: it judges flips of limbs, which this window does not show yet")
+    return session, sha256
 
 
 def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:

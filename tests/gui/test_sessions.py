@@ -16,7 +16,8 @@ from inspector.session.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, decisions, export, open_clip, press
-from twistcore.review import Decision
+from tests.twistcore.reviews import CLIP, flip, fresh
+from twistcore.review import Decision, Insert, write_session
 
 
 @pytest.fixture
@@ -180,6 +181,25 @@ def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, path, tmp
     assert "set aside" in window.bar.label.text()
     assert (tmp_path / "walk.twist.json.damaged").exists()
     assert len(window.document.intervals) == 8
+
+
+def test_a_session_with_flips_is_not_shown_and_not_lost(qtbot, window, path, tmp_path):
+    """As long as no view shows limbs: neither replaced by a review without them, nor set aside."""
+    session = tmp_path / "walk.twist.json"
+    write_session(session, CLIP, Insert(flip()).apply(fresh().state))
+    kept = session.read_bytes()
+    open_clip(qtbot, window, path)
+    assert "flips of limbs, which this window does not show" in window.bar.label.text()
+    assert len(window.document.intervals) == 8
+    window.open_path(session)
+    qtbot.waitUntil(lambda: not window.document.opener.busy)
+    assert "flips of limbs, which this window does not show" in window.bar.label.text()
+    assert session.read_bytes() == kept
+    act(window, "next_interval")
+    act(window, "accept")
+    assert window.files.save_session()
+    assert json.loads(session.read_bytes())["schema"] == "twistcore.session/1"
+    assert session.with_name("walk.twist.json.earlier").read_bytes() == kept
 
 
 def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, monkeypatch, path, tmp_path):

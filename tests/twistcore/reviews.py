@@ -1,4 +1,6 @@
-"""A review to try commands on: the walk with eight errors, by the paper's detector."""
+"""A review to try commands on: the walk with eight errors, by the paper's detector, and flips."""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -6,13 +8,78 @@ from tests.conftest import ASSETS
 from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.detection import Interval, Kind
+from twistcore.detection.lone_jumps import own_axis
+from twistcore.limb import find_limbs
+from twistcore.refinement import refine
 from twistcore.review import Review, start_review
+from twistcore.rotation import multiply, quaternion_from_axis_angle
 
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")
 CHAINS = find_chains(CLIP.motion)
+LIMBS = find_limbs(CLIP.motion, CHAINS)
 TAU = {c.name: np.radians(5.0) for c in CHAINS}
 
 
 def fresh():
     found = detect(CLIP.motion, CHAINS, tau_radians=TAU)
     return Review(start_review("paper", TAU, found, [c.name for c in CHAINS]))
+
+
+@dataclass(frozen=True)
+class FoundFlips:
+    """A detector of flips that always finds the same; as `analyse_limbs` makes one."""
+
+    found: tuple[Interval, ...]
+
+    def automatic_tau(self, limb):
+        return 0.5
+
+    def strength(self, limb):
+        return np.full(CLIP.motion.frames, 0.25)
+
+    def intervals(self, limb, tau):
+        return tuple(i for i in self.found if i.chain == limb and tau < i.delta)
+
+
+def flip(limb="RightUpLeg-RightFoot", start=100, stop=108, degrees=170.0, **more):
+    """A flip of a limb of the walk, of one offset."""
+    offset = np.full(stop - start, np.radians(degrees))
+    more = {"kind": Kind.LIMB_FLIP, "confidence": 0.97, **more}
+    return Interval(limb, start, stop, offset, **more)
+
+
+CARRIED = flip("LeftUpLeg-LeftFoot", 200, 206, 160.0, carried=True)
+
+
+def flipped(motion, *flips):
+    """The motion with these flips put in."""
+    return refine(motion, LIMBS, [replace(i, offset=-i.offset) for i in flips])
+
+
+def spun(joint, start, stop, degrees, motion):
+    """The motion in which a joint alone is turned about its own axis in some frames."""
+    at = motion.skeleton.index(joint)
+    turn = quaternion_from_axis_angle(own_axis(motion.skeleton, at), np.radians(degrees))
+    rotations = motion.rotations.copy()
+    rotations[start:stop, at] = multiply(rotations[start:stop, at], turn)
+    return motion.with_rotations(rotations)
+
+
+def find_flips(monkeypatch, *found):
+    """Let every analysis find these flips; the list that comes back grows with each one made.
+
+    What taking out a flip that is none makes jump is not told.
+    """
+    made = []
+
+    def analyse_limbs(motion, limbs, tell=None):
+        made.append([limb.name for limb in limbs])
+        return FoundFlips(found)
+
+    def lone_jumps(motion, chains):
+        return {chain.name: () for chain in chains}
+
+    monkeypatch.setattr("twistcore.analysis.analyse_limbs", analyse_limbs)
+    monkeypatch.setattr("twistcore.analysis.lone_jumps", lone_jumps)
+    return made

@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twistcore.batch import severity
+from tests.conftest import ASSETS
+from tests.twistcore.reviews import find_flips, flip
+from twistcore.batch import severity, survey
 from twistcore.review.model import constant
+from twistcore.tuning import Profile
 
 
 def test_severity_is_the_mean_error_a_frame_weighed_by_confidence():
@@ -23,3 +26,12 @@ def test_an_interval_without_a_second_edge_makes_no_clip_bad():
     error = constant("LeftArm", 10, 20, 0.5)
     assert severity([replace(error, open=True)], 100) == 0.0
     assert severity([], 0) == 0.0
+
+
+def test_flips_of_limbs_make_a_clip_bad(monkeypatch):
+    find_flips(monkeypatch, flip(confidence=0.5), flip(start=20, stop=30, open=True))
+    found = survey(ASSETS / "walk.bvh")
+    assert found.intervals == 2
+    assert found.severity == pytest.approx(8 * 170.0 * 0.5 / found.frames)
+    high = Profile({"RightUpLeg-RightFoot": np.radians(175.0)})
+    assert survey(ASSETS / "walk.bvh", high).intervals == 0

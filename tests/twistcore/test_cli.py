@@ -9,13 +9,24 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.twistcore.reviews import CARRIED, CLIP, find_flips, flip, flipped
+from twistcore.analysis import analyse as analysed
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main
+from twistcore.detection import Kind
 from twistcore.refinement import remove_twist
+from twistcore.review import Review, write_session
 
 WALK, DIRTY = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"
 TRUTH = ASSETS / "walk_injected.truth.json"
+EVIDENCE = {
+    "reading": "cheaper behind",
+    "off_line_deg": 12.5,
+    "closes": True,
+    "jumps": [{"frame": 100, "jump_deg": 170.25}],
+    "spread": None,
+}
 
 
 def run(capsys, *words):
@@ -38,8 +49,14 @@ def test_info(capsys):
     assert code == 0
     assert document["schema"] == "twistcore.info/1"
     assert (document["frames"], len(document["chains"])) == (344, 10)
+    legs = {limb["label"]: limb for limb in document["limbs"]}
+    assert legs["Right leg"] == {
+        "limb": "RightUpLeg-RightFoot", "label": "Right leg", "parent": "RightUpLeg",
+        "child": "RightLeg", "end": "RightFoot", "uncorrectable": [],
+    }  # fmt: skip
     code, out, _ = run(capsys, "info", WALK)
     assert "Left ForeArm" in out
+    assert "  Right leg        RightUpLeg → RightLeg → RightFoot\n" in out
 
 
 def test_detect_json_is_the_contract(capsys):
@@ -48,9 +65,128 @@ def test_detect_json_is_the_contract(capsys):
     assert set(document) == {"schema", "clip", "frames", "fps", "method", "tau_deg", "intervals"}
     assert document["schema"] == "twistcore.detection/1"
     assert document["tau_deg"]["LeftForeArm"] == pytest.approx(5.0)
-    keys = {"chain", "parent", "child", "start", "stop", "delta_deg", "confidence", "open"}
+    keys = {"chain", "parent", "child", "start", "stop", "delta_deg", "confidence", "open", "kind"}
     assert all(set(i) == keys for i in document["intervals"])
     assert len(document["intervals"]) == 8
+    assert {i["kind"] for i in document["intervals"]} == {"counter-twist"}
+
+
+def test_flips_have_a_kind_a_limb_and_an_end(capsys, monkeypatch):
+    found = flip(explain=lambda: EVIDENCE), CARRIED
+    find_flips(monkeypatch, *found)
+    code, document = run_json(capsys, "detect", DIRTY, "--tau", "175")
+    assert (code, len(document["intervals"])) == (0, 2)
+    last = document["intervals"][-1]
+    assert last == {
+        "chain": "RightUpLeg", "parent": "RightUpLeg", "child": "RightLeg", "start": 100,
+        "stop": 108, "delta_deg": pytest.approx(170.0), "confidence": 0.97, "open": False,
+        "kind": "limb flip", "limb": "RightUpLeg-RightFoot", "end": "RightFoot", "carried": False,
+    }  # fmt: skip
+    assert document["intervals"][0]["carried"] is True
+    assert document["tau_deg"]["RightUpLeg"] == pytest.approx(175.0)
+    assert document["tau_deg"]["RightUpLeg-RightFoot"] == pytest.approx(np.degrees(0.5))
+    explained = run_json(capsys, "detect", DIRTY, "--tau", "175", "--explain")[1]
+    assert explained["intervals"][-1]["evidence"] == EVIDENCE
+    told = run(capsys, "detect", DIRTY, "--tau", "175", "--explain")[1].splitlines()
+    assert told[0].split()[0] == "LeftUpLeg-LeftFoot"
+    assert told[0].endswith("0.97  limb flip, end carried")
+    assert told[-4:] == [
+        "RightUpLeg-RightFoot     100 – 108       +170.00°  0.97  limb flip, end kept",
+        "    reading cheaper behind, off line 12.5°, closes yes, spread –",
+        "    jumps: frame 100, jump 170.2°",
+        "2 intervals in 10 chains (2 limb flips)",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "found", "where"),
+    [
+        ([], (8, 2), "10 intervals in 10 chains (8 counter-twists, 2 limb flips)"),
+        (["--kinds", "all"], (8, 2), "10 intervals in 10 chains (8 counter-twists, 2 limb flips)"),
+        (["--kinds", "counter-twist"], (8, 0), "8 intervals in 10 chains"),
+        (["--kinds", "Limb flip"], (0, 2), "2 intervals in 4 limbs (2 limb flips)"),
+        (["--kinds", "lone-jump"], (0, 0), "0 intervals in 10 chains"),
+        (
+            ["--kinds", "lone jump, limb-flip,counter twist"],
+            (8, 2),
+            "10 intervals in 10 chains (8 counter-twists, 2 limb flips)",
+        ),
+        (["--chain", "RightUpLeg-RightFoot"], (0, 1), "1 interval in 1 limb (1 limb flip)"),
+        (["--chain", "RightUpLeg", "--kinds", "limb-flip"], (0, 1), "1 interval in 1 limb ("),
+    ],
+)
+def test_kinds_and_chains_say_what_is_looked_for(capsys, monkeypatch, words, found, where):
+    find_flips(monkeypatch, flip(), CARRIED)
+    code, document = run_json(capsys, "detect", DIRTY, *words)
+    kinds = [i["kind"] for i in document["intervals"]]
+    assert (code, kinds) == (0, ["counter-twist"] * found[0] + ["limb flip"] * found[1])
+    assert run(capsys, "detect", DIRTY, *words)[1].splitlines()[-1].startswith(where)
+    assert run(capsys, "detect", DIRTY, *words, "--fail-over", 9)[0] == int(sum(found) > 9)
+
+
+def test_a_profile_may_name_a_limb(capsys, monkeypatch, tmp_path):
+    find_flips(monkeypatch, flip(), CARRIED)
+    profile = tmp_path / "p.toml"
+    profile.write_text("[RightUpLeg-RightFoot]\ntau_deg = 171.0\n")
+    _, document = run_json(capsys, "detect", DIRTY, "--profile", profile, "--kinds", "limb-flip")
+    assert [i["limb"] for i in document["intervals"]] == ["LeftUpLeg-LeftFoot"]
+
+
+def test_flips_are_refined_and_replayed_and_told_to_move_a_knee(capsys, monkeypatch, tmp_path):
+    bad, out, again, session = (tmp_path / n for n in ("b.bvh", "o.bvh", "a.bvh", "s.json"))
+    write_bvh(CLIP, flipped(CLIP.motion, flip(), CARRIED), bad)
+    find_flips(monkeypatch, flip(), CARRIED)
+    words = ["refine", bad, "-o", out, "--kinds", "limb-flip", "--report", tmp_path]
+    code, told, err = run(capsys, *words)
+    assert (code, err) == (0, "")
+    assert told == f"{out}: 2 of 2 intervals corrected (2 limb flips)\n"
+    document = run_json(capsys, "diff", CLIP.path, out)[1]  # the flips are out, nothing else is
+    assert document["moved"] == []
+    assert max((j["max_deg"] for j in document["joints"]), default=0.0) < 1e-3
+    document = run_json(capsys, "diff", bad, out)[1]
+    moved = {m["joint"]: m for m in document["moved"]}
+    assert set(moved) == {"RightLeg", "LeftLeg", "LeftToeBase"}  # which was carried
+    assert (moved["RightLeg"]["frames"], moved["LeftToeBase"]["frames"]) == (8, 6)
+    assert 0.01 < moved["RightLeg"]["max_of_height"] < 0.3
+    assert moved["RightLeg"]["max_of_height"] == pytest.approx(
+        moved["RightLeg"]["max"] / read_bvh(bad).motion.skeleton.height
+    )
+    line = run(capsys, "diff", bad, out)[1].splitlines()[-2]
+    share = f"{moved['RightLeg']['max_of_height']:.2g}"
+    assert line == f"RightLeg moves by up to {share} of the height in 8 frames"
+    clip = read_bvh(bad)
+    review = Review.of(analysed(clip).detect(kinds=[Kind.LIMB_FLIP]))
+    review.accept()
+    write_session(session, clip, review.state)
+    code, told, _ = run(capsys, "apply", session, bad, "-o", again)
+    assert told == f"{again}: 2 of 2 intervals applied (2 limb flips)\n"
+    assert again.read_bytes() == out.read_bytes()
+    page = (tmp_path / "b.report.html").read_text("utf-8")
+    assert f"RightLeg moves by up to {share} of the height in 8 frames (limb flip). " in page
+    assert "No other joint moved by more than" in page
+    assert "<td>limb flip, end carried</td>" in page
+
+
+def test_a_limb_without_channels_is_shown_and_not_corrected(capsys, monkeypatch, tmp_path):
+    path, text = tmp_path / "w.bvh", CLIP.path.read_text("utf-8")
+    at = text.index("CHANNELS", text.index("JOINT RightFoot"))
+    channels = "CHANNELS 3 Zrotation Yrotation Xrotation"
+    assert text[at:].startswith(channels)
+    head, motion = text[:at] + "CHANNELS 0" + text[at + len(channels) :], []
+    head, _, rows = head.partition("Frame Time")
+    first, *rows = rows.splitlines()
+    column = 3 * read_bvh(CLIP.path).motion.skeleton.index("RightFoot") + 3
+    for row in rows:
+        numbers = row.split()
+        motion.append(" ".join(numbers[:column] + numbers[column + 3 :]))
+    path.write_text("\n".join([head + "Frame Time" + first, *motion, ""]), "utf-8")
+    find_flips(monkeypatch, flip(), CARRIED)
+    words = ["refine", path, "-o", tmp_path / "o.bvh", "--kinds", "limb-flip"]
+    code, told, err = run(capsys, *words)
+    assert (code, "2 of 2 intervals" in told) == (1, True)
+    assert "RightUpLeg-RightFoot was not corrected: RightFoot without three rotation" in err
+    limbs = {limb["limb"]: limb for limb in run_json(capsys, "info", path)[1]["limbs"]}
+    assert limbs["RightUpLeg-RightFoot"]["uncorrectable"] == ["RightFoot"]
 
 
 def test_detect_limits_and_fails_over(capsys):
@@ -145,6 +281,25 @@ def test_a_child_beside_the_axis_is_told_to_move(capsys, tmp_path):
     assert "beside the axis of RightUpLeg" not in told
 
 
+def test_the_report_says_that_a_child_beside_the_axis_moved(capsys, tmp_path):
+    path, clip = tmp_path / "share.bvh", read_bvh(DIRTY)
+    column = 3 * clip.motion.skeleton.index("LeftForeArm") + 6
+    lines = DIRTY.read_text("utf-8").splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("Frame Time")) + 1
+    for k in range(first, len(lines)):
+        numbers = lines[k].split()
+        lines[k] = " ".join([*numbers[:column], "0", "0", "0", *numbers[column:]])
+    at = next(k for k, line in enumerate(lines) if line.strip() == "JOINT LeftForeArm") + 4
+    channels = "CHANNELS 3 Zrotation Yrotation Xrotation"
+    lines[at:at] = ["JOINT ShareBone", "{", "OFFSET 0.5 0.7 0", channels, "}"]
+    path.write_text("\n".join([*lines, ""]), "utf-8")
+    code, told, _ = run(capsys, "refine", path, "-o", tmp_path / "out.bvh", "--report", tmp_path)
+    assert (code, "8 of 8 intervals corrected\n" in told) == (0, True)
+    changed = json.loads((tmp_path / "share.report.json").read_bytes())["changed"]
+    assert [(m["joint"], m["why"]) for m in changed["moved"]] == [("ShareBone", "counter-twist")]
+    assert changed["rest_of_height"] < 1e-6
+
+
 def test_injection_is_the_same_for_a_seed(capsys, tmp_path):
     out, truth = tmp_path / "w.bvh", tmp_path / "t.json"
     assert run(capsys, "inject", WALK, "-o", out, "--truth", truth, "--seed", 48)[0] == 0
@@ -173,6 +328,10 @@ def test_diff_of_a_clip_with_itself_is_nothing(capsys):
         ("detect", WALK, "--tau", "-1"),
         ("detect", WALK, "--tau", "many"),
         ("detect", WALK, "--chain", "Tail"),
+        ("detect", WALK, "--kinds", "flip"),
+        ("detect", WALK, "--kinds", ""),
+        ("refine", WALK, "-o", "o.bvh", "--kinds", "limb-flip,all,"),
+        ("signals", WALK, "--csv", "s.csv", "--chain", "RightUpLeg-RightFoot"),
         ("refine", WALK, "-o", WALK),
         ("refine", WALK, "-o", ASSETS / "no" / "folder.bvh"),
         ("apply", WALK, WALK, "-o", "x.bvh"),

@@ -2,12 +2,16 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from tests.conftest import ASSETS
+from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, flip, flipped, spun
+from twistcore.bvh import write_bvh
 from twistcore.cli import main
+from twistcore.detection import Kind
 
 PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 EXAMPLES = {
@@ -18,10 +22,12 @@ BY_NAME = {"tau_deg", "off_axis", "files"}  # objects whose keys are joints or f
 
 
 def shape(value, key=""):
-    """The keys of a document, lists by their first entry, leaves by kind."""
+    """The keys of a document, lists by their first entry or one of each kind, leaves by type."""
     if isinstance(value, dict):
         return "by name" if key in BY_NAME else {k: shape(v, k) for k, v in sorted(value.items())}
     if isinstance(value, list):
+        if value and isinstance(value[0], dict) and value[0].get("kind") in list(Kind):
+            return {entry["kind"]: shape(entry) for entry in value}
         return [shape(value[0])] if value and not isinstance(value[0], str) else []
     if value is None or isinstance(value, bool):
         return type(value).__name__
@@ -43,12 +49,17 @@ def real(tmp_path_factory):
 
     with contextlib.redirect_stdout(io.StringIO()):
         main(["refine", dirty, "-o", out, "--method", "paper"])
+    bad = folder / "flipped.bvh"
+    write_bvh(CLIP, flipped(CLIP.motion, flip()), bad)
+    worse = folder / "worse.bvh"
+    motion = flipped(CLIP.motion, flip(degrees=-160.0))
+    write_bvh(CLIP, spun("LeftFoot", 60, 70, 140.0, motion), worse)
     documents = [
-        printed("detect", dirty, "--json", "--explain", "--method", "paper"),
+        printed("detect", str(worse), "--json", "--explain", "--method", "paper"),
         printed("info", walk, "--json"),
         json.loads(Path(truth).read_text()),
         printed("evaluate", "--truth", truth, "--clean", walk, "--refined", out, "--json"),
-        printed("diff", walk, dirty, "--json"),
+        printed("diff", dirty, str(bad), "--json"),
         *session_documents(dirty, folder),
         *benchmark_documents(folder),
         *quamo_documents(folder, printed),
@@ -95,7 +106,16 @@ def session_documents(path, folder):
     from twistcore.chain import find_chains
     from twistcore.export.replay import accepted_motion
     from twistcore.export.report import Report, write_report
-    from twistcore.review import Review, Track, Tracking, session_bytes, start_review
+    from twistcore.review import (
+        Decide,
+        Decision,
+        Insert,
+        Review,
+        Track,
+        Tracking,
+        session_bytes,
+        start_review,
+    )
 
     clip = read_bvh(path)
     chains = find_chains(clip.motion)
@@ -104,9 +124,17 @@ def session_documents(path, folder):
     review = Review(start_review("paper", tau, found, [c.name for c in chains]))
     plain = session_bytes(clip, review.state)
     review.do(Track(Tracking(("LeftForeArm",))))
+    tracked = session_bytes(clip, review.state)
+    chains = (*chains, *LIMBS)
+    review = Review(replace(review.state, tau={c.name: 0.1 for c in chains}, tracking=None))
+    for number, interval in enumerate((flip(), CARRIED), review.state.next_id):
+        review.do(Insert(interval))
+        review.do(Decide((number,), Decision.ACCEPTED))
+    flips = session_bytes(clip, review.state)
+    review.do(Track(Tracking(("LeftForeArm",))))
     refined = accepted_motion(clip, chains, review.state)
     *_, report = write_report(folder, Report(clip, chains, review.state, refined))
-    documents = plain, session_bytes(clip, review.state), report.read_bytes()
+    documents = plain, tracked, flips, report.read_bytes()
     return tuple(map(json.loads, documents))
 
 

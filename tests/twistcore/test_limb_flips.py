@@ -1,5 +1,7 @@
 """Flips of limbs: found in a real clip and where they were put, and nothing else taken for one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,13 @@ from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.limb import find_limbs, places
 from twistcore.motion import forward_kinematics
 from twistcore.refinement import refine, remove_twist
-from twistcore.rotation import geodesic_angle, multiply, quaternion_from_axis_angle
+from twistcore.rotation import (
+    conjugate,
+    geodesic_angle,
+    multiply,
+    quaternion_from_axis_angle,
+    rotate,
+)
 
 KICK = read_bvh(ASSETS / "kick.bvh")
 WALK = read_bvh(ASSETS / "walk.bvh")
@@ -108,8 +116,7 @@ def test_what_was_put_in_is_found_to_the_frame(label):
 
 
 def test_a_flip_of_a_straight_leg_is_seen_in_the_rotations_alone():
-    chains, limbs = limbs_of(WALK.motion)
-    leg = limbs["Left leg"]
+    leg = limbs_of(WALK.motion)[1]["Left leg"]
     rotations = WALK.motion.rotations.copy()
     rotations[:, leg.child] = (1.0, 0.0, 0.0, 0.0)
     straight = WALK.motion.with_rotations(rotations)
@@ -131,7 +138,7 @@ def test_a_twist_that_the_child_takes_back_is_no_flip():
 
 def test_bones_that_spin_while_the_knee_stays_are_no_flip():
     """Thigh and shank turn by half about themselves; the leg bends the other way, to no effect."""
-    chains, limbs = limbs_of(WALK.motion)
+    chains, _ = limbs_of(WALK.motion)
     offsets = {name: np.zeros(WALK.motion.frames) for name in ("RightUpLeg", "RightLeg")}
     for offset in offsets.values():
         offset[200:203] = np.pi
@@ -169,19 +176,19 @@ def test_a_lower_threshold_finds_more_and_a_higher_less():
     assert starts == [[50, 150], [50], []]
 
 
-def test_whatever_the_rig_calls_and_turns_its_joints():
-    """The same leg under names that say nothing, its frames turned: the same flips."""
+def test_wherever_the_body_faces_and_whatever_the_rigs_axes():
+    """Turned in the room, and with the thigh's own frame turned in its bone: the same flips."""
     motion = flipped(WALK.motion, "Left leg", (50, 60, 170.0, False))
-    chains, limbs = limbs_of(motion)
-    leg = limbs["Left leg"]
+    leg = limbs_of(motion)[1]["Left leg"]
     turn = quaternion_from_axis_angle(np.array([0.6, 0.0, 0.8]), 1.1)
-    rotations = motion.rotations.copy()
-    back = turn * np.array([1.0, -1.0, -1.0, -1.0])
-    hips = int(motion.skeleton.parents[leg.parent])
-    rotations[:, hips] = multiply(turn, rotations[:, hips])  # all of the body, in the room
-    assert back @ turn < 1.0
-    turned = motion.with_rotations(rotations)
-    assert [(i.start, i.stop) for i in found(turned, "Left leg")] == [(50, 60)]
+    rotations, offsets = motion.rotations.copy(), motion.skeleton.offsets.copy()
+    rotations[:, 0] = multiply(turn, rotations[:, 0])
+    rotations[:, leg.parent] = multiply(rotations[:, leg.parent], turn)
+    rotations[:, leg.child] = multiply(conjugate(turn), rotations[:, leg.child])
+    offsets[leg.child] = rotate(conjugate(turn), offsets[leg.child])
+    turned = replace(motion.with_rotations(rotations), skeleton=replace(
+        motion.skeleton, offsets=offsets))  # fmt: skip
+    assert [(i.start, i.stop, i.carried) for i in found(turned, "Left leg")] == [(50, 60, False)]
 
 
 def edge(frame, degrees):

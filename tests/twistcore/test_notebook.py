@@ -3,6 +3,7 @@
 import re
 import shutil
 import threading
+import time
 from pathlib import Path
 
 import matplotlib as mpl
@@ -10,7 +11,9 @@ import numpy as np
 import pytest
 
 import twistcore as tc
+import twistcore.analysis as core
 from tests.conftest import ASSETS
+from tests.twistcore.reviews import CARRIED, find_flips, flip
 from twistcore.export.compare import compare
 
 README = Path(__file__).parents[2] / "README.md"
@@ -63,7 +66,7 @@ def test_everything_shows_itself_in_one_line(clip, found):
 
 def test_tau_has_its_unit_in_its_name(clip):
     degrees = tc.detect(clip, tau_degrees=20.0)
-    assert set(degrees.tau.values()) == {np.radians(20.0)}
+    assert {degrees.tau[c.name] for c in degrees.chains} == {np.radians(20.0)}
     same = tc.detect(clip, tau_radians=float(np.radians(20.0)))
     assert [(i.chain, i.start, i.stop) for i in degrees] == [
         (i.chain, i.start, i.stop) for i in same
@@ -100,7 +103,88 @@ def test_errors_say_what_came_and_what_was_expected(clip, found):
 def test_chains_are_chosen_by_name_and_in_the_clips_order(clip):
     few = tc.detect(clip, ["RightLeg", "LeftArm"])
     assert [c.name for c in few.chains] == ["LeftArm", "RightLeg"]
-    assert set(few.tau) == {"LeftArm", "RightLeg"}
+    assert [limb.name for limb in few.limbs] == ["LeftArm-LeftHand"]
+    assert list(few.tau) == ["LeftArm", "RightLeg", "LeftArm-LeftHand"]
+    alone = tc.analyse(clip, ["RightUpLeg-RightFoot"])
+    assert [c.name for c in alone.chains_and_limbs] == ["RightUpLeg-RightFoot"]
+    with pytest.raises(tc.TwistError, match=r"no chain 'RightUpLeg-Foot'; .* RightUpLeg-RightFoot"):
+        tc.analyse(clip, ["RightUpLeg-Foot"])
+
+
+def test_kinds_of_errors_are_looked_for_as_asked(clip, monkeypatch):
+    made = find_flips(monkeypatch, flip(), CARRIED)
+    analysis = tc.analyse(clip)
+    twists = analysis.detect(kinds={tc.Kind.COUNTER_TWIST})
+    assert made == []  # nothing that was not asked for is made
+    assert (len(twists), twists.limbs, set(twists.tau)) == (8, (), {c.name for c in twists.chains})
+    every = analysis.detect()
+    assert made == [[limb.name for limb in analysis.limbs]]
+    assert [i.chain for i in every[8:]] == ["LeftUpLeg-LeftFoot", "RightUpLeg-RightFoot"]
+    assert list(every.tau) == [c.name for c in every.chains_and_limbs]
+    assert [j.interval.chain for j in tc.Review.of(every).state.intervals] == [
+        i.chain for i in every
+    ]
+    fresh = tc.analyse(clip)
+    assert len(fresh.detect(kinds=[tc.Kind.LIMB_FLIP])) == 2
+    assert fresh.kept("consistency") is None
+    assert fresh.detect(kinds=[tc.Kind.LONE_JUMP]).limbs == fresh.detect(kinds=()).chains == ()
+    assert len(fresh.detect(kinds="limb flip")) == len(fresh.detect(kinds=["limb flip"])) == 2
+    with pytest.raises(tc.TwistError, match="no kind 'limb-flip'; expected one of counter-twist"):
+        fresh.detect(kinds=["limb-flip"])
+    assert len(fresh.detect()) == 10
+    assert len(made) == 2
+    only_chains = tc.ClipAnalysis(clip.motion, analysis.chains)
+    assert (len(only_chains.detect()), len(made)) == (8, 2)
+
+
+def test_tau_of_all_chains_is_none_of_a_limb(clip, monkeypatch):
+    find_flips(monkeypatch, flip(degrees=170.0))
+    found = tc.detect(clip, tau_degrees=175.0)
+    assert [i.kind for i in found] == [tc.Kind.LIMB_FLIP]
+    assert found.tau["RightUpLeg-RightFoot"] == 0.5
+    assert not tc.detect(clip, tau_degrees={"RightUpLeg-RightFoot": 175.0})[8:]
+    twists = tc.detect(
+        clip, kinds=[tc.Kind.COUNTER_TWIST], tau_degrees={"RightUpLeg-RightFoot": 1.0}
+    )
+    assert "RightUpLeg-RightFoot" not in twists.tau
+
+
+def test_a_detector_answers_for_chains_and_limbs_by_name(clip, monkeypatch):
+    made = find_flips(monkeypatch, flip())
+    analysis = tc.analyse(clip)
+    detector, limb = analysis.detector("paper"), "RightUpLeg-RightFoot"
+    assert (made, analysis.kept("paper")) == ([], None)
+    assert detector.automatic_tau(limb) == 0.5
+    assert detector.strength(limb)[0] == 0.25
+    assert len(detector.intervals(limb, 0.5)) == 1
+    assert analysis.kept("paper") is None
+    own = analysis.by("paper")
+    assert detector.automatic_tau("RightUpLeg") == own.automatic_tau("RightUpLeg")
+    assert detector.strength("RightUpLeg") is own.strength("RightUpLeg")
+    assert len(detector.intervals("LeftForeArm", 0.1)) == len(own.intervals("LeftForeArm", 0.1))
+    with pytest.raises(tc.TwistError, match="no chain 'Tail'"):
+        detector.strength("Tail")
+    with pytest.raises(tc.TwistError, match="no detector 'median'"):
+        analysis.detector("median")
+
+
+def test_flips_are_looked_for_once_by_whoever_comes_first(clip, monkeypatch):
+    made = find_flips(monkeypatch)
+    quick = core.analyse_limbs
+    monkeypatch.setattr(core, "analyse_limbs", lambda *given: time.sleep(0.05) or quick(*given))
+    analysis, together, got = tc.analyse(clip), threading.Barrier(8), []
+
+    def ask():
+        together.wait()
+        got.append(analysis.flips)
+
+    threads = [threading.Thread(target=ask) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(made) == 1
+    assert all(one is got[0] for one in got)
 
 
 def test_a_detector_is_asked_once(clip):

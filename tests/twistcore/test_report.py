@@ -1,17 +1,21 @@
 """The report replaces its own files and nobody else's."""
 
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped
+from twistcore.bvh import read_bvh, write_bvh
 from twistcore.cli import main
 from twistcore.errors import TwistError
+from twistcore.export.replay import accepted_motion
 from twistcore.export.report import Report, write_report
-from twistcore.review import start_review
+from twistcore.review import Decide, Decision, Tracking, start_review
+from twistcore.review.model import constant
 
-CLIP = read_bvh(ASSETS / "walk_injected.bvh")
-CHAINS = find_chains(CLIP.motion)
 STATE = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [], [])
 ENDINGS = ("report.html", "intervals.csv", "markers.py", "report.json")
 
@@ -40,6 +44,63 @@ def test_a_file_of_somebody_else_is_not(tmp_path, ending, after):
     with pytest.raises(TwistError, match="without the report"):
         write(tmp_path)
     assert {p: p.read_bytes() for p in tmp_path.iterdir()} == before
+
+
+def test_it_says_which_joints_moved_and_why(tmp_path):
+    """The knee of a flip, the toe of one that carried the foot, what tracking moves, no other."""
+    write_bvh(CLIP, flipped(CLIP.motion, flip(), CARRIED), tmp_path / "flipped.bvh")
+    clip = read_bvh(tmp_path / "flipped.bvh")
+    chains = (*CHAINS, *LIMBS)
+    tau = {c.name: 0.1 for c in chains}
+    names = [c.name for c in chains]
+    twist = constant("LeftForeArm", 10, 20, 0.5)
+    state = start_review("consistency", tau, [twist, flip(), CARRIED], names)
+    state = Decide((1, 2, 3), Decision.ACCEPTED).apply(state)
+
+    def document(**more):
+        own = replace(state, **more)
+        report = Report(clip, chains, own, accepted_motion(clip, chains, own))
+        *_, listing = write_report(tmp_path, report)
+        return json.loads(listing.read_bytes())
+
+    changed = document()["changed"]
+    assert {m["joint"]: m["why"] for m in changed["moved"]} == {
+        "LeftLeg": "limb flip", "LeftToeBase": "limb flip", "RightLeg": "limb flip"
+    }  # fmt: skip
+    assert max(m["max_of_height"] for m in changed["moved"]) == changed["max_position_of_height"]
+    assert changed["rest_of_height"] < 1e-9
+    assert changed["max_position_of_height"] > 0.01
+    tracked = document(tracking=Tracking(("RightLeg",), kp=3000.0, kd=33.0))
+    why = {m["joint"]: m["why"] for m in tracked["changed"]["moved"]}
+    assert (why["RightFoot"], why["RightLeg"]) == ("tracking", "limb flip")
+    assert (why["RightToeBase"], why["LeftToeBase"]) == ("tracking", "limb flip")
+
+
+def test_kind_and_end_stand_in_the_tables(tmp_path):
+    chains = (*CHAINS, *LIMBS)
+    tau = {c.name: 0.1 for c in CHAINS} | {"RightUpLeg-RightFoot": 0.5}
+    found = [constant("LeftForeArm", 10, 20, 0.5), flip(), flip(start=120, stop=125, carried=True)]
+    state = start_review("consistency", tau, found, [c.name for c in chains])
+    page, table, _, listing = write_report(tmp_path, Report(CLIP, chains, state, CLIP.motion))
+    rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
+    ends = [(row["kind"], row["end"]) for row in rows]
+    assert ends == [("counter-twist", ""), ("limb flip", "kept"), ("limb flip", "carried")]
+    document = json.loads(listing.read_bytes())
+    assert [i["end"] for i in document["intervals"]] == ["", "kept", "carried"]
+    limb = document["chains"][-1]
+    assert (len(document["chains"]), limb["label"]) == (11, "Right leg")  # those that have a τ
+    assert (limb["kind"], limb["intervals"]) == ("limb flip", 2)
+    assert limb["tau_deg"] == pytest.approx(np.degrees(0.5))
+    text = page.read_text("utf-8")
+    assert "<td>counter-twist</td>" in text
+    assert "No joint moved by more than 0.0e+00 of the skeleton's height." in text
+    assert "Chains and limbs" in text
+
+
+def test_a_report_without_flips_says_nothing_of_limbs(tmp_path):
+    page = write(tmp_path)[0].read_text("utf-8")
+    assert "limb" not in page
+    assert "No joint moved by more than" in page
 
 
 def test_refine_says_so_before_it_writes_anything(tmp_path, capsys):

@@ -6,7 +6,9 @@ import argparse
 import math
 from pathlib import Path
 
+from twistcore.analysis import ALL_KINDS
 from twistcore.atomic import STANDARD_OUTPUT
+from twistcore.detection import Kind
 
 
 def target(text: str) -> Path:
@@ -24,6 +26,18 @@ def folder(text: str) -> Path:
 def tau(text: str) -> float | None:
     """'auto' as None, or degrees above 0 as radians."""
     return None if text == "auto" else math.radians(positive(text))
+
+
+def kinds(text: str) -> frozenset[Kind]:
+    """Kinds of errors, comma separated, with '-' or ' ' inside, or 'all'."""
+    known = {kind.value.replace(" ", "-"): frozenset({kind}) for kind in Kind} | {"all": ALL_KINDS}
+    found: frozenset[Kind] = frozenset()
+    for word in text.split(","):
+        key = "-".join(word.lower().replace("-", " ").split())
+        if key not in known:
+            raise argparse.ArgumentTypeError(f"expected {' or '.join(known)}, found {word!r}")
+        found |= known[key]
+    return found
 
 
 def seed(text: str) -> int:

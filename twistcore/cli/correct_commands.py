@@ -6,10 +6,11 @@ import argparse
 import sys
 from collections.abc import Sequence
 
+from twistcore.analysis import analyse
 from twistcore.bvh import Clip, read_bvh, write_bvh
-from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.cli.detect_commands import detected
-from twistcore.cli.output import print_json, refuse_overwrite, tell_jumps, tell_no_chain
+from twistcore.cli.output import by_kind, print_json, refuse_overwrite, tell_jumps, tell_no_chain
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
@@ -28,16 +29,17 @@ def refine(arguments: argparse.Namespace) -> int:
     if arguments.report:
         check_report(arguments.report, clip)
     found = detected(arguments, clip)
-    chains, review = found.chains, Review.of(found)
+    chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(arguments.min_confidence, include_open=arguments.include_open)
     applied = review.accepted
     refined = accepted_motion(clip, chains, review.state)
     tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
     if arguments.report:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
-    print(f"{arguments.output}: {len(applied)} of {len(found)} intervals corrected")
+    count = f"{len(applied)} of {len(found)} intervals corrected{by_kind(applied, found)}"
+    print(f"{arguments.output}: {count}")
     skipped = _tell_uncorrected(clip, chains, applied)
-    return int(skipped or bool(tell_no_chain(arguments.clip, chains)))
+    return int(skipped or bool(tell_no_chain(arguments.clip, found.analysis.chains_and_limbs)))
 
 
 def apply(arguments: argparse.Namespace) -> int:
@@ -45,12 +47,13 @@ def apply(arguments: argparse.Namespace) -> int:
     session = read_session(arguments.session)
     clip = read_bvh(arguments.clip, fps=session.fps)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
-    chains = find_chains(clip.motion)
+    chains = analyse(clip).chains_and_limbs
     check_belongs(session, clip, chains)
     refined = accepted_motion(clip, chains, session.state)
     tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
-    chosen = session.state.chosen()
-    print(f"{arguments.output}: {len(chosen)} of {len(session.state.intervals)} intervals applied")
+    chosen, every = session.state.chosen(), [j.interval for j in session.state.intervals]
+    count = f"{len(chosen)} of {len(every)} intervals applied{by_kind(chosen, every)}"
+    print(f"{arguments.output}: {count}")
     return int(_tell_uncorrected(clip, chains, chosen))
 
 
@@ -91,6 +94,8 @@ def diff(arguments: argparse.Namespace) -> int:
         return 0
     for j in difference.joints:
         print(f"{j.joint:<24} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
+    for m in difference.moved:
+        print(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
     print(
         f"{len({j.joint for j in difference.joints})} joints rotate otherwise, in "
         f"{difference.frames} frames; joints move by at most "

@@ -7,6 +7,7 @@ import csv
 import io
 import math
 import sys
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,12 @@ from twistcore.analysis import Detection, analyse
 from twistcore.atomic import write_atomically
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
-from twistcore.cli.output import print_json, refuse_overwrite, tell_no_chain
-from twistcore.detection import Interval
+from twistcore.cli.output import by_kind, print_json, refuse_overwrite, tell_no_chain
+from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
 from twistcore.encoding import encoded
+from twistcore.errors import TwistError
+from twistcore.limb import Limb, find_limbs
 from twistcore.refinement import children_off_axis
 from twistcore.tuning import read_profile
 
@@ -32,6 +35,7 @@ def info(arguments: argparse.Namespace) -> int:
     """What a clip holds."""
     clip = read_bvh(arguments.clip)
     motion, chains = clip.motion, find_chains(clip.motion)
+    limbs = find_limbs(motion, chains)
     document = {
         "schema": "twistcore.info/1",
         "clip": str(arguments.clip),
@@ -43,6 +47,7 @@ def info(arguments: argparse.Namespace) -> int:
         "channels": clip.values.shape[1],
         "height": motion.skeleton.height,
         "chains": [_chain_to_json(clip, chain) for chain in chains],
+        "limbs": [_limb_to_json(clip, limb) for limb in limbs],
         "leading_frames": leading_frames(motion),
         "trailing_frames": trailing_frames(motion),
         "warnings": [
@@ -56,9 +61,10 @@ def info(arguments: argparse.Namespace) -> int:
         return 0
     print(f"{arguments.clip}: {motion.frames} frames at {motion.fps:.6g} fps, ", end="")
     print(f"{len(motion.skeleton)} joints, {clip.values.shape[1]} channels")
-    for entry in document["chains"]:
+    for entry in (*document["chains"], *document["limbs"]):
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
-        print(f"  {entry['label']:<16} {entry['parent']} → {entry['child']}{note}")
+        joints = [entry[k] for k in ("parent", "child", "end") if k in entry]
+        print(f"  {entry['label']:<16} {' → '.join(joints)}{note}")
     if not chains:
         print("  no chain of parent, child and grandchild")
     for warning in document["warnings"]:
@@ -79,6 +85,18 @@ def _chain_to_json(clip: Clip, chain: Chain) -> dict[str, Any]:
     }
 
 
+def _limb_to_json(clip: Clip, limb: Limb) -> dict[str, Any]:
+    names = clip.motion.skeleton.names
+    return {
+        "limb": limb.name,
+        "label": limb.label,
+        "parent": names[limb.parent],
+        "child": names[limb.child],
+        "end": names[limb.end],
+        "uncorrectable": list(uncorrectable_joints(clip.motion, limb)),
+    }
+
+
 def detect(arguments: argparse.Namespace) -> int:
     """Find intervals."""
     clip = read_bvh(arguments.clip, fps=arguments.fps)
@@ -87,23 +105,41 @@ def detect(arguments: argparse.Namespace) -> int:
         print_json(_detection_to_json(arguments, clip, found))
     else:
         for i in found:
+            name, degrees = i.joint or i.chain, math.degrees(i.size)
             print(
-                f"{i.chain:<20} {i.start:>7} – {i.stop:<7} {math.degrees(i.delta):>+9.2f}°"
+                f"{name:<20} {i.start:>7} – {i.stop:<7} {degrees:>+9.2f}°"
                 f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
-                f"{'  open' if i.open else ''}"
+                f"{'  open' if i.open else ''}{_kind(i)}"
             )
             if arguments.explain:
                 _explain(i)
-        print(
-            f"{len(found)} interval{'' if len(found) == 1 else 's'} in {len(found.chains)} chains"
-        )
-    if tell_no_chain(arguments.clip, found.chains):
+        where = f"{len(found.chains)} chains"
+        if found.limbs and not found.chains:
+            where = f"{len(found.limbs)} limb{'' if len(found.limbs) == 1 else 's'}"
+        print(f"{len(found)} interval{'' if len(found) == 1 else 's'} in {where}{by_kind(found)}")
+    if tell_no_chain(arguments.clip, found.analysis.chains_and_limbs):
         return 1
     return int(arguments.fail_over is not None and len(found) > arguments.fail_over)
 
 
+def _kind(interval: Interval) -> str:
+    """What is wrong, where it is not the usual thing."""
+    if interval.kind == Kind.COUNTER_TWIST:
+        return ""
+    if interval.kind == Kind.LONE_JUMP:
+        evidence = interval.evidence or {}
+        fast, most = evidence["speed_deg_s"], evidence["limit_deg_s"]
+        return f"  {interval.kind}, {fast:,.0f}°/s where no body does {most:,.0f}"
+    return f"  {interval.kind}, end {'carried' if interval.carried else 'kept'}"
+
+
 def _explain(interval: Interval) -> None:
-    for edge in (interval.evidence or {}).get("edges", ()):
+    evidence = interval.evidence or {}
+    if interval.kind != Kind.COUNTER_TWIST:
+        for line in _in_words(evidence):
+            print(f"    {line}")
+        return
+    for edge in evidence.get("edges", ()):
         print(
             f"    frames {edge['start']}–{edge['stop']}: x {edge['residual_x_deg']:+.2f}° against "
             f"y {edge['residual_y_deg']:+.2f}°, agreement {edge['agreement']:.2f}, "
@@ -112,23 +148,49 @@ def _explain(interval: Interval) -> None:
     print(f"    left over {math.degrees(interval.residual):+.3f}°")
 
 
+def _in_words(evidence: Mapping[str, Any]) -> list[str]:
+    """Evidence as lines: its numbers and texts in one, then one for each thing in its lists."""
+    said, below = [], []
+    for key, value in evidence.items():
+        words = key.removesuffix("_deg").replace("_", " ")
+        things = value if isinstance(value, list | tuple) else [value]
+        if any(isinstance(thing, Mapping) for thing in things):
+            below += [f"{words}: {line}" for thing in things for line in _in_words(thing)]
+            continue
+        shown = (_shown(thing) + ("°" if key.endswith("_deg") else "") for thing in things)
+        said.append(f"{words} {', '.join(shown) or '–'}")
+    return [", ".join(said), *below] if said else below
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.4g}" if isinstance(value, float) else "–" if value is None else str(value)
+
+
 def _detection_to_json(
     arguments: argparse.Namespace, clip: Clip, found: Detection
 ) -> dict[str, Any]:
-    chains = {chain.name: chain for chain in found.chains}
+    chains = {chain.name: chain for chain in found.chains_and_limbs}
     names = clip.motion.skeleton.names
     intervals = []
     for i in found:
+        chain = chains[i.chain]
         entry: dict[str, Any] = {
-            "chain": i.chain,
-            "parent": names[chains[i.chain].parent],
-            "child": names[chains[i.chain].child],
+            "chain": names[chain.parent],
+            "parent": names[chain.parent],
+            "child": names[chain.child],
             "start": i.start,
             "stop": i.stop,
             "delta_deg": math.degrees(i.delta),
             "confidence": i.confidence,
             "open": i.open,
+            "kind": i.kind.value,
         }
+        if isinstance(chain, Limb):
+            entry |= {"limb": chain.name, "end": names[chain.end], "carried": i.carried}
+        if i.kind == Kind.LONE_JUMP:
+            entry |= i.evidence or {}
         if arguments.explain:
             entry["residual_deg"] = math.degrees(i.residual)
             entry["evidence"] = i.evidence
@@ -149,6 +211,8 @@ def signals(arguments: argparse.Namespace) -> int:
     refuse_overwrite([arguments.csv], [arguments.clip])
     clip = read_bvh(arguments.clip)
     analysis = analyse(clip, arguments.chain)
+    if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
+        raise TwistError(f"{arguments.clip}: expected a chain, found the limb {named[0].name}")
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(_SIGNAL_COLUMNS)
@@ -162,10 +226,10 @@ def signals(arguments: argparse.Namespace) -> int:
 
 
 def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
-    """The intervals by --chain, --method, --tau and --profile, which goes before --tau."""
-    analysis, method = analyse(clip, arguments.chain), arguments.method
+    """The intervals by --chain, --kinds, --method, --tau and --profile, which goes before --tau."""
+    analysis, method, kinds = analyse(clip, arguments.chain), arguments.method, arguments.kinds
     if not arguments.profile:
-        return analysis.detect(method, tau_radians=arguments.tau)
+        return analysis.detect(method, kinds=kinds, tau_radians=arguments.tau)
     profile = read_profile(arguments.profile)
     if profile.method not in ("", method):
         print(
@@ -173,4 +237,5 @@ def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
             file=sys.stderr,
         )
     given = {} if arguments.tau is None else {c.name: arguments.tau for c in analysis.chains}
-    return analysis.detect(method, tau_radians=given | profile.of(analysis.chains))
+    given |= profile.of(analysis.chains_and_limbs)
+    return analysis.detect(method, kinds=kinds, tau_radians=given)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 from twistcore.atomic import destination, is_stream, same_file
 from twistcore.bvh import EulerJump
 from twistcore.chain import Chain
+from twistcore.detection import Interval, Kind
 from twistcore.encoding import json_text
 from twistcore.errors import TwistError
 
@@ -36,6 +38,15 @@ def tell_no_chain(clip: Path, chains: Sequence[Chain]) -> int:
     if not chains:
         print(f"{clip}: no chain of parent, child and grandchild", file=sys.stderr)
     return int(not chains)
+
+
+def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
+    """' (2 counter-twists, 7 limb flips)' where these or others among them are not all twists."""
+    count = Counter(i.kind for i in intervals)
+    if not count or {*count, *(i.kind for i in among)} == {Kind.COUNTER_TWIST}:
+        return ""
+    words = (f"{count[k]} {k}{'' if count[k] == 1 else 's'}" for k in Kind if count[k])
+    return f" ({', '.join(words)})"
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:

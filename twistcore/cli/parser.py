@@ -11,11 +11,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from twistcore.analysis import ALL_KINDS
 from twistcore.atomic import is_standard_output
 from twistcore.cli import correct_commands, detect_commands, study_commands, tune_command
 from twistcore.cli.argument_types import (
     count,
     folder,
+    kinds,
     not_negative,
     number,
     positive,
@@ -23,7 +25,7 @@ from twistcore.cli.argument_types import (
     target,
     tau,
 )
-from twistcore.detection import DEFAULT_METHOD, DETECTORS
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import TwistError
 from twistcore.synthesis import PROTOCOLS
 from twistcore.version import __version__
@@ -80,7 +82,7 @@ def _parser() -> argparse.ArgumentParser:
     _json(info)
     info.set_defaults(run=detect_commands.info)
 
-    detect = subparsers.add_parser("detect", help="find the intervals of twist errors")
+    detect = subparsers.add_parser("detect", help="find the intervals of errors")
     _clip(detect)
     _detection(detect)
     detect.add_argument("--explain", action="store_true", help="say why each interval was found")
@@ -266,18 +268,30 @@ def _json(parser: argparse.ArgumentParser) -> None:
 
 def _chains(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--chain", action="append", metavar="NAME", help="only this chain (again for more)"
+        "--chain",
+        action="append",
+        metavar="NAME",
+        help="only this chain, with the limb that it begins, or this limb (again for more)",
     )
 
 
 def _detection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
-    parser.add_argument("--tau", type=tau, default=None, metavar="auto|DEG")
+    parser.add_argument(
+        "--tau", type=tau, default=None, metavar="auto|DEG", help="of all chains; limbs keep auto"
+    )
     parser.add_argument(
         "--profile",
         type=Path,
         metavar="FILE",
-        help="τ per joint, TOML; --tau is for joints it does not name",
+        help="τ per joint or limb, TOML; --tau is for joints it does not name",
+    )
+    parser.add_argument(
+        "--kinds",
+        type=kinds,
+        default=ALL_KINDS,
+        metavar="LIST",
+        help=f"of errors to look for: {', '.join(k.replace(' ', '-') for k in Kind)}; default all",
     )
     parser.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")
     _chains(parser)

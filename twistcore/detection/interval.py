@@ -27,10 +27,11 @@ class Interval:
     """Frames [start, stop) of a chain or limb with the error of P in each.
 
     chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist, or of
-    its turn about the limb's line; carried: of a limb flip, whether E turned along with P;
-    confidence: 0…1, or None where the detector has none; open: it may be the other side of the
-    clip that is wrong, so it is not applied unasked; residual: what is left of the offset behind
-    the closing edge, radians; explain: tells why it was found, asked only where a person looks.
+    its turn about the limb's line; carried: of a limb flip, whether E turned along with P; joint:
+    the name of the joint that jumps alone; confidence: 0…1, or None where the detector has none;
+    open: it may be the other side of the clip that is wrong, so it is not applied unasked;
+    residual: what is left of the offset behind the closing edge, or the turn of a lone jump,
+    radians; explain: tells why it was found, asked only where a person looks.
     """
 
     chain: str
@@ -43,10 +44,11 @@ class Interval:
     explain: Callable[[], dict[str, Any]] | None = None
     kind: Kind = Kind.COUNTER_TWIST
     carried: bool = False
+    joint: str = ""
 
     def __repr__(self) -> str:
         sure = "" if self.confidence is None else f", confidence {self.confidence:.2f}"
-        turn = f"{math.degrees(self.delta):+.1f}°{sure}{', open' if self.open else ''}"
+        turn = f"{math.degrees(self.size):+.1f}°{sure}{', open' if self.open else ''}"
         turn += "" if self.kind == Kind.COUNTER_TWIST else f", {self.kind}"
         return f"<Interval {self.chain} {self.start}–{self.stop}: {turn}>"
 
@@ -69,6 +71,11 @@ class Interval:
     def delta(self) -> float:
         """One number for the interval: the circular median of the offset, radians in (−π, π]."""
         return circular_median(self.offset)
+
+    @property
+    def size(self) -> float:
+        """What a table shows of it: the offset's median, or the turn of a lone jump, radians."""
+        return self.residual if self.kind == Kind.LONE_JUMP else self.delta
 
     def with_offset(self, start: int, offset: Array) -> Interval:
         """The same interval over other frames and offsets."""

@@ -93,7 +93,7 @@ def _left(way: Array, length: int) -> Array | None:
 def _like_a_blend(s: Array) -> bool:
     """Whether s goes from 0 to 1 in several frames and from the beginning, (frames,) → one."""
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
-    return UNDER < s.min() and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
+    return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
 
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:

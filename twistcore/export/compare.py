@@ -12,6 +12,7 @@ from twistcore.motion import Motion, forward_kinematics
 from twistcore.rotation import geodesic_angle
 
 _SAME = np.radians(1e-9)
+_MOVED = 1e-3  # of the height: angles written with two decimals move a hand by a tenth of it
 
 
 @dataclass(frozen=True)
@@ -25,13 +26,32 @@ class JointDifference:
 
 
 @dataclass(frozen=True)
+class JointMove:
+    """By how much a joint's place differs at most, and in how many frames it does.
+
+    largest: the file's unit; of_height: the same as a share of the skeleton's height.
+    """
+
+    joint: str
+    largest: float
+    of_height: float
+    frames: int
+
+
+@dataclass(frozen=True)
 class Difference:
-    """All joints that differ; the largest change of a global rotation and of a joint's place."""
+    """All joints that differ; the largest change of a global rotation and of a joint's place.
+
+    moved: joints that stand elsewhere by more than a file's decimals can do; rest_of_height: the
+    largest change of place among the others, a share of the height.
+    """
 
     joints: tuple[JointDifference, ...]
     max_position: float
     max_position_of_height: float
     moved_channels: int
+    moved: tuple[JointMove, ...]
+    rest_of_height: float
 
     @property
     def frames(self) -> int:
@@ -54,10 +74,37 @@ def compare(a: Motion, b: Motion) -> Difference:
         for start, stop in edges.reshape(-1, 2):
             largest = float(np.degrees(angle[start:stop, joint].max()))
             found.append(JointDifference(a.skeleton.names[joint], int(start), int(stop), largest))
-    moved = np.linalg.norm(forward_kinematics(a)[1] - forward_kinematics(b)[1], axis=-1)
+    way = np.linalg.norm(forward_kinematics(a)[1] - forward_kinematics(b)[1], axis=-1)
     channels = int((np.abs(a.positions - b.positions) > 0).any(axis=(0, 2)).sum())
-    largest_move = float(moved.max())
-    return Difference(tuple(found), largest_move, largest_move / a.skeleton.height, channels)
+    height, largest = a.skeleton.height, way.max(axis=0)
+    far = largest > _MOVED * height
+    moved = tuple(
+        JointMove(
+            a.skeleton.names[joint],
+            float(largest[joint]),
+            float(largest[joint]) / height,
+            int((way[:, joint] > _MOVED * height).sum()),
+        )
+        for joint in np.flatnonzero(far)
+    )
+    return Difference(
+        joints=tuple(found),
+        max_position=float(largest.max()),
+        max_position_of_height=float(largest.max()) / height,
+        moved_channels=channels,
+        moved=moved,
+        rest_of_height=float(largest[~far].max(initial=0.0)) / height,
+    )
+
+
+def move_to_json(move: JointMove) -> dict[str, Any]:
+    """A joint that moved, in the file's unit and as a share of the height."""
+    return {
+        "joint": move.joint,
+        "max": move.largest,
+        "max_of_height": move.of_height,
+        "frames": move.frames,
+    }
 
 
 def difference_to_json(difference: Difference, a: str, b: str) -> dict[str, Any]:
@@ -74,4 +121,5 @@ def difference_to_json(difference: Difference, a: str, b: str) -> dict[str, Any]
         "max_position": difference.max_position,
         "max_position_of_height": difference.max_position_of_height,
         "changed_position_channels": difference.moved_channels,
+        "moved": [move_to_json(move) for move in difference.moved],
     }

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from twistcore.detection import Kind
 from twistcore.review.model import Judged
 
 _BLENDER = '''"""Time-line markers of {clip}: run this in Blender's text editor."""
@@ -28,7 +29,7 @@ def blender_markers(clip: str, intervals: Iterable[Judged]) -> str:
     """A Python script for Blender that sets two markers an interval; rejected ones are left out."""
     rows = [
         (
-            f"{j.interval.chain} {np.degrees(j.interval.delta):+.1f}° {j.decision.value}",
+            f"{_what(j)} {np.degrees(j.interval.delta):+.1f}° {j.decision.value}",
             j.interval.start,
             j.interval.stop - 1,
         )
@@ -39,3 +40,9 @@ def blender_markers(clip: str, intervals: Iterable[Judged]) -> str:
     # The clip's name stands in a docstring: nothing in it may end that.
     safe = clip.replace("\\", "/").replace('"', "'")
     return _BLENDER.format(clip=safe, intervals=listed)
+
+
+def _what(judged: Judged) -> str:
+    """The chain's name, with the kind where that is not the usual one."""
+    kind = judged.interval.kind
+    return judged.interval.chain + ("" if kind == Kind.COUNTER_TWIST else f" {kind}")

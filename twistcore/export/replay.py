@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 from twistcore.bvh import Clip
 from twistcore.chain import Chain
+from twistcore.detection import Kind
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.tracking import check_tracking, tracked_motion
+from twistcore.limb import Limb
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
 from twistcore.refinement import refine
@@ -19,23 +21,29 @@ def accepted_motion(
 ) -> Motion:
     """The motion corrected by the accepted intervals, then tracked: what an export writes.
 
-    tell: called with the share of the tracking that is done.
+    chains: the limbs too, for their flips; tell: called with the share of the tracking that is
+    done.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
 
 
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
-    """Raise ClipMismatchError unless the session was made on these very bytes."""
+    """Raise ClipMismatchError unless the session was made on these very bytes.
+
+    chains: the chains and limbs that the clip has.
+    """
     if session.sha256 != clip.sha256:
         raise ClipMismatchError(
             f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"
         )
-    names = {chain.name for chain in chains}
+    by_name = {chain.name: chain for chain in chains}
     for judged in session.state.intervals:
         interval = judged.interval
-        if interval.chain not in names:
-            raise ClipMismatchError(f"{clip.path}: the session names a chain {interval.chain!r}")
+        chain, flips = by_name.get(interval.chain), interval.kind == Kind.LIMB_FLIP
+        if chain is None or isinstance(chain, Limb) != flips:
+            what = "limb" if flips else "chain"
+            raise ClipMismatchError(f"{clip.path}: the session names a {what} {interval.chain!r}")
         if interval.stop > clip.motion.frames:
             raise ClipMismatchError(f"{clip.path}: an interval ends behind the clip's last frame")
     if session.state.tracking is not None:

@@ -15,11 +15,14 @@ import numpy as np
 from twistcore.atomic import write_atomically
 from twistcore.bvh import Clip
 from twistcore.chain import Chain
+from twistcore.detection import Interval, Kind
 from twistcore.encoding import csv_text, encoded, json_bytes
 from twistcore.errors import TwistError
-from twistcore.export.compare import compare
+from twistcore.export.compare import compare, move_to_json
 from twistcore.export.markers import blender_markers
+from twistcore.limb import Limb
 from twistcore.motion import Motion
+from twistcore.refinement import children_off_axis
 from twistcore.review.model import Decision, Judged, ReviewState
 from twistcore.review.session import tracking_to_json
 
@@ -39,12 +42,17 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "reviewer": lambda j, _: j.reviewer,
     "decided_at": lambda j, _: j.decided_at,
     "note": lambda j, _: j.note,
+    "kind": lambda j, _: j.interval.kind.value,
+    "end": lambda j, _: _end(j.interval),
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """What is reported: the clip, the review, the motion before and after."""
+    """What is reported: the clip, the review, the motion before and after.
+
+    chains: those and the limbs that were looked at.
+    """
 
     clip: Clip
     chains: Sequence[Chain]
@@ -117,7 +125,8 @@ def _sha256(path: Path) -> str:
 def report_to_json(report: Report) -> dict[str, Any]:
     """The report as one document; degrees, seconds and frames.
 
-    tracking: what was tracked with QuaMo after the correction, as in a session, or null.
+    tracking: what was tracked with QuaMo after the correction, as in a session, or null; changed:
+    joints that moved, too, by how much and why.
     """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
@@ -134,11 +143,13 @@ def report_to_json(report: Report) -> dict[str, Any]:
             {
                 "chain": chain.name,
                 "label": chain.label,
+                "kind": (Kind.LIMB_FLIP if isinstance(chain, Limb) else Kind.COUNTER_TWIST).value,
                 "tau_deg": float(np.degrees(state.tau[chain.name])),
                 "intervals": len(state.of_chain(chain.name)),
                 "warnings": list(chain.warnings),
             }
             for chain in report.chains
+            if chain.name in state.tau
         ],
         "intervals": [_row(j, report) for j in state.intervals],
         "tracking": state.tracking and tracking_to_json(state.tracking),
@@ -147,6 +158,11 @@ def report_to_json(report: Report) -> dict[str, Any]:
             "joints": sorted({j.joint for j in difference.joints}),
             "max_deg": max((j.max_degrees for j in difference.joints), default=0.0),
             "max_position_of_height": difference.max_position_of_height,
+            "moved": [
+                move_to_json(move) | {"why": _why_moved(report, move.joint)}
+                for move in difference.moved
+            ],
+            "rest_of_height": difference.rest_of_height,
         },
         "warnings": list(map(str, report.clip.warnings)),
     }
@@ -168,8 +184,47 @@ def _tracked(judged: Judged, report: Report) -> str:
     chain = next((c for c in report.chains if c.name == judged.interval.chain), None)
     if tracking is None or chain is None:
         return ""
-    ends = (names[chain.parent], names[chain.child])
-    return " ".join(name for name in ends if name in tracking.joints)
+    ends = (chain.parent, chain.end if isinstance(chain, Limb) else chain.child)
+    return " ".join(names[j] for j in ends if names[j] in tracking.joints)
+
+
+def _end(interval: Interval) -> str:
+    """What became of the limb's end in a flip: it turned along, or not."""
+    if interval.kind != Kind.LIMB_FLIP:
+        return ""
+    return "carried" if interval.carried else "kept"
+
+
+def _why_moved(report: Report, joint: str) -> str:
+    """Kinds of errors whose correction moves a joint, and tracking; '' for none of them."""
+    skeleton, chosen = report.clip.motion.skeleton, report.state.chosen()
+    at, above, why = skeleton.index(joint), set[int](), []
+    parent = int(skeleton.parents[at])
+    while parent >= 0:
+        above.add(parent)
+        parent = int(skeleton.parents[parent])
+    for chain in report.chains:
+        own = [i for i in chosen if i.chain == chain.name]
+        if own and _moves(report.clip.motion, chain, own, at, above):
+            why.append(own[0].kind.value)
+    tracking = report.state.tracking
+    if tracking and not above.isdisjoint(map(skeleton.index, tracking.joints)):
+        why.append("tracking")
+    return ", ".join(dict.fromkeys(why))
+
+
+def _moves(
+    motion: Motion, chain: Chain, chosen: Sequence[Interval], joint: int, above: set[int]
+) -> bool:
+    """Whether correcting a chain or limb moves a joint; above: all that the joint hangs on.
+
+    A flip moves what hangs on P, but not E, and what hangs on E only where that was carried.
+    """
+    if isinstance(chain, Limb):
+        below = chain.end in above and not any(i.carried for i in chosen)
+        return chain.parent in above and joint != chain.end and not below
+    beside = children_off_axis(motion, chain)
+    return any(motion.skeleton.names[j] in beside for j in (joint, *above))
 
 
 def _row(judged: Judged, report: Report) -> dict[str, Any]:

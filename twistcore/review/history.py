@@ -32,7 +32,8 @@ class Review:
     @classmethod
     def of(cls, found: Detection) -> Review:
         """A review of what was detected, in which nothing is decided yet."""
-        return cls(start_review(found.method, found.tau, found, [c.name for c in found.chains]))
+        names = [c.name for c in found.chains_and_limbs]
+        return cls(start_review(found.method, found.tau, found, names))
 
     @property
     def accepted(self) -> tuple[Interval, ...]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from twistcore.atomic import write_atomically
 from twistcore.bvh import Clip
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking
@@ -23,6 +23,9 @@ from twistcore.review.model import Decision, Judged, ReviewState, Tracking
 SCHEMA = "twistcore.session/1"
 # A session that tracks: a program that knows nothing of it must not replay the rest.
 TRACKING_SCHEMA = "twistcore.session/2"
+# A session with limbs: a program that knows none would take their flips for twists.
+LIMBS_SCHEMA = "twistcore.session/3"
+_SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA)
 # What an interval under review has beside the interval, its id and the decision, as files list it.
 _JUDGED = {
     **dict.fromkeys(("by_hand", "edited", "supported"), bool),
@@ -42,20 +45,33 @@ class Session:
 
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """The session as a JSON document; angles in degrees with nine decimals, times in frames."""
+    """The session as a JSON document; angles in degrees with nine decimals, times in frames.
+
+    The oldest schema that can say it: older programs read what has nothing new in it.
+    """
+    kinds = _needs_kinds(clip, state)
     document = {
-        "schema": SCHEMA,
+        "schema": LIMBS_SCHEMA if kinds else SCHEMA,
         "clip": str(clip.path.absolute()),
         "sha256": clip.sha256,
         "fps": clip.motion.fps,
         "method": state.method,
         "tau_deg": tau_to_json(state.tau),
         "next_id": state.next_id,
-        "intervals": [judged_to_json(j) for j in state.intervals],
+        "intervals": [judged_to_json(j, kinds=kinds) for j in state.intervals],
     }
     if state.tracking is not None:
-        document |= {"schema": TRACKING_SCHEMA, "tracking": tracking_to_json(state.tracking)}
+        document["tracking"] = tracking_to_json(state.tracking)
+        if not kinds:
+            document["schema"] = TRACKING_SCHEMA
     return document
+
+
+def _needs_kinds(clip: Clip, state: ReviewState) -> bool:
+    """Whether anything is no counter-twist, or is τ of a limb, whose name is no joint's."""
+    joints = set(clip.motion.skeleton.names)
+    of_limb = any(name not in joints for name in state.tau)
+    return of_limb or any(j.interval.kind != Kind.COUNTER_TWIST for j in state.intervals)
 
 
 def session_bytes(clip: Clip, state: ReviewState) -> bytes:
@@ -92,18 +108,18 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 def session_from_document(document: Any) -> Session:
     """A session from its JSON document; FormatError says what is missing or wrong."""
-    known = (SCHEMA, TRACKING_SCHEMA)
-    if not isinstance(document, Mapping) or document.get("schema") not in known:
-        raise FormatError(f"expected a document with schema {SCHEMA!r} or {TRACKING_SCHEMA!r}")
+    if not isinstance(document, Mapping) or document.get("schema") not in _SCHEMAS:
+        raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     try:
-        tracks = document["schema"] == TRACKING_SCHEMA
+        tracking = _tracking_of(document)
         fps = float(document["fps"])
         if not (math.isfinite(fps) and fps > 0.0):
             raise ValueError(f"fps {fps}")
         tau = tau_from_json(document["tau_deg"])
         if not all(math.isfinite(t) and t > 0.0 for t in tau.values()):
             raise ValueError("a τ that is not above 0")
-        intervals = tuple(judged_from_json(j) for j in document["intervals"])
+        kinds = document["schema"] == LIMBS_SCHEMA
+        intervals = tuple(judged_from_json(j, kinds=kinds) for j in document["intervals"])
         ids = [j.id for j in intervals]
         if len(set(ids)) != len(ids) or any(k >= int(document["next_id"]) for k in ids):
             raise ValueError("an interval's id")
@@ -113,11 +129,18 @@ def session_from_document(document: Any) -> Session:
             intervals=intervals,
             next_id=int(document["next_id"]),
             chain_order=MappingProxyType({name: k for k, name in enumerate(tau)}),
-            tracking=tracking_from_json(document["tracking"]) if tracks else None,
+            tracking=tracking,
         )
         return Session(str(document["clip"]), str(document["sha256"]), fps, state)
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise FormatError(f"{error} is missing or of the wrong kind") from None
+
+
+def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
+    """What is tracked, where the document's schema says that there is such a thing."""
+    schema = document["schema"]
+    may_be = schema == LIMBS_SCHEMA and document.get("tracking") is not None
+    return tracking_from_json(document["tracking"]) if schema == TRACKING_SCHEMA or may_be else None
 
 
 def degrees_to_json(radians: float) -> float:
@@ -126,7 +149,7 @@ def degrees_to_json(radians: float) -> float:
 
 
 def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
-    """τ in degrees, by chain name."""
+    """τ in degrees, by the name of a chain or limb."""
     return {name: degrees_to_json(t) for name, t in tau.items()}
 
 
@@ -160,10 +183,13 @@ def tracking_from_json(entry: Mapping[str, Any]) -> Tracking:
     return Tracking(tuple(joints), kp, kd, ka, gains == "learned", str(entry["weights"]))
 
 
-def interval_to_json(interval: Interval) -> dict[str, Any]:
-    """An interval with its offset in degrees: one number, or one for every frame."""
+def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
+    """An interval with its offset in degrees: one number, or one for every frame.
+
+    kinds: also say of a counter-twist that it is one.
+    """
     degrees = [degrees_to_json(offset) for offset in interval.offset]
-    return {
+    entry = {
         "chain": interval.chain,
         "start": interval.start,
         "stop": interval.stop,
@@ -172,6 +198,9 @@ def interval_to_json(interval: Interval) -> dict[str, Any]:
         "open": interval.open,
         "residual_deg": degrees_to_json(interval.residual),
     }
+    if kinds or interval.kind != Kind.COUNTER_TWIST:
+        entry |= {"kind": interval.kind.value, "carried": interval.carried, "joint": interval.joint}
+    return entry
 
 
 def interval_from_json(entry: Mapping[str, Any]) -> Interval:
@@ -187,8 +216,14 @@ def interval_from_json(entry: Mapping[str, Any]) -> Interval:
     confidence, residual = entry["confidence"], float(np.radians(entry["residual_deg"]))
     if not (math.isfinite(residual) and (confidence is None or math.isfinite(confidence))):
         raise ValueError("a number that is not finite")
-    if not isinstance(entry["open"], bool):
-        raise TypeError("open")
+    kind, carried = entry.get("kind", Kind.COUNTER_TWIST), entry.get("carried", False)
+    if kind not in list(Kind):
+        raise ValueError(f"kind {kind!r}")
+    if not isinstance(joint := entry.get("joint", ""), str):
+        raise TypeError("joint")
+    for name, value in (("open", entry["open"]), ("carried", carried)):
+        if not isinstance(value, bool):
+            raise TypeError(name)
     return Interval(
         entry["chain"],
         start,
@@ -197,22 +232,30 @@ def interval_from_json(entry: Mapping[str, Any]) -> Interval:
         confidence=confidence,
         open=entry["open"],
         residual=residual,
+        kind=Kind(kind),
+        carried=carried,
+        joint=joint,
     )
 
 
-def judged_to_json(judged: Judged) -> dict[str, Any]:
-    """An interval under review."""
+def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
+    """An interval under review; kinds: as :func:`interval_to_json`."""
     return {
         "id": judged.id,
-        **interval_to_json(judged.interval),
+        **interval_to_json(judged.interval, kinds=kinds),
         "decision": judged.decision.value,
         **{key: getattr(judged, key) for key in _JUDGED},
     }
 
 
-def judged_from_json(entry: Mapping[str, Any]) -> Judged:
-    """The reverse; KeyError, TypeError or ValueError where it is damaged."""
+def judged_from_json(entry: Mapping[str, Any], *, kinds: bool = False) -> Judged:
+    """The reverse; KeyError, TypeError or ValueError where it is damaged.
+
+    kinds: a counter-twist, too, must say that it is one.
+    """
     entry = {"reason": "", **entry}  # which the first files did not have
+    if kinds and not {"kind", "carried"} <= entry.keys():
+        raise KeyError("kind or carried")
     for key, kind in _JUDGED.items():
         if not isinstance(entry[key], kind):
             raise TypeError(key)

@@ -92,18 +92,26 @@ def measure(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain
     errors = []
     for name, frames in frames_of.items():
         chain, at = by_name[name], sorted(frames)
-        p = chain.parent
         errors.append(
             ErrorFrames(
                 chain.side,
                 segment_of(chain),
-                geodesic_angle(clean.rotations[at, p], dirty.rotations[at, p]),
-                geodesic_angle(clean.rotations[at, p], refined.rotations[at, p]),
+                error_angle(clean.rotations[at], dirty.rotations[at], chain),
+                error_angle(clean.rotations[at], refined.rotations[at], chain),
             )
         )
     joints = joints_of(every)
     change = geodesic_angle(dirty.rotations[:, joints], refined.rotations[:, joints])
     return Sample(tuple(errors), change[~wrong[:, joints]])
+
+
+def error_angle(clean: Array, other: Array, chain: Chain) -> Array:
+    """Angle between two rotations of P; of a limb, of P or E, whichever is larger.
+
+    clean, other: (frames, joints, 4); radians, (frames,).
+    """
+    joints = [chain.parent, chain.end] if isinstance(chain, Limb) else [chain.parent]
+    return np.asarray(geodesic_angle(clean[:, joints], other[:, joints]).max(axis=1))
 
 
 def summarise(samples: Iterable[Sample]) -> Evaluation:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from twistcore.analysis import ClipAnalysis
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.motion import Motion
 from twistcore.refinement import applied_unasked, refine
 
@@ -36,7 +36,7 @@ def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
     """
     verdicts = verdicts or Verdicts()
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
-    sure = applied_unasked(given.detect(_AUDITOR), SURE)
+    sure = applied_unasked(given.detect(_AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)
     wrong = [*(i for i in sure if not _touches(i, judged)), *verdicts.errors]
     return refine(given.motion, given.chains, wrong) if wrong else given.motion
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from twistcore.analysis import ClipAnalysis, analyse
 from twistcore.bvh import read_bvh
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.motion import Motion
@@ -51,7 +51,7 @@ def clip_tuning(
     verdicts: Verdicts | None = None,
 ) -> ClipTuning:
     """Take a clip's own errors out and analyse the rest, without blends at its ends."""
-    given = analyse(motion)
+    given = analyse(motion, find_chains(motion))
     clean = ClipAnalysis(*_capture(cleaned(given, verdicts), given.chains), name)
     clean.by(method)
     return ClipTuning(name, clean, method, seeds)

@@ -19,7 +19,11 @@ from twistcore.tuning.tau_curve import Tuned
 
 @dataclass(frozen=True)
 class Profile:
-    """tau: radians by chain name; method: the detector that it was tuned for, '' if not said."""
+    """τ for other clips.
+
+    tau: radians by the name of a chain or limb; method: the detector that it was tuned for, '' if
+    not said.
+    """
 
     tau: Mapping[str, float]
     method: str = ""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis import REPAIRED, ClipAnalysis
 from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
 from twistcore.detection.paper import PaperAnalysis, PaperDetector, running_offset
@@ -25,7 +25,7 @@ from twistcore.rotation import Array, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap, continuous
 from twistcore.study.benchmark.clip_scene import Scene
 from twistcore.study.benchmark.tally import Key, Tallies, Tally, add_tallies, error_tally, micro
-from twistcore.study.evaluation import DAMAGE, joints_of, match_intervals, segment_of
+from twistcore.study.evaluation import DAMAGE, error_angle, joints_of, match_intervals, segment_of
 from twistcore.synthesis import InjectedError, draw_errors, generator, inject
 
 METHODS = (*DETECTORS, *BASELINES)
@@ -63,7 +63,7 @@ def apply_method(
         return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
     bones = tuple(c for c in chains if not isinstance(c, Limb))
     clip = ClipAnalysis(motion, bones if method == PaperDetector.name else chains)
-    intervals, analysis = applied_unasked(clip.detect(method)), clip.by(method)
+    intervals, analysis = applied_unasked(clip.detect(method, kinds=REPAIRED)), clip.by(method)
     if isinstance(analysis, PaperAnalysis):
         offsets = {
             c.name: running_offset(analysis.signals[c.name], analysis.automatic_tau(c.name))
@@ -185,10 +185,10 @@ def _run_pass(
         for e in true:
             wrong[e.start : e.stop, e.changed_joints(chain, dirty.skeleton)] = True
         at = np.concatenate([np.arange(e.start, e.stop)[e.offset != 0.0] for e in true] or [[]])
-        rows, p = at.astype(np.int64), chain.parent
-        source = scene.motion.rotations[rows, p]
-        before = geodesic_angle(source, dirty.rotations[rows, p])
-        after = geodesic_angle(source, outcome.rotations[rows, p])
+        rows = at.astype(np.int64)
+        source = scene.motion.rotations[rows]
+        before = error_angle(source, dirty.rotations[rows], chain)
+        after = error_angle(source, outcome.rotations[rows], chain)
         add_tallies(total, {key: error_tally(before, after)})
     for chain in reach:
         true = [e for e in errors if e.chain == chain.name]

@@ -1,0 +1,138 @@
+"""Flips of limbs in a review: what its session and its journal hold of them, and who reads it."""
+
+import json
+from contextlib import closing
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, TAU, flip, fresh
+from twistcore.detection import Kind
+from twistcore.errors import ClipMismatchError, FormatError
+from twistcore.export.replay import accepted_motion, check_belongs
+from twistcore.motion import forward_kinematics
+from twistcore.review import (
+    CarryOver,
+    Decide,
+    Decision,
+    Edit,
+    Insert,
+    Journal,
+    Judged,
+    Redetect,
+    Review,
+    Track,
+    Tracking,
+    read_session,
+    recover,
+    session_bytes,
+    start_review,
+    write_session,
+)
+from twistcore.review.model import constant, levelled
+
+
+def with_flips():
+    """A review of eight twists and two flips, nothing decided."""
+    names = [c.name for c in (*CHAINS, *LIMBS)]
+    tau = {**TAU, **{limb.name: 1.0 for limb in LIMBS}}
+    twists = fresh().state.chosen(undecided=True)
+    return Review(start_review("paper", tau, [*twists, CARRIED, flip()], names))
+
+
+def test_a_session_with_flips_comes_back_with_kind_and_end(tmp_path):
+    review = with_flips()
+    assert [j.interval.chain for j in review.state.intervals[8:]] == [CARRIED.chain, flip().chain]
+    ids = [j.id for j in review.state.intervals]
+    review.do(Decide(tuple(ids), Decision.ACCEPTED))
+    path = tmp_path / "s.json"
+    for tracking in (None, Tracking(("LeftArm",))):
+        review.do(Track(tracking))
+        write_session(path, CLIP, review.state)
+        document, session = json.loads(path.read_bytes()), read_session(path)
+        assert document["schema"] == "twistcore.session/3"
+        assert ("tracking" in document) == (tracking is not None)
+        assert session.state.tracking == tracking
+        assert session_bytes(CLIP, session.state) == path.read_bytes()
+        kinds = [(i.kind, i.carried) for i in session.state.chosen()]
+        assert kinds[7:] == [
+            (Kind.COUNTER_TWIST, False), (Kind.LIMB_FLIP, True), (Kind.LIMB_FLIP, False)
+        ]  # fmt: skip
+        check_belongs(session, CLIP, (*CHAINS, *LIMBS))
+        with pytest.raises(ClipMismatchError, match="names a limb 'LeftUpLeg-LeftFoot'"):
+            check_belongs(session, CLIP, CHAINS)
+    review.do(Track(None))
+    motion = accepted_motion(CLIP, (*CHAINS, *LIMBS), read_session(path).state)
+    assert np.abs(forward_kinematics(motion)[1] - forward_kinematics(CLIP.motion)[1]).max() > 1.0
+    document["tracking"] = None
+    path.write_text(json.dumps(document))
+    assert read_session(path).state.tracking is None
+
+
+def test_only_what_is_new_asks_for_the_new_schema(tmp_path):
+    """So that older versions read all the rest."""
+    plain = fresh().state
+    of_limb = replace(plain, tau={**TAU, "RightUpLeg-RightFoot": 1.0})
+    flips = replace(with_flips().state, tau=plain.tau)
+    wanted = {"1": plain, "2": replace(plain, tracking=Tracking(("LeftArm",)))}
+    for version, state in [*wanted.items(), ("3", of_limb), ("3", flips)]:
+        document = json.loads(session_bytes(CLIP, state))
+        assert document["schema"] == f"twistcore.session/{version}"
+        assert all(("kind" in i) == (version == "3") for i in document["intervals"])
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"kind": "limb-flip"}, {"kind": None}, {"kind": ["limb flip"]}, {"kind": 3},
+        {"carried": None}, {"carried": 1}, {"carried": "yes"}, {"kind": ...}, {"carried": ...},
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("at", [0, -1])
+def test_a_damaged_kind_is_one_sentence(tmp_path, damage, at):
+    path = tmp_path / "s.json"
+    document = json.loads(session_bytes(CLIP, with_flips().state))
+    entry = document["intervals"][at] | damage
+    document["intervals"][at] = {k: v for k, v in entry.items() if v is not ...}
+    path.write_text(json.dumps(document))
+    with pytest.raises(FormatError) as caught:
+        read_session(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert next(iter(damage)) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_flip_of_a_chain_and_a_twist_of_a_limb_belong_to_no_clip(tmp_path):
+    state, every = with_flips().state, (*CHAINS, *LIMBS)
+    for change in ({"kind": Kind.COUNTER_TWIST}, {"chain": "RightUpLeg"}, {"chain": "Tail-Tip"}):
+        *others, last = state.intervals
+        other = replace(last, interval=replace(last.interval, **change))
+        path = tmp_path / "s.json"
+        write_session(path, CLIP, replace(state, intervals=(*others, other)))
+        with pytest.raises(ClipMismatchError, match="the session names a"):
+            check_belongs(read_session(path), CLIP, every)
+
+
+def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
+    review = with_flips()
+    moved = flip(start=150, stop=160, carried=True)
+    commands = [
+        Insert(moved),
+        Edit(10, levelled(review.state.find(10).interval, 3.0)),
+        Redetect({"RightUpLeg-RightFoot": 0.7}, (flip(start=100, stop=109),)),
+        CarryOver((Judged(1, CARRIED, Decision.ACCEPTED),), same_clip=True),
+    ]
+    with closing(Journal(tmp_path / "j", CLIP, review.state)) as journal:
+        for command in commands:
+            review.do(command)
+            journal.do(command)
+    back = recover(tmp_path / "j", CLIP)
+    assert (back.entries, back.damaged) == (4, 0)
+    assert session_bytes(CLIP, back.review.state) == session_bytes(CLIP, review.state)
+    assert [j.interval.carried for j in back.review.state.of_chain(moved.chain)] == [False, True]
+    with closing(Journal(tmp_path / "old", CLIP, fresh().state)) as journal:
+        journal.do(Insert(constant("LeftLeg", 100, 110, -0.7)))
+    assert b"kind" not in (tmp_path / "old").read_bytes()  # as it was before there were any
+    old = recover(tmp_path / "old", CLIP)
+    assert {j.interval.kind for j in old.review.state.intervals} == {Kind.COUNTER_TWIST}

@@ -1,0 +1,120 @@
+"""Joints that turn about their own axis faster than any body does, with nothing to explain it.
+
+No segment of a body turns faster about itself than about 7,500°/s (a pitcher's shoulder reaches
+7,000). What is faster is an error, whatever its kind: it is shown, with or without a repair.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from itertools import groupby
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.detection.cuts import find_cuts
+from twistcore.detection.interval import Interval, Kind
+from twistcore.motion import Motion, Skeleton, forward_kinematics
+from twistcore.rotation import Array, conjugate, multiply, twist_angle
+
+FASTEST = math.radians(7500.0)  # a second
+LEAST = math.radians(60.0)  # a frame: what is less may be noise of a fast camera
+SLOW, LEAST_SLOW = 50.0, math.radians(120.0)  # frames a second under which a frame proves little
+_OWN_SHARE = 0.5  # of the limit: with less of its own a joint only goes along with one above
+
+
+def limit(fps: float) -> float:
+    """What no joint turns about its own axis from one frame to the next, radians."""
+    return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
+
+
+def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Interval, ...]]:
+    """Jumps of the joints of chains, by chain name, each with the joint's name; by start.
+
+    motion: without the errors that are known, so that what they explain is not told twice. A joint
+    counts where it jumps both in the room and in its parent's frame: a child that goes along, or
+    one that stays while its parent turns, does not jump. No jump of a clip-wide cut is one.
+    `residual` is the turn in the jump's fastest frame; there is no offset, for nothing is known
+    that would take it out.
+    """
+    if motion.frames < 2 or not chains:
+        return {chain.name: () for chain in chains}
+    cut = find_cuts(motion.rotations, motion.fps)
+    cut[:1] = True
+    in_room = forward_kinematics(motion)[0]
+    least = limit(motion.fps)
+    names = motion.skeleton.names
+    found: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
+    for joint, chain in _joints(chains).items():
+        axis = own_axis(motion.skeleton, joint)
+        if axis is None:
+            continue
+        turn = _turns(in_room[:, joint], axis)
+        own = _turns(motion.rotations[:, joint], axis)
+        fast = (np.abs(turn) > least) & (np.abs(own) > _OWN_SHARE * least) & ~cut
+        for start, stop in _runs(np.flatnonzero(fast).tolist()):
+            most = max(turn[start:stop].tolist(), key=abs)
+            found[chain.name].append(
+                Interval(
+                    chain.name,
+                    start,
+                    stop,
+                    np.zeros(stop - start),
+                    open=True,
+                    residual=most,
+                    explain=partial(_explained, names[joint], most, motion.fps),
+                    kind=Kind.LONE_JUMP,
+                    joint=names[joint],
+                )
+            )
+    return {name: tuple(sorted(own, key=lambda i: i.start)) for name, own in found.items()}
+
+
+def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
+    """Unit direction of a joint's own bone, to its farthest child or End Site, (3,); None: none.
+
+    Children in the very place of the joint, as some rigs have in the hand, hand the question down.
+    """
+    ends = [skeleton.offsets[child] for child in skeleton.children[joint]]
+    if joint in skeleton.end_offsets:
+        ends.append(skeleton.end_offsets[joint])
+    lengths = [float(np.linalg.norm(end)) for end in ends]
+    if lengths and max(lengths) > 1e-6 * skeleton.height:
+        axis: Array = ends[int(np.argmax(lengths))] / max(lengths)
+        return axis
+    below = (own_axis(skeleton, child) for child in skeleton.children[joint])
+    return next((axis for axis in below if axis is not None), None)
+
+
+def _joints(chains: Sequence[Chain]) -> dict[int, Chain]:
+    """Parents and children of chains, each with its own chain, or that in which it is a child."""
+    owner = {chain.child: chain for chain in reversed(chains)}
+    return owner | {chain.parent: chain for chain in chains}
+
+
+def _turns(rotations: Array, axis: Array) -> Array:
+    """Turn about a joint's own axis since the frame before, radians, (frames,); swing left out."""
+    out = np.zeros(len(rotations))
+    out[1:] = twist_angle(multiply(conjugate(rotations[:-1]), rotations[1:]), axis)
+    return out
+
+
+def _runs(frames: Sequence[int]) -> list[tuple[int, int]]:
+    """Frames that follow one another, as [start, stop)."""
+    out = []
+    for _, group in groupby(enumerate(frames), key=lambda pair: pair[1] - pair[0]):
+        run = [frame for _, frame in group]
+        out.append((run[0], run[-1] + 1))
+    return out
+
+
+def _explained(joint: str, turn: float, fps: float) -> dict[str, float | str]:
+    """Why it is told; degrees and seconds."""
+    return {
+        "joint": joint,
+        "turn_deg": math.degrees(turn),
+        "speed_deg_s": abs(math.degrees(turn)) * fps,
+        "limit_deg_s": math.degrees(limit(fps)) * fps,
+    }
