@@ -15,7 +15,18 @@ from numpy.typing import NDArray
 from twistcore.rotation import Array
 
 SECONDS, FRAMES = 0.27, 8  # the longest blend looked for: 32 frames at 120 Hz, 8 at 30 Hz
-LENGTHS = (2, 3, 5, 8, 12, 18, 25, 32)  # a blend of another length is found by those beside it
+LENGTHS = (
+    2,
+    3,
+    5,
+    8,
+    12,
+    18,
+    25,
+    32,
+    45,
+    64,
+)  # a blend of another length is found by those beside it
 TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less do not vote
 FAR = float(np.sin(0.5 * np.radians(2.0)))  # a shorter way has no direction
 LIVELY = 1.0 / 3.0  # of all joints must turn: where all is still, an error is not a blend
