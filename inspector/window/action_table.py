@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from inspector.bundled import SAMPLE
-from inspector.session.document import Show
+from inspector.session.open_clip import Show
 from inspector.tuning.tuning_panel import Scope
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
