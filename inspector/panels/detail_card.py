@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from html import escape
+
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
@@ -17,7 +19,9 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.session.document import Document
-from inspector.widgets.building import hbox, soft, vbox
+from inspector.session.why_here import peak_near, reason_here, told
+from inspector.widgets.building import hbox, vbox
+from inspector.widgets.labels import Caption
 from inspector.widgets.later import Burst
 from inspector.widgets.letter_keys import LetterKeys
 from twistcore.review import Annotate, Decision, Judged
@@ -50,7 +54,7 @@ class DetailCard(QWidget):
         line = self.reason.lineEdit()
         assert line is not None
         line.setPlaceholderText("Reason")
-        self.why = soft(QLabel(wordWrap=True))
+        self.why = Caption(soft=True)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         edges = hbox((self.start, 1), "to", (self.stop, 1), 8, "δ", (self.delta, 1))
@@ -83,6 +87,8 @@ class DetailCard(QWidget):
         document.opener.over.connect(lambda: self.setEnabled(True))
         document.intervals_changed.connect(self._refresh)
         document.interval_changed.connect(self._refresh)
+        for changed in (document.frame_changed, document.chain_changed, document.method_changed):
+            changed.connect(self._show_reason)
         self._refresh()
 
     def _take_clip(self) -> None:
@@ -100,15 +106,14 @@ class DetailCard(QWidget):
         for widget in (*self._boxes, self.note, self.reason, *self.buttons.values()):
             widget.setEnabled(judged is not None)
         if judged is None:
-            self.title.setText("No interval selected")
-            self.why.setText("N goes to the next one.")
+            self._show_reason()
             return
         interval = judged.interval
         label = self._document.find_chain(interval.chain).label
         varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
         self.title.setText(f"<b>{label}</b> · {count}{varies}")
-        self.why.setText(explanation(judged))
+        self.why.set_text(escape(explanation(judged)))
         first = self._document.first_frame
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
             self.start.setRange(first, interval.stop - 1 + first)
@@ -118,6 +123,20 @@ class DetailCard(QWidget):
             self.delta.setValue(float(np.degrees(interval.delta)))
         if not self.note.hasFocus() and not self.reason.hasFocus():
             self._show_note(judged)
+
+    def _show_reason(self) -> None:
+        """No interval: at a peak of the strength past τ, why there is none."""
+        document = self._document
+        if document.interval is not None:
+            return
+        peak = peak_near(document, document.frame)
+        reason = None if peak is None else reason_here(document, peak)
+        if reason is None:
+            self.title.setText("No interval selected")
+            self.why.set_text("N goes to the next one.")
+        else:
+            self.title.setText("Why is nothing found here?")
+            self.why.set_text(escape(told(document, reason)))
 
     def _show_note(self, judged: Judged | None) -> None:
         self.note.setText(judged.note if judged else "")
