@@ -99,8 +99,9 @@ def detect(arguments: argparse.Namespace) -> int:
         print_json(_detection_to_json(arguments, clip, found))
     else:
         for i in found:
+            name, degrees = i.joint or i.chain, math.degrees(i.size)
             print(
-                f"{i.chain:<20} {i.start:>7} – {i.stop:<7} {math.degrees(i.delta):>+9.2f}°"
+                f"{name:<20} {i.start:>7} – {i.stop:<7} {degrees:>+9.2f}°"
                 f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
                 f"{'  open' if i.open else ''}{_kind(i)}"
             )
@@ -121,8 +122,11 @@ def _kind(interval: Interval) -> str:
     """What is wrong, where it is not the usual thing."""
     if interval.kind == Kind.COUNTER_TWIST:
         return ""
-    end = f", end {'carried' if interval.carried else 'kept'}"
-    return f"  {interval.kind}{end if interval.kind == Kind.LIMB_FLIP else ''}"
+    if interval.kind == Kind.LONE_JUMP:
+        evidence = interval.evidence or {}
+        fast, most = evidence["speed_deg_s"], evidence["limit_deg_s"]
+        return f"  {interval.kind}, {fast:,.0f}°/s where no body does {most:,.0f}"
+    return f"  {interval.kind}, end {'carried' if interval.carried else 'kept'}"
 
 
 def _explain(interval: Interval) -> None:
@@ -201,6 +205,8 @@ def _detection_to_json(
         }
         if isinstance(chain, Limb):
             entry |= {"limb": chain.name, "end": names[chain.end], "carried": i.carried}
+        if i.kind == Kind.LONE_JUMP:
+            entry |= i.evidence or {}
         if arguments.explain:
             entry["residual_deg"] = math.degrees(i.residual)
             entry["evidence"] = i.evidence

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis import REPAIRED, ClipAnalysis
 from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
 from twistcore.detection.paper import PaperAnalysis, PaperDetector, running_offset
@@ -63,7 +63,7 @@ def apply_method(
         return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
     bones = tuple(c for c in chains if not isinstance(c, Limb))
     clip = ClipAnalysis(motion, bones if method == PaperDetector.name else chains)
-    intervals, analysis = applied_unasked(clip.detect(method)), clip.by(method)
+    intervals, analysis = applied_unasked(clip.detect(method, kinds=REPAIRED)), clip.by(method)
     if isinstance(analysis, PaperAnalysis):
         offsets = {
             c.name: running_offset(analysis.signals[c.name], analysis.automatic_tau(c.name))
