@@ -116,6 +116,19 @@ def test_only_one_joint_turns():
         assert "no counter-twist" in reason.text
 
 
+def test_a_lone_jump_is_named_in_its_own_chain_and_beside():
+    arm = chain_of(WALK, ARM)
+    found = detect(turned(WALK, arm.parent, arm.axis, 100.0, 200))
+    (jump,) = [i for i in found if i.kind == Kind.LONE_JUMP]
+    assert (jump.chain, jump.start, jump.joint) == (ARM, 200, ARM)
+    assert "° at frame 200, above τ, is the lone jump of LeftArm in frame 200 (+" in (
+        why_not(found, ARM, 200).text
+    )
+    shoulder = why_not(found, "LeftShoulder", 200)  # LeftArm is its child
+    assert shoulder.why == Why.IMAGE
+    assert "it belongs to the lone jump of LeftArm in frame 200 (+" in shoulder.text
+
+
 def test_the_clips_first_frame_may_be_called_1():
     arm = chain_of(WALK, ARM)
     found = detect(turned(WALK, arm.parent, arm.axis, 30.0, 200))

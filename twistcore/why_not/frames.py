@@ -6,11 +6,12 @@ from functools import partial
 
 import numpy as np
 
-from twistcore.analysis import Detection
+from twistcore.analysis import REPAIRED, Detection
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
 from twistcore.detection.consistency import ConsistencyAnalysis
 from twistcore.limb import Limb
+from twistcore.motion import Skeleton
 from twistcore.why_not.counter_twist import no_counter_twist
 from twistcore.why_not.limb_flip import no_limb_flip
 from twistcore.why_not.paper_event import no_event
@@ -34,9 +35,9 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
     place = Place(chain, joints, frame, strength, tau, clip.motion.fps, first)
     if (own := _at(found, name, frame)) is not None:
         return _in_interval(place, own)
-    for interval in detector.intervals(name, tau):
+    for interval in clip.detector(found.method, REPAIRED).intervals(name, tau):
         if _covers(interval, frame):
-            text = f"{place.named(interval)}, which is found here, is elsewhere in the review"
+            text = f"{place.named(interval)}, found here, is left out, or elsewhere in the review"
             return place.reason(Why.MOVED, text)
     near = partial(_edges_near, found, chain)
     if isinstance(chain, Limb):
@@ -90,20 +91,24 @@ def _edges_near(
     found: Detection, chain: Chain, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
     """Intervals of others that turn a joint of the chain and have an edge at [start, stop)."""
-    skeleton = found.analysis.motion.skeleton
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
-    own = set(_turned(chain))
+    skeleton = found.analysis.motion.skeleton
+    own = {skeleton.names[j] for j in _turned(chain)}
     near = []
     for i in found:
         other = others.get(i.chain)
-        if other is None or not any(
-            start - BESIDE <= edge < stop + BESIDE for edge in (i.start, i.stop)
-        ):
-            continue
-        ends = other.changed_joints(skeleton) if isinstance(other, Limb) else _turned(other)
-        if own.intersection(ends):
+        at = any(start - BESIDE <= edge < stop + BESIDE for edge in (i.start, i.stop))
+        if other is not None and at and own & _wrong(i, other, skeleton):
             near.append((i, other))
-    return near
+    return sorted(near, key=lambda pair: pair[0].kind == Kind.LONE_JUMP)  # what explains it first
+
+
+def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
+    """Names of the joints that an error of a chain or limb turns."""
+    if interval.kind == Kind.LONE_JUMP:
+        return {interval.joint}
+    joints = chain.changed_joints(skeleton) if isinstance(chain, Limb) else _turned(chain)
+    return {skeleton.names[j] for j in joints}
 
 
 def _turned(chain: Chain) -> tuple[int, ...]:

@@ -21,7 +21,7 @@ def no_limb_flip(place: Place, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
         "scale_deg": math.degrees(flips.scales[t]),
         "end_step": float(flips.steps[t]),
     }
-    if not flips.capture[t]:
+    if t == 0 or not flips.capture[t]:
         what = "it is the first frame" if t == 0 else "many limbs or the whole body jump there"
         return place.reason(Why.CUT, f"{what}: no motion leads into it", **numbers)
     jumps = flips.jumps(place.tau)
