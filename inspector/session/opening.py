@@ -13,6 +13,7 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
+from twistcore.detection.cuts import border_notes
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import check_belongs
 from twistcore.motion import Motion
@@ -39,7 +40,7 @@ class Analysed:
 
     session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
     another version of this clip; stamp: of the clip's file before it was read, None if it was in
-    memory.
+    memory; borders: sentences on frames at its ends that are no capture.
     """
 
     clip: Clip
@@ -50,6 +51,7 @@ class Analysed:
     earlier: tuple[Judged, ...] = ()
     notes: tuple[str, ...] = ()
     stamp: Stamp | None = None
+    borders: tuple[str, ...] = ()
 
     @property
     def motion(self) -> Motion:
@@ -126,7 +128,7 @@ def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) ->
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability
-    return Analysed(clip, analysis, Review.of(found))
+    return Analysed(clip, analysis, Review.of(found), borders=border_notes(clip.motion))
 
 
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
@@ -187,7 +189,7 @@ def opening_notes(
     if away is not None:
         cannot = f"{name} lies in a folder that cannot be written"
         told.append(f"{cannot}: your decisions are kept in {away}.")
-    told += [f"{name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
+    told += [f"{name}: {w}" for w in (*map(str, data.clip.warnings), *data.borders, *chain_notes)]
     if not data.chains:
         told.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
     stuck = [c.label for c in data.chains if uncorrectable_joints(data.motion, c)]

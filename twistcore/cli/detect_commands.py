@@ -18,6 +18,7 @@ from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.cli.output import by_kind, print_json, refuse_overwrite, tell_no_chain
 from twistcore.detection import Interval, Kind
+from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 from twistcore.limb import Limb, find_limbs
@@ -48,7 +49,13 @@ def info(arguments: argparse.Namespace) -> int:
         "height": motion.skeleton.height,
         "chains": [_chain_to_json(clip, chain) for chain in chains],
         "limbs": [_limb_to_json(clip, limb) for limb in limbs],
-        "warnings": [*map(str, clip.warnings), *(w for chain in chains for w in chain.warnings)],
+        "leading_frames": leading_frames(motion),
+        "trailing_frames": trailing_frames(motion),
+        "warnings": [
+            *map(str, clip.warnings),
+            *border_notes(motion),
+            *(w for chain in chains for w in chain.warnings),
+        ],
     }
     if arguments.json:
         print_json(document)

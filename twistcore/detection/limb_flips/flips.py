@@ -163,7 +163,6 @@ class LimbFlipAnalysis:
 def analyse_limbs(motion: Motion, limbs: Sequence[Limb], tell: Tell = nobody) -> LimbFlipAnalysis:
     """Everything that does not depend on τ; tell: how far it is."""
     border = find_cuts(motion.rotations, motion.fps)
-    border[:1] = True
     swivels = []
     for k, limb in enumerate(limbs):
         tell(k / len(limbs))
