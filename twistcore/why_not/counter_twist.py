@@ -15,6 +15,7 @@ from twistcore.detection.consistency import ChainAnalysis, ConsistencyAnalysis
 from twistcore.detection.counter_rotation import AGREE_SHARE, SIGNIFICANT
 from twistcore.detection.edges import Edges
 from twistcore.detection.pairing import OPEN_GAIN, PRIOR, PairTable
+from twistcore.detection.prediction import Mask
 from twistcore.rotation import wrap
 from twistcore.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
 
@@ -51,8 +52,7 @@ def no_counter_twist(
     """
     t, own = place.frame, analysis.chains[place.chain.name]
     if analysis.cut[t]:
-        what = "it is the first frame" if t == 0 else "the whole body jumps there, as at a cut"
-        return place.reason(Why.CUT, f"{what}: no motion leads into it")
+        return place.reason(Why.CUT, _cut(place, analysis.cut))
     table = next((p for p in own.tables if p.low < t < p.high), None)
     if table is None:
         low = int(np.flatnonzero(analysis.cut[:t])[-1])
@@ -68,6 +68,20 @@ def no_counter_twist(
     if edge is None:
         return _thinned(place, own)
     return _single(place, edge) or _unpaired(place, own, edge)
+
+
+def _cut(place: Place, cut: Mask) -> str:
+    """What stands at a frame that no motion leads into."""
+    t = place.frame
+    low, high = t, t + 1
+    while low and cut[low - 1]:
+        low -= 1
+    while high < len(cut) and cut[high]:
+        high += 1
+    if high - low > 1:
+        return f"{place.span(low, high)} are a cut, or a blend with a rest pose: no motion"
+    what = "it is the first frame" if t == 0 else "the whole body jumps there, as at a cut"
+    return f"{what}: no motion leads into it"
 
 
 # --- below τ --------------------------------------------------------------------------------------

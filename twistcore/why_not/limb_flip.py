@@ -22,7 +22,11 @@ def no_limb_flip(place: Place, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
         "end_step": float(flips.steps[t]),
     }
     if t == 0 or not flips.capture[t]:
-        what = "it is the first frame" if t == 0 else "many limbs or the whole body jump there"
+        what = (
+            "it is the first frame"
+            if t == 0
+            else "many limbs jump there, or a pose is cut or blended to"
+        )
         return place.reason(Why.CUT, f"{what}: no motion leads into it", **numbers)
     jumps = flips.jumps(place.tau)
     if place.strength < place.tau:
