@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from PySide6.QtWidgets import QInputDialog, QWidget
@@ -13,7 +13,7 @@ from inspector.session.document import Document
 from inspector.session.why_here import peak_near, peaks, reason_here, told
 from inspector.widgets.message_bar import MessageBar
 from twistcore.analysis import ClipAnalysis
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.review import Decide, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 from twistcore.why_not import Reason, Why
@@ -90,8 +90,17 @@ class ReviewActions:
     def make_following(self) -> None:
         """The selected interval gets an offset a frame, so that the twist runs straight through."""
         if (judged := self.document.interval) and self.document.data:
-            theta = self.document.data.signals[judged.interval.chain].theta_p
-            self.document.edit(judged.id, following(judged.interval, theta))
+            angle = self.document.data.angle(judged.interval.chain)
+            self.document.edit(judged.id, following(judged.interval, angle))
+
+    def turn_end(self) -> None:
+        """The end of the selected flip is kept if it was carried, or the reverse."""
+        judged = self.document.interval
+        if judged is None or judged.interval.kind != Kind.LIMB_FLIP:
+            self.bar.show_message("Only a flip of a limb has an end, kept or turned along.", False)
+        else:
+            edited = replace(judged.interval, carried=not judged.interval.carried)
+            self.document.edit(judged.id, edited)
 
     def insert_interval(self) -> None:
         """A hand-made interval: the suspicious moment gone to, or one around the playhead."""
@@ -119,7 +128,7 @@ class ReviewActions:
         if not found:
             self.bar.show_message(f"Nothing suspicious down to half of τ.{_settled(past)}", False)
             return
-        order = list(document.review.state.tau)
+        order = [c.name for c in data.chains_and_limbs]
         found.sort(key=lambda m: (_first_frame(m), order.index(m.chain)))
         here = document.frame, order.index(document.chain) if document.chain in order else -1
         moment = next(
