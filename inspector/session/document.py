@@ -128,7 +128,7 @@ class Document(QObject):
     def detector(self) -> Analysis:
         """What the detector in use knows of the open clip."""
         assert self.data is not None
-        return self.data.analysis.by(self.method)
+        return self.data.analysis.detector(self.method)
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
@@ -147,7 +147,7 @@ class Document(QObject):
 
     def find_chain(self, name: str) -> Chain:
         """A chain of the open clip by name; KeyError where there is none."""
-        for chain in self.data.chains if self.data else ():
+        for chain in self.data.analysis.chains_and_limbs if self.data else ():
             if chain.name == name:
                 return chain
         raise KeyError(name)

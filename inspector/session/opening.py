@@ -11,7 +11,7 @@ from inspector.session.session_files import REPLAY_SUFFIX, kept_sessions, set_as
 from twistcore import analysis as core
 from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip, read_bvh
-from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import check_belongs
@@ -120,10 +120,10 @@ def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) ->
     profile = profile or Profile({})
     method = profile.method or DEFAULT_METHOD
     tell(0.0)
-    analysis = core.analyse(clip, find_chains(clip.motion))  # no view shows limbs yet
+    analysis = core.analyse(clip)
     analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
-    found = analysis.detect(method, tau_radians=profile.of(analysis.chains))
+    found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability
     return Analysed(clip, analysis, Review.of(found))
