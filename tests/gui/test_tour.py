@@ -116,7 +116,7 @@ def test_the_buttons_of_the_last_tour_do_nothing_to_the_persons_clip(qtbot, at_f
 
 def test_every_page_has_a_title_a_text_and_a_task():
     names = sorted(p.stem for p in PAGES.glob("*.md"))
-    assert len(names) == 8
+    assert len(names) == 9
     for name in names:
         page = read_page(name)
         assert page.title
