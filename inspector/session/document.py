@@ -17,11 +17,11 @@ from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
 from twistcore.chain import Chain
 from twistcore.detection import Analysis, Interval
+from twistcore.detection.limb_flips import LimbFlips
 from twistcore.refinement import Corrected
 from twistcore.review import Command, Decide, Decision, Edit, Insert, Judged, Redetect, Review
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
-from twistcore.review.proposal import proposed_interval
 from twistcore.rotation import Array
 from twistcore.tuning import Profile
 
@@ -126,7 +126,7 @@ class Document(QObject):
 
     @property
     def detector(self) -> Analysis:
-        """What the detector in use knows of the open clip."""
+        """What the detector in use knows of the open clip, and that of flips of its limbs."""
         assert self.data is not None
         return self.data.analysis.detector(self.method)
 
@@ -146,11 +146,16 @@ class Document(QObject):
         return self.data.motion.frames if self.data else 0
 
     def find_chain(self, name: str) -> Chain:
-        """A chain of the open clip by name; KeyError where there is none."""
-        for chain in self.data.analysis.chains_and_limbs if self.data else ():
+        """A chain or limb of the open clip by name; KeyError where there is none."""
+        for chain in self.data.chains_and_limbs if self.data else ():
             if chain.name == name:
                 return chain
         raise KeyError(name)
+
+    @property
+    def limb(self) -> LimbFlips | None:
+        """What is known of the selected limb; None where a chain is selected."""
+        return self.data.limb(self.chain) if self.data else None
 
     def offset(self, chain: str) -> Array:
         """Twist error of a chain's parent by all intervals not rejected, radians, (frames,)."""
@@ -312,6 +317,7 @@ class Document(QObject):
         same = (start, stop) == (old.start, old.stop) and np.allclose(
             interval.offset[start - interval.start : stop - interval.start], old.offset, atol=1e-12
         )
+        same = same and interval.carried == old.carried
         if start < stop and (drag or not same):
             self.do(Edit(interval_id, resized(interval, start, stop), drag))
 
@@ -320,8 +326,7 @@ class Document(QObject):
         if self.data is None or not self.chain:
             return
         if interval is None:
-            signals, fps = self.data.signals[self.chain], self.data.motion.fps
-            interval = proposed_interval(self.chain, signals, frame, fps)
+            interval = self.data.proposed(self.chain, frame)
         number = self.review.state.next_id
         if self.do(Insert(interval)):
             self.select_interval(number)
@@ -342,10 +347,12 @@ class Document(QObject):
         if self.data is None or not self._may_change():
             return
         clip, method = self.data.analysis, profile.method
-        own = profile.of(clip.chains)
+        own = profile.of(clip.chains_and_limbs)
+        now = self.review.state.tau
 
         def detect() -> None:  # at the detector's own τ in chains that the profile lacks
-            found = clip.detect(method, tau_radians=own)
+            kept = {limb.name: now[limb.name] for limb in clip.limbs}  # no detector of chains' own
+            found = clip.detect(method, tau_radians=kept | own)
             self.do(Redetect(dict(found.tau), found.intervals, method=method))
 
         if method in ("", self.review.state.method):

@@ -66,7 +66,7 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
     return Export(
         choice,
         data.clip,
-        tuple(data.chains),
+        data.chains_and_limbs,
         document.review.state,
         uncorrected(document),
         document.recovery.check_clip(),
@@ -142,9 +142,14 @@ def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:
         return f"{name}: written byte for byte as the source; {why}{stale}"
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})
+    moved = "no joint moved"
+    if change.moved:
+        most = max(change.moved, key=lambda m: m.of_height)
+        which = most.joint if len(change.moved) == 1 else f"{len(change.moved)} joints"
+        moved = f"{which} moved by up to {100.0 * most.of_height:.1f} % of the height, no other"
     return (
         f"{name}: {change.frames} frames of {joints} joints changed by up to "
-        f"{largest:.1f}°; no joint moved by more than {change.max_position_of_height:.0e} "
+        f"{largest:.1f}°; {moved} by more than {change.rest_of_height:.0e} "
         f"of the height; every other byte is the source's. {export.left_out}"
         + (f" {len(jumps)} channel steps of more than 180° stay: {jumps[0]}." if jumps else "")
     ).strip() + stale
@@ -157,7 +162,7 @@ def uncorrected(document: Document) -> str:
     accepted = {i.chain for i in document.review.state.chosen()}
     stuck = "; ".join(
         f"{c.label} ({', '.join(joints)})"
-        for c in document.data.chains
+        for c in document.data.chains_and_limbs
         if c.name in accepted and (joints := uncorrectable_joints(motion, c))
     )
     return f"Not corrected, for want of three rotation channels: {stuck}." if stuck else ""

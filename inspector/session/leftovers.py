@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from inspector.session.opening import with_limbs
 from inspector.session.session_files import set_aside
+from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip
 from twistcore.errors import FormatError, TwistError
-from twistcore.review import Judged, Recovered, ReviewState, recover
+from twistcore.review import Judged, Recovered, Review, ReviewState, recover
 from twistcore.review.session import session_document
 
 
@@ -18,11 +20,13 @@ from twistcore.review.session import session_document
 class Leftover:
     """A journal that an earlier run left.
 
-    same_clip: it belongs to the clip as it is, not to another version of it.
+    same_clip: it belongs to the clip as it is, not to another version of it; completed: with what
+    the journal knows nothing of, limbs, so that it cannot go on as it is.
     """
 
     recovered: Recovered
     same_clip: bool
+    completed: bool = False
 
     @property
     def path(self) -> Path:
@@ -30,10 +34,13 @@ class Leftover:
         return self.recovered.path
 
 
-def read_leftover(path: Path, clip: Clip, chains: frozenset[str]) -> tuple[Leftover | None, str]:
+def read_leftover(
+    path: Path, clip: Clip, analysis: ClipAnalysis
+) -> tuple[Leftover | None, str]:
     """What a journal holds and a sentence for the person, '' if all is well.
 
-    chains: names of the clip's. None for one that cannot be used: if it is damaged it is set aside.
+    None for one that cannot be used: if it is damaged it is set aside. One from before flips of
+    limbs were looked for gets those of the clip, undecided.
     """
     try:
         recovered = recover(path, clip)
@@ -48,8 +55,16 @@ def read_leftover(path: Path, clip: Clip, chains: frozenset[str]) -> tuple[Lefto
     told = ""
     if recovered.damaged:
         told = f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
-    same = recovered.session.sha256 == clip.sha256 and chains == recovered.session.state.tau.keys()
-    return Leftover(recovered, same), told
+    began = recovered.session.state
+    chains, limbs = ({c.name for c in some} for some in (analysis.chains, analysis.limbs))
+    same = recovered.session.sha256 == clip.sha256 and chains == began.tau.keys() - limbs
+    complete = with_limbs(recovered.review.state, analysis) if same else recovered.review.state
+    if complete is recovered.review.state:
+        return Leftover(recovered, same), told
+    review = Review(complete)
+    review.mark_unsaved()
+    session = replace(recovered.session, state=with_limbs(began, analysis))
+    return Leftover(replace(recovered, session=session, review=review), same, True), told
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:

@@ -12,12 +12,14 @@ from twistcore import analysis as core
 from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, uncorrectable_joints
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
+from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import check_belongs
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
-from twistcore.review import Judged, Review, Session
+from twistcore.review import Judged, Redetect, Review, ReviewState, Session
+from twistcore.review.proposal import proposed_flip, proposed_interval
 from twistcore.review.session import read_session_file
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
@@ -38,7 +40,8 @@ class Analysed:
     """A clip as it was opened: what is known of it, and the review that it begins with.
 
     session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
-    another version of this clip; stamp: of the clip's file before it was read, None if it was in
+    another version of this clip; flips_added: how many flips the session, which knew no limbs, did
+    not have, None for one that did; stamp: of the clip's file before it was read, None if it was in
     memory.
     """
 
@@ -49,6 +52,7 @@ class Analysed:
     session_sha256: str = ""
     earlier: tuple[Judged, ...] = ()
     notes: tuple[str, ...] = ()
+    flips_added: int | None = None
     stamp: Stamp | None = None
 
     @property
@@ -60,6 +64,26 @@ class Analysed:
     def chains(self) -> tuple[Chain, ...]:
         """Its chains."""
         return self.analysis.chains
+
+    @property
+    def chains_and_limbs(self) -> tuple[Chain, ...]:
+        """All that a person can select."""
+        return self.analysis.chains_and_limbs
+
+    def limb(self, name: str) -> LimbFlips | None:
+        """What is known of a limb; None for the name of a chain."""
+        return self.analysis.flips.limbs.get(name)
+
+    def proposed(self, chain: str, frame: int) -> Interval:
+        """An interval of a chain, or a flip of a limb, for a person to begin with."""
+        if (limb := self.limb(chain)) is not None:
+            return proposed_flip(limb, frame)
+        return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
+
+    def angle(self, chain: str) -> Array:
+        """What an offset is taken out of, radians, (frames,): θp of a chain, φ of a limb."""
+        limb = self.limb(chain)
+        return self.signals[chain].theta_p if limb is None else limb.swivel.angle
 
     @property
     def signals(self) -> Mapping[str, TwistSignals]:
@@ -101,7 +125,7 @@ def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> 
     session, *older = sessions
     notes = [f"Another session of {path.name}, not the latest, is {other}." for other in older]
     try:
-        kept, sha256 = _read_session(session)
+        kept, sha256 = read_session_file(session)
     except TwistError as error:
         damaged = isinstance(error, FormatError)
         why = set_aside(session, str(error)) if damaged else f"{error}: its review is not shown."
@@ -137,7 +161,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     replays an export is read, never written: its review goes on in the clip's own session. tell:
     how far it is.
     """
-    session, sha256 = _read_session(path)
+    session, sha256 = read_session_file(path)
     if clip_path is None:
         places = [Path(session.clip), path.with_name(Path(session.clip).name)]
         there = [p for p in places if p.is_file()]
@@ -148,29 +172,41 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     return _with_session(path, sha256, session, clip_path, tell)
 
 
-def _read_session(path: Path) -> tuple[Session, str]:
-    """A session and its bytes' SHA-256; TwistError for one that no view shows, which stays."""
-    session, sha256 = read_session_file(path)
-    if any(j.interval.kind != Kind.COUNTER_TWIST for j in session.state.intervals):
-        raise TwistError(f"{path}: it judges flips of limbs, which this window does not show yet")
-    return session, sha256
-
-
 def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:
     method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
     found = _read(clip, Profile({}, method), tell)
     try:
-        check_belongs(session, found.clip, found.chains)
+        check_belongs(session, found.clip, found.chains_and_limbs)
     except ClipMismatchError:
         return replace(found, earlier=session.state.intervals)
     own = found.review.state
     known = {name: t for name, t in session.state.tau.items() if name in own.tau}
-    tau = {**own.tau, **known}
-    review = Review(replace(session.state, method=method, tau=tau, chain_order=own.chain_order))
+    limbs = {limb.name for limb in found.analysis.limbs}
+    tau = {name: t for name, t in own.tau.items() if name not in limbs} | known
+    state = replace(session.state, method=method, tau=tau, chain_order=own.chain_order)
+    complete = with_limbs(state, found.analysis)
+    if complete is not state:
+        added = len(complete.intervals) - len(state.intervals)
+        found = replace(found, flips_added=added)
+    review = Review(complete)
     if path.name.endswith(REPLAY_SUFFIX):
         review.mark_unsaved()  # in the clip's own session
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
+
+
+def with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
+    """A review with the limbs that it knows nothing of, at their own τ, their flips undecided.
+
+    The very same one where it knows them all.
+    """
+    new = [limb.name for limb in analysis.limbs if limb.name not in state.tau]
+    if not new:
+        return state
+    order = {chain.name: k for k, chain in enumerate(analysis.chains_and_limbs)}
+    tau = {name: analysis.flips.automatic_tau(name) for name in new}
+    found = tuple(i for name, t in tau.items() for i in analysis.flips.intervals(name, t))
+    return Redetect(tau, found).apply(replace(state, chain_order=order))
 
 
 def opening_notes(
@@ -181,21 +217,25 @@ def opening_notes(
     away: where its review is kept, if not beside it; notes: on taking that up.
     """
     if data.session is not None:
-        yield f"Going on with {data.session.name}.", False
-    chain_notes = dict.fromkeys(w for c in data.chains for w in c.warnings)
-    name, told = data.clip.name, []
+        told = f"Going on with {data.session.name}."
+        if data.flips_added is not None:
+            found = f"{data.flips_added} found, undecided" if data.flips_added else "none found"
+            told += f" Flips of limbs, of which it knew nothing, were looked for as well: {found}."
+        yield told, False
+    chain_notes = dict.fromkeys(w for c in data.chains_and_limbs for w in c.warnings)
+    name, notices = data.clip.name, []
     if away is not None:
         cannot = f"{name} lies in a folder that cannot be written"
-        told.append(f"{cannot}: your decisions are kept in {away}.")
-    told += [f"{name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
+        notices.append(f"{cannot}: your decisions are kept in {away}.")
+    notices += [f"{name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
     if not data.chains:
-        told.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
-    stuck = [c.label for c in data.chains if uncorrectable_joints(data.motion, c)]
+        notices.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
+    stuck = [c.label for c in data.chains_and_limbs if uncorrectable_joints(data.motion, c)]
     if stuck:
-        told.append(f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels.")
-    if told:
-        more = f" (and {len(told) - 3} more: see the chains)" if len(told) > 3 else ""
-        yield " ".join(told[:3]) + more, False
+        notices.append(f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels.")
+    if notices:
+        more = f" (and {len(notices) - 3} more: see the chains)" if len(notices) > 3 else ""
+        yield " ".join(notices[:3]) + more, False
     if notes := [*data.notes, *notes]:
         yield " ".join(notes), True
 

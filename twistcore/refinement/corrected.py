@@ -11,14 +11,21 @@ from numpy.typing import NDArray
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import Interval
-from twistcore.limb import Limb
+from twistcore.limb import Limb, places
 from twistcore.motion import forward_kinematics
 from twistcore.refinement.twist_removal import (
     carried_by_limb,
     offsets_by_chain,
     remove_twist,
 )
-from twistcore.rotation import Array, multiply, quaternion_from_axis_angle, twist_angle, wrap
+from twistcore.rotation import (
+    Array,
+    multiply,
+    quaternion_from_axis_angle,
+    rotate,
+    twist_angle,
+    wrap,
+)
 from twistcore.signals import twist_signals
 
 _ZERO = 1e-9
@@ -105,6 +112,23 @@ class Corrected:
         motion = remove_twist(self._motion, self._chains, self._offsets, self._carried)
         s = twist_signals(motion, chain)
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
+
+    def swivel(self, limb: Limb) -> Array:
+        """φ of a limb, radians, (frames,): its offset less; its height off the line stays.
+
+        A chain above whose child is P turns the frame that φ is told in: there it is told anew.
+        """
+        swivel = self._analysis.flips.limbs[limb.name].swivel
+        angle, children = swivel.angle, self._motion.skeleton.children
+        for chain in self._analysis.chains:
+            at = np.flatnonzero(self.offset(chain.name))
+            if len(at) and limb.parent in children[chain.parent]:
+                axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+                ahead = quaternion_from_axis_angle(axis, self.offset(chain.name)[at])
+                child, end = (rotate(ahead, p) for p in places(self._motion.at(at), limb))
+                angle = angle.copy()
+                angle[at] = swivel.angle_at(child, end)
+        return wrap(angle - self.offset(limb.name))
 
     def _flipped(self, chain: Chain) -> bool:
         """Whether a limb that is turned back has a joint of the chain for its first or its end."""
