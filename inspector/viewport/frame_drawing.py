@@ -149,9 +149,9 @@ class FrameDrawing:
         return self._offsets() == self._drawn_offsets
 
     def _offsets(self) -> tuple[float, ...]:
-        """What the review takes out of every chain at the frame, radians."""
+        """What the review takes out of every chain and limb at the frame, radians."""
         document = self._document
-        chains = document.data.analysis.chains_and_limbs if document.data else ()
+        chains = document.data.chains_and_limbs if document.data else ()
         return tuple(float(document.offset(c.name)[document.frame]) for c in chains)
 
 
@@ -203,11 +203,10 @@ def _bone_offsets(document: Document, scene: Scene) -> Array:
     Where a bone has both, the larger one.
     """
     by_pair: dict[tuple[int, int], float] = {}
-    analysis = scene.data.analysis
-    for chain in analysis.chains_and_limbs:
+    for chain in scene.data.chains_and_limbs:
         pairs = [(chain.parent, chain.child)]
         if isinstance(chain, Limb):
-            pairs = limb_bones(chain, analysis.motion.skeleton)
+            pairs = limb_bones(chain, scene.data.motion.skeleton)
         offset = abs(float(document.offset(chain.name)[document.frame]))
         by_pair |= {pair: max(offset, by_pair.get(pair, 0.0)) for pair in pairs}
     return np.array([by_pair.get((b.parent, b.child), 0.0) for b in scene.bones])

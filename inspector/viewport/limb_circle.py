@@ -15,7 +15,7 @@ from inspector.viewport.bone_colours import rgb
 from inspector.viewport.mesh_actor import Piece, segments
 from inspector.viewport.solid_and_ghost import SAME
 from inspector.widgets.theme import Theme
-from twistcore.detection.limb_flips.swivel import BENT
+from twistcore.detection.limb_flips import BENT
 from twistcore.limb import Limb, path
 from twistcore.motion import Skeleton
 from twistcore.rotation import Array, quaternion_from_axis_angle, rotate
