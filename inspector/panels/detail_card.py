@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
@@ -16,13 +19,21 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.panels.intervals_panel import KINDS
 from inspector.session.document import Document
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.later import Burst
 from inspector.widgets.letter_keys import LetterKeys
+from twistcore.chain import Chain
+from twistcore.detection import Interval, Kind
+from twistcore.limb import Limb
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
 
+_END_TIPS = (  # kept, carried
+    "The {0} keeps its rotation in the correction. Turn it along with the limb (C)",
+    "The {0} turned along with the limb, and is turned back with it. Keep its rotation (C)",
+)
 REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
 
 
@@ -30,6 +41,9 @@ class DetailCard(QWidget):
     """Spin boxes for start, stop and δ, a note, and Accept / Reject / Reset."""
 
     judged = Signal(object)  # Decision
+    end_turned = (
+        Signal()
+    )  # the end of a flipped limb is to be kept if it was carried, or the reverse
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -51,6 +65,11 @@ class DetailCard(QWidget):
         assert line is not None
         line.setPlaceholderText("Reason")
         self.why = soft(QLabel(wordWrap=True))
+        self.end = QPushButton(flat=False)
+        self.end.clicked.connect(self.end_turned)
+        policy = self.end.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)  # the form below stays where it is
+        self.end.setSizePolicy(policy)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         edges = hbox((self.start, 1), "to", (self.stop, 1), 8, "δ", (self.delta, 1))
@@ -68,7 +87,8 @@ class DetailCard(QWidget):
             button.clicked.connect(lambda _=False, d=decision: self.judged.emit(d))
             buttons.addWidget(button)
             self.buttons[decision] = button
-        vbox(self.title, self.why, form, buttons, owner=self, margins=(8, 6, 8, 8))
+        head = hbox((self.title, 1), self.end)
+        vbox(head, self.why, form, buttons, owner=self, margins=(8, 6, 8, 8))
         self.start.valueChanged.connect(self._edges_edited)
         self.stop.valueChanged.connect(self._edges_edited)
         self.delta.valueChanged.connect(self._delta_edited)
@@ -99,17 +119,22 @@ class DetailCard(QWidget):
             self._show_note(judged)
         for widget in (*self._boxes, self.note, self.reason, *self.buttons.values()):
             widget.setEnabled(judged is not None)
+        self.end.setVisible(judged is not None and judged.interval.kind == Kind.LIMB_FLIP)
         if judged is None:
             self.title.setText("No interval selected")
             self.why.setText("N goes to the next one.")
             return
         interval = judged.interval
-        label = self._document.find_chain(interval.chain).label
+        chain = self._document.find_chain(interval.chain)
+        kind = "" if interval.kind == Kind.COUNTER_TWIST else f" · {KINDS[interval.kind][0]}"
         varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
-        self.title.setText(f"<b>{label}</b> · {count}{varies}")
-        self.why.setText(explanation(judged))
+        self.title.setText(f"<b>{chain.label}</b>{kind} · {count}{varies}")
         first = self._document.first_frame
+        self.why.setText(explanation(judged, chain, first))
+        if isinstance(chain, Limb):
+            self.end.setText(end_state(chain, interval))
+            self.end.setToolTip(_END_TIPS[interval.carried].format(chain.end_word))
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
             self.start.setRange(first, interval.stop - 1 + first)
             self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
@@ -144,15 +169,24 @@ class DetailCard(QWidget):
             self._document.do(Annotate(judged.id, note, reason))
 
 
-def explanation(judged: Judged) -> str:
-    """Why the interval is there, in a line or two."""
+def end_state(limb: Limb, interval: Interval) -> str:
+    """What became of the limb's end in a flip: 'foot kept' or 'foot turned along'."""
+    return f"{limb.end_word} {'turned along' if interval.carried else 'kept'}"
+
+
+def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
+    """Why the interval of a chain is there, in a line or two."""
     if judged.by_hand:
         return "Made by hand."
     interval, parts = judged.interval, []
     if interval.confidence is not None:
         parts.append(f"Confidence {interval.confidence:.2f}")
     evidence = interval.evidence or {}
-    for name, edge in zip(("opens", "closes"), evidence.get("edges", ()), strict=False):
+    edges = evidence.get("edges", ())
+    if isinstance(chain, Limb):
+        parts += _flip_evidence(chain, evidence, first_frame)
+        edges = ()
+    for name, edge in zip(("opens", "closes"), edges, strict=False):
         parts.append(
             f"{name} with x {edge['residual_x_deg']:+.1f}° against y {edge['residual_y_deg']:+.1f}°"
         )
@@ -163,3 +197,20 @@ def explanation(judged: Judged) -> str:
     if not judged.supported:
         parts.append("no longer found at this τ")
     return "; ".join(parts).replace("-", "−")
+
+
+def _flip_evidence(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> list[str]:
+    """The jumps about the limb's line, and what speaks for the flip."""
+    edges = evidence.get("edges", ())
+    if not edges:
+        return []
+    jumps = [f"{e['jump_deg']:+.0f}° at {e['start'] + first_frame}" for e in edges]
+    *others, last = jumps
+    what = f"{limb.middle_word} jumps by {', '.join(others)} and {last}"
+    unsteady = max(e["sigma_deg"] for e in edges)
+    what += f" (by nature up to {unsteady:.1f}°)"
+    return [
+        what,
+        f"its side elsewhere speaks for the other by {evidence['side']:+.1f}, "
+        f"all explanations without a flip against it by {evidence['odds']:.1f} (log odds)",
+    ]

@@ -34,9 +34,7 @@ class Leftover:
         return self.recovered.path
 
 
-def read_leftover(
-    path: Path, clip: Clip, analysis: ClipAnalysis
-) -> tuple[Leftover | None, str]:
+def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
     """What a journal holds and a sentence for the person, '' if all is well.
 
     None for one that cannot be used: if it is damaged it is set aside. One from before flips of

@@ -232,7 +232,9 @@ def opening_notes(
         notices.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
     stuck = [c.label for c in data.chains_and_limbs if uncorrectable_joints(data.motion, c)]
     if stuck:
-        notices.append(f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels.")
+        notices.append(
+            f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels."
+        )
     if notices:
         more = f" (and {len(notices) - 3} more: see the chains)" if len(notices) > 3 else ""
         yield " ".join(notices[:3]) + more, False

@@ -268,5 +268,5 @@ class Gestures:
             return "\n".join(lines)
         spans = self._scenery.unreliable
         if np.any((spans[:, 0] - 0.5 <= frame) & (frame < spans[:, 1] - 0.5)):
-            return "Limb nearly straight: the azimuth θc, and so the strength, is unreliable here."
+            return self._scenery.unreliable_hint
         return ""

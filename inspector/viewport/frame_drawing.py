@@ -151,8 +151,11 @@ class FrameDrawing:
     def _offsets(self) -> tuple[float, ...]:
         """What the review takes out of every chain and limb at the frame, radians."""
         document = self._document
-        chains = document.data.chains_and_limbs if document.data else ()
-        return tuple(float(document.offset(c.name)[document.frame]) for c in chains)
+        if document.data is None:
+            return ()
+        chains = document.data.chains_and_limbs
+        parts = (document.corrected.offset, document.corrected.carried)
+        return tuple(float(of(c.name)[document.frame]) for of in parts for c in chains)
 
 
 def selected_chain(document: Document) -> Chain | None:

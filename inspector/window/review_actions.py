@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from PySide6.QtWidgets import QInputDialog, QWidget
@@ -12,7 +12,7 @@ from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.document import Document
 from inspector.widgets.message_bar import MessageBar
 from twistcore.analysis import ClipAnalysis
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.review import Decide, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 
@@ -88,8 +88,17 @@ class ReviewActions:
     def make_following(self) -> None:
         """The selected interval gets an offset a frame, so that the twist runs straight through."""
         if (judged := self.document.interval) and self.document.data:
-            theta = self.document.data.signals[judged.interval.chain].theta_p
-            self.document.edit(judged.id, following(judged.interval, theta))
+            angle = self.document.data.angle(judged.interval.chain)
+            self.document.edit(judged.id, following(judged.interval, angle))
+
+    def turn_end(self) -> None:
+        """The end of the selected flip is kept if it was carried, or the reverse."""
+        judged = self.document.interval
+        if judged is None or judged.interval.kind != Kind.LIMB_FLIP:
+            self.bar.show_message("Only a flip of a limb has an end, kept or turned along.", False)
+        else:
+            edited = replace(judged.interval, carried=not judged.interval.carried)
+            self.document.edit(judged.id, edited)
 
     def insert_interval(self) -> None:
         """A hand-made interval: the suspicious moment gone to, or one around the playhead."""
@@ -109,7 +118,7 @@ class ReviewActions:
         if data is None or not found:
             self.bar.show_message("Nothing suspicious down to half of τ.", False)
             return
-        order = [c.name for c in data.chains]
+        order = [c.name for c in data.chains_and_limbs]
         found = sorted(found, key=lambda i: (i.start, order.index(i.chain)))
         faint = next((i for i in found if i.start > self.document.frame), found[0])
         self._faint = faint
@@ -139,8 +148,8 @@ class ReviewActions:
 
 def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
     """What the detector finds between half of τ and τ, where the review has nothing."""
-    detector, out = clip.by(state.method), []
-    for chain in clip.chains:
+    detector, out = clip.detector(state.method), []
+    for chain in clip.chains_and_limbs:
         known = [(j.interval.start, j.interval.stop) for j in state.of_chain(chain.name)]
         candidates = detector.intervals(chain.name, 0.5 * state.tau[chain.name])
         out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]

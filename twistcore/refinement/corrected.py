@@ -79,6 +79,10 @@ class Corrected:
         """What is taken out of the twist of a chain's parent, radians, (frames,)."""
         return self._offsets.get(chain, self._none)
 
+    def carried(self, limb: str) -> Array:
+        """The part of a limb's offset in which its end turned along, radians, (frames,)."""
+        return self._carried.get(limb, self._none)
+
     def pose(self, frame: int) -> tuple[Array, Array]:
         """Global rotations (joints, 4) and positions (joints, 3) of a frame."""
         rotations, positions = self._poses(frame, frame + 1)

@@ -37,8 +37,9 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
     """A flip of a limb round a frame: between the nearest jumps before and behind it.
 
-    Where there is none of 25° or more in half a second, 0.1 s around the frame. Its offset is the level of φ inside
-    against the line between its two neighbours outside; of a straight limb, the jump at its start.
+    Where there is none of 25° or more in half a second, 0.1 s around the frame. Its offset is the
+    level of φ inside against the line between its two neighbours outside; of a straight limb, the
+    jump at its start.
     """
     jumps = np.flatnonzero(np.abs(limb.departures) >= _FAINT_FLIP)
     near = jumps[np.abs(jumps - frame) <= max(2, round(_REACH * limb.fps))]

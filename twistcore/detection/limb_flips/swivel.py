@@ -21,9 +21,10 @@ class Swivel:
     """A limb about its own line, frame by frame; radians, shares of the limb's length, (frames,).
 
     angle: φ of C about the line P-E, from the side where the limb has it in most of the clip, a
-    direction fixed in the frame of P's parent, `side`, (3,); jump: how far the limb turned about its line since
-    the frame before, on a straight limb too; height: of C off the line; step: how far E moved from
-    P; line: unit vector from P to E, (frames, 3), and end: rotation of E, (frames, 4), in the room.
+    direction fixed in the frame of P's parent, `side`, (3,); jump: how far the limb turned about
+    its line since the frame before, on a straight limb too; height: of C off the line; step: how
+    far E moved from P; line: unit vector from P to E, (frames, 3), and end: rotation of E,
+    (frames, 4), in the room.
     """
 
     angle: Array
