@@ -18,7 +18,7 @@ from inspector.widgets.background import OneTask
 from twistcore.review import Decision
 
 _CHAIN, _FRAME = "LeftForeArm", 90
-_LIMB, _FLIPPED_FRAME = "RightUpLeg-RightFoot", 20
+_LIMB, _FLIPPED_FRAME = "RightUpLeg-RightFoot", 48
 _FAR = 50  # frames
 _NUDGED = np.radians(0.5)
 

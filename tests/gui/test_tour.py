@@ -62,7 +62,7 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     # A real flip, in another clip: the whole leg and its circle are in view, the flip is selected.
     assert document.data.clip.path.name == FLIPPED.name
     assert document.data.clip.path.parent == walk.parent
-    assert (document.chain, document.frame) == ("RightUpLeg-RightFoot", 20)
+    assert (document.chain, document.frame) == ("RightUpLeg-RightFoot", 48)
     assert document.interval.interval.kind == Kind.LIMB_FLIP
     assert at_forearm.docks["intervals"].isVisible()
     at_forearm.viewport.refresh()
