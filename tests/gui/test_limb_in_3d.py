@@ -1,5 +1,7 @@
 """A selected limb in the 3D view: both bones before and after, its line, its circle."""
 
+import shutil
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPointF
@@ -11,6 +13,7 @@ from inspector.viewport.bone_colours import Role
 from inspector.viewport.limb_circle import circle_of, limb_bones
 from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import changed, picture, settle
+from tests.gui.windows import act, open_clip
 
 LEG, ARM = "RightUpLeg-RightFoot", "RightArm-RightHand"
 FRAME = 20  # within a flip
@@ -218,3 +221,31 @@ def test_clicks_on_a_bone_select_its_chain_then_the_limb(qtbot, document, show_v
         assert QToolTip.text() == f"{chain}\nclick: Right leg, the whole limb"
         document.select_chain("LeftArm")
     QToolTip.hideText()
+
+
+# --- teaching -------------------------------------------------------------------------------------
+
+
+def test_the_teaching_tab_takes_chains_apart_and_leaves_a_limb_in_view(qtbot, window, tmp_path):
+    open_clip(qtbot, window, shutil.copy(FLIPPED, tmp_path / "mine.bvh"))
+    document, drawing = window.document, window.viewport.drawing
+    document.select_chain("RightUpLeg")
+    document.go_to(FRAME)
+    act(window, "show_teaching")
+    assert drawing.guest is window.teaching.gizmo
+    assert window.lesson.quantities is not None
+    window.lesson.alter(twist=1.0)
+    document.select_chain(LEG)
+    qtbot.wait(50)
+    assert drawing.guest is None
+    assert shown(window.viewport) == set(PARTS)
+    assert window.lesson.quantities is None
+    assert not window.teaching.what_if.isEnabled()
+    assert window.teaching.title.text().startswith("Right leg")
+    document.go_to(STRAIGHT)
+    act(window, "focus_chain")
+    document.select_chain("RightUpLeg")
+    qtbot.wait(50)
+    assert drawing.guest is window.teaching.gizmo
+    assert not window.lesson.what_if.changes
+    assert shown(window.viewport) == set()
