@@ -19,7 +19,7 @@ from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
 _EMPTY = "Open a clip and select a chain: its swing, twist and azimuth are taken apart here."
-_WHOLE = "{} is a whole limb, shown in 3D. Select a chain: it is taken apart here."
+_WHOLE = "{}: select a chain"
 
 
 class TeachingPanel(QWidget):
