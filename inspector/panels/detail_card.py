@@ -170,8 +170,8 @@ class DetailCard(QWidget):
 
 
 def end_state(limb: Limb, interval: Interval) -> str:
-    """What became of the limb's end in a flip: 'foot kept' or 'foot turned along'."""
-    return f"{limb.end_word} {'turned along' if interval.carried else 'kept'}"
+    """What became of the limb's end in a flip: 'Foot kept' or 'Foot turned along'."""
+    return f"{limb.end_word.capitalize()} {'turned along' if interval.carried else 'kept'}"
 
 
 def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
@@ -204,13 +204,11 @@ def _flip_evidence(limb: Limb, evidence: Mapping[str, Any], first_frame: int) ->
     edges = evidence.get("edges", ())
     if not edges:
         return []
-    jumps = [f"{e['jump_deg']:+.0f}° at {e['start'] + first_frame}" for e in edges]
-    *others, last = jumps
-    what = f"{limb.middle_word} jumps by {', '.join(others)} and {last}"
-    unsteady = max(e["sigma_deg"] for e in edges)
-    what += f" (by nature up to {unsteady:.1f}°)"
+    *others, last = [f"{e['jump_deg']:+.0f}° at {e['start'] + first_frame}" for e in edges]
+    middle, unsteady = limb.middle_word, max(e["sigma_deg"] for e in edges)
+    jumps = f"{', '.join(others)} and {last}" if others else last
     return [
-        what,
-        f"its side elsewhere speaks for the other by {evidence['side']:+.1f}, "
-        f"all explanations without a flip against it by {evidence['odds']:.1f} (log odds)",
+        f"the {middle} jumps by {jumps}, otherwise by {unsteady:.1f}° or less",
+        f"for a flip speak the {middle}'s side elsewhere ({evidence['side']:.1f}) and the price of "
+        f"all other explanations ({evidence['odds']:.1f}, logarithms of odds)",
     ]

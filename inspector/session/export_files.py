@@ -144,9 +144,12 @@ def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:
     joints = len({j.joint for j in change.joints})
     moved = "no joint moved"
     if change.moved:
-        most = max(change.moved, key=lambda m: m.of_height)
-        which = most.joint if len(change.moved) == 1 else f"{len(change.moved)} joints"
-        moved = f"{which} moved by up to {100.0 * most.of_height:.1f} % of the height, no other"
+        *rest, last = [f"{m.joint} by up to {100.0 * m.of_height:.1f} %" for m in change.moved]
+        names = f"{', '.join(rest)} and {last}" if rest else last
+        if len(rest) > 2:  # tracked, a whole figure may
+            most = max(m.of_height for m in change.moved)
+            names = f"{len(change.moved)} joints by up to {100.0 * most:.1f} %"
+        moved = f"moved: {names} of the height; no other joint"
     return (
         f"{name}: {change.frames} frames of {joints} joints changed by up to "
         f"{largest:.1f}°; {moved} by more than {change.rest_of_height:.0e} "

@@ -24,7 +24,8 @@ class LimbCurves(Curves):
 
     def __init__(self, document: Document) -> None:
         limb, flips = document.find_chain(document.chain), document.limb
-        assert isinstance(limb, Limb) and flips is not None
+        assert isinstance(limb, Limb)
+        assert flips is not None
         super().__init__(document)
         self._limb, self._flips = limb, flips
         self.unreliable = unreliable_spans(flips.swivel.height, BENT)

@@ -130,7 +130,7 @@ class Timeline(QWidget):
         self.setMinimumHeight(120)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
-        """Show or hide one of the plots; those of limbs are seen with a limb, others with a chain."""
+        """Show or hide a plot, by its key; some mean something of a limb only, some of a chain."""
         self.grid.show_pane(key, shown=shown)
         if shown and key == "other" and self.document.limb is not None:
             self.document.message.emit(_ONE_DETECTOR, False)
