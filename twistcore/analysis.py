@@ -56,9 +56,11 @@ class ClipAnalysis:
         done = ", ".join(self._by_method) or "no detector asked yet"
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
-    def with_chains(self, chains: Sequence[Chain], rig: Rig) -> ClipAnalysis:
-        """The same motion, other chains; rig: in what they are otherwise than found."""
-        other = ClipAnalysis(self.motion, chains, self.name, rig)
+    def with_rig(self, rig: Rig) -> ClipAnalysis:
+        """The same motion with all chains and limbs of a rig; TwistError if they are none."""
+        if rig == self.rig:
+            return self
+        other = ClipAnalysis(self.motion, rig.chains(self.motion), self.name, rig)
         if "poses" in vars(self):
             vars(other)["poses"] = self.poses  # which no chain changes
         return other

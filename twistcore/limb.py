@@ -15,6 +15,8 @@ from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array, rotate
 
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
+_MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}
+_ENDS = {"Arm": "hand", "UpLeg": "foot"}
 _SHORTEST = 0.3  # of the other bone: beside a longer one a stump has no knee
 
 
@@ -43,6 +45,16 @@ class Limb(Chain):
     def label(self) -> str:
         """What a table shows: 'Left arm', or the joints' names where the limb is unknown."""
         return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
+
+    @property
+    def middle_word(self) -> str:
+        """What a person calls C: 'knee', 'elbow', or 'middle joint' where the limb is unknown."""
+        return _MIDDLES.get(self.segment, "middle joint")
+
+    @property
+    def end_word(self) -> str:
+        """What a person calls E and what hangs on it: 'foot', 'hand' or 'end'."""
+        return _ENDS.get(self.segment, "end")
 
 
 def find_limbs(motion: Motion, chains: Sequence[Chain]) -> tuple[Limb, ...]:

@@ -16,6 +16,7 @@ from inspector.widgets.building import hint
 from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.detection.limb_flips import BENT
 from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
 
@@ -26,14 +27,23 @@ _TIPS = (
     "Intervals decided of those found",
     "Largest strength in the clip: m(t) for the paper's method",
     "Threshold of this chain",
-    "Median reliability of the azimuth: low on a straight limb",
+    "Median reliability of the azimuth: low on a straight limb.\n"
+    "Of a whole limb: median height of its middle joint off its line, of its length",
+)
+_LIMB_TIPS = (
+    "The whole limb; the tick shows or hides its flips",
+    "Flips decided of those found",
+    "Largest jump of the limb about its line in one frame",
+    "Threshold of this limb: a jump in one frame",
+    "Median height of its middle joint off its line, of its length: low on a straight limb",
 )
 _PAD = 10  # pixels
+_RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth says nothing
 
 
 @dataclass(frozen=True)
 class _Shown:
-    """What the table says of a chain; degrees."""
+    """What the table says of a chain or limb; degrees."""
 
     chain: str
     label: str
@@ -44,6 +54,8 @@ class _Shown:
     reliability: float
     notes: tuple[str, ...]
     ticked: bool
+    doubtful: bool
+    tips: tuple[str, ...]
 
 
 class _ChainModel(RowModel[_Shown]):
@@ -62,7 +74,7 @@ class _ChainModel(RowModel[_Shown]):
         colours = {} if thing.found else dict.fromkeys(range(len(_HEADS)), self.theme.soft)
         if thing.found:
             colours[1] = self.theme.accepted if done else self.theme.undecided
-        if thing.reliability < 0.2:
+        if thing.doubtful:
             colours[4] = self.theme.warning
         return Row(
             texts=(
@@ -73,7 +85,7 @@ class _ChainModel(RowModel[_Shown]):
                 f"{100 * thing.reliability:.0f} %",
             ),
             colours=colours,
-            tips=tuple("\n".join((f"{thing.chain}: {tip}", *thing.notes)) for tip in _TIPS),
+            tips=tuple("\n".join((tip, *thing.notes)) for tip in thing.tips),
             tick=thing.ticked,
         )
 
@@ -90,7 +102,7 @@ class _ChainModel(RowModel[_Shown]):
 
 
 class ChainsPanel(QWidget):
-    """Table of chains; the selected row is the document's chain."""
+    """Table of chains and limbs; the selected row is the document's chain."""
 
     def __init__(self, document: Document, theme: Theme) -> None:
         super().__init__()
@@ -154,13 +166,14 @@ class ChainsPanel(QWidget):
                     tau=float(np.degrees(state.tau[c.name])),
                     ticked=c.name not in document.hidden,
                 )
-                for c in data.chains
+                for c in data.chains_and_limbs
             ]
         )
 
     def _reset(self) -> None:
         data = self._document.data
-        self._fixed = {c.name: _of_clip(self._document, c) for c in data.chains} if data else {}
+        chains = data.chains_and_limbs if data else ()
+        self._fixed = {c.name: _of_clip(self._document, c) for c in chains}
         self._refresh()
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
@@ -181,12 +194,19 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     data = document.data
     assert data is not None
     stuck = uncorrectable_joints(data.motion, chain)
-    beside = children_off_axis(data.motion, chain)
+    flips, names = data.limb(chain.name), data.motion.skeleton.names
+    beside = {} if flips else children_off_axis(data.motion, chain)
     notes = list(chain.warnings)
     if stuck:
         notes.append(f"not corrected: {', '.join(stuck)} without three rotation channels")
     if beside:
         notes.append(f"beside the bone, so a correction moves them: {', '.join(beside)}")
+    if flips is None:
+        where, tips = chain.name, _TIPS
+        reliability, least = data.analysis.reliability[chain.name], _RELIABLE
+    else:
+        where = " – ".join(names[j] for j in (chain.parent, chain.child, chain.grandchild))
+        tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
     return _Shown(
         chain=chain.name,
         label=f"{chain.label} (fixed)" if stuck else chain.label,
@@ -194,7 +214,9 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         found=0,
         peak=float(np.degrees(document.detector.strength(chain.name).max())),
         tau=0.0,
-        reliability=data.analysis.reliability[chain.name],
+        reliability=reliability,
         notes=tuple(notes),
         ticked=True,
+        doubtful=reliability < least,
+        tips=tuple(f"{where}: {tip}" for tip in tips),
     )

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
@@ -16,13 +20,23 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.panels.intervals_panel import KINDS
 from inspector.session.document import Document
-from inspector.widgets.building import hbox, soft, vbox
+from inspector.session.why_here import peak_near, reason_here, told
+from inspector.widgets.building import hbox, vbox
+from inspector.widgets.labels import Caption
 from inspector.widgets.later import Burst
 from inspector.widgets.letter_keys import LetterKeys
+from twistcore.chain import Chain
+from twistcore.detection import Interval, Kind
+from twistcore.limb import Limb
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
 
+_END_TIPS = (  # kept, carried
+    "The {0} keeps its rotation in the correction. Turn it along with the limb (C)",
+    "The {0} turned along with the limb, and is turned back with it. Keep its rotation (C)",
+)
 REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
 
 
@@ -30,6 +44,9 @@ class DetailCard(QWidget):
     """Spin boxes for start, stop and δ, a note, and Accept / Reject / Reset."""
 
     judged = Signal(object)  # Decision
+    end_turned = (
+        Signal()
+    )  # the end of a flipped limb is to be kept if it was carried, or the reverse
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -50,7 +67,12 @@ class DetailCard(QWidget):
         line = self.reason.lineEdit()
         assert line is not None
         line.setPlaceholderText("Reason")
-        self.why = soft(QLabel(wordWrap=True))
+        self.why = Caption(soft=True)
+        self.end = QPushButton(flat=False)
+        self.end.clicked.connect(self.end_turned)
+        policy = self.end.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)  # the form below stays where it is
+        self.end.setSizePolicy(policy)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         edges = hbox((self.start, 1), "to", (self.stop, 1), 8, "δ", (self.delta, 1))
@@ -68,7 +90,8 @@ class DetailCard(QWidget):
             button.clicked.connect(lambda _=False, d=decision: self.judged.emit(d))
             buttons.addWidget(button)
             self.buttons[decision] = button
-        vbox(self.title, self.why, form, buttons, owner=self, margins=(8, 6, 8, 8))
+        head = hbox((self.title, 1), self.end)
+        vbox(head, self.why, form, buttons, owner=self, margins=(8, 6, 8, 8))
         self.start.valueChanged.connect(self._edges_edited)
         self.stop.valueChanged.connect(self._edges_edited)
         self.delta.valueChanged.connect(self._delta_edited)
@@ -83,6 +106,8 @@ class DetailCard(QWidget):
         document.opener.over.connect(lambda: self.setEnabled(True))
         document.intervals_changed.connect(self._refresh)
         document.interval_changed.connect(self._refresh)
+        for changed in (document.frame_changed, document.chain_changed, document.method_changed):
+            changed.connect(self._show_reason)
         self._refresh()
 
     def _take_clip(self) -> None:
@@ -99,17 +124,21 @@ class DetailCard(QWidget):
             self._show_note(judged)
         for widget in (*self._boxes, self.note, self.reason, *self.buttons.values()):
             widget.setEnabled(judged is not None)
+        self.end.setVisible(judged is not None and judged.interval.kind == Kind.LIMB_FLIP)
         if judged is None:
-            self.title.setText("No interval selected")
-            self.why.setText("N goes to the next one.")
+            self._show_reason()
             return
         interval = judged.interval
-        label = self._document.find_chain(interval.chain).label
+        chain = self._document.find_chain(interval.chain)
+        kind = "" if interval.kind == Kind.COUNTER_TWIST else f" · {KINDS[interval.kind][0]}"
         varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
-        self.title.setText(f"<b>{label}</b> · {count}{varies}")
-        self.why.setText(explanation(judged))
+        self.title.setText(f"<b>{chain.label}</b>{kind} · {count}{varies}")
         first = self._document.first_frame
+        self.why.set_text(escape(explanation(judged, chain, first)))
+        if isinstance(chain, Limb):
+            self.end.setText(end_state(chain, interval))
+            self.end.setToolTip(_END_TIPS[interval.carried].format(chain.end_word))
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
             self.start.setRange(first, interval.stop - 1 + first)
             self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
@@ -118,6 +147,20 @@ class DetailCard(QWidget):
             self.delta.setValue(float(np.degrees(interval.delta)))
         if not self.note.hasFocus() and not self.reason.hasFocus():
             self._show_note(judged)
+
+    def _show_reason(self) -> None:
+        """No interval: at a peak of the strength past τ, why there is none."""
+        document = self._document
+        if document.interval is not None:
+            return
+        peak = peak_near(document, document.frame)
+        reason = None if peak is None else reason_here(document, peak)
+        if reason is None:
+            self.title.setText("No interval selected")
+            self.why.set_text("N goes to the next one.")
+        else:
+            self.title.setText("Why is nothing found here?")
+            self.why.set_text(escape(told(document, reason)))
 
     def _show_note(self, judged: Judged | None) -> None:
         self.note.setText(judged.note if judged else "")
@@ -144,15 +187,24 @@ class DetailCard(QWidget):
             self._document.do(Annotate(judged.id, note, reason))
 
 
-def explanation(judged: Judged) -> str:
-    """Why the interval is there, in a line or two."""
+def end_state(limb: Limb, interval: Interval) -> str:
+    """What became of the limb's end in a flip: 'Foot kept' or 'Foot turned along'."""
+    return f"{limb.end_word.capitalize()} {'turned along' if interval.carried else 'kept'}"
+
+
+def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
+    """Why the interval of a chain is there, in a line or two."""
     if judged.by_hand:
         return "Made by hand."
     interval, parts = judged.interval, []
     if interval.confidence is not None:
         parts.append(f"Confidence {interval.confidence:.2f}")
     evidence = interval.evidence or {}
-    for name, edge in zip(("opens", "closes"), evidence.get("edges", ()), strict=False):
+    edges = evidence.get("edges", ())
+    if isinstance(chain, Limb):
+        parts += _flip_evidence(chain, evidence, first_frame)
+        edges = ()
+    for name, edge in zip(("opens", "closes"), edges, strict=False):
         parts.append(
             f"{name} with x {edge['residual_x_deg']:+.1f}° against y {edge['residual_y_deg']:+.1f}°"
         )
@@ -163,3 +215,18 @@ def explanation(judged: Judged) -> str:
     if not judged.supported:
         parts.append("no longer found at this τ")
     return "; ".join(parts).replace("-", "−")
+
+
+def _flip_evidence(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> list[str]:
+    """The jumps about the limb's line, and what speaks for the flip."""
+    edges = evidence.get("edges", ())
+    if not edges:
+        return []
+    *others, last = [f"{e['jump_deg']:+.0f}° at {e['start'] + first_frame}" for e in edges]
+    middle, unsteady = limb.middle_word, max(e["sigma_deg"] for e in edges)
+    jumps = f"{', '.join(others)} and {last}" if others else last
+    return [
+        f"the {middle} jumps by {jumps}, otherwise by {unsteady:.1f}° or less",
+        f"for a flip speak the {middle}'s side elsewhere ({evidence['side']:.1f}) and the price of "
+        f"all other explanations ({evidence['odds']:.1f}, logarithms of odds)",
+    ]

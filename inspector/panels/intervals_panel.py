@@ -12,12 +12,14 @@ from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.tables import SORT_ROLE, Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
+from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 from twistcore.review.model import overlapping
 
-_HEADS = ("Chain", "Decision", "Start", "Stop", "Frames", "δ", "Time", "Conf.", "Note")
+_HEADS = ("Chain", "Kind", "Decision", "Start", "Stop", "Frames", "δ", "Time", "Conf.", "Note")
 _SAMPLES = (
     "Right Shoulder",
+    "twist",
     "✗ rejected",
     "00000",
     "00000",
@@ -26,21 +28,27 @@ _SAMPLES = (
     "000.00 s",
     "Conf.",
 )
-_SPARED = ("Conf.", "Frames", "Time")  # left out in this order where room is short
+_SPARED = ("Conf.", "Frames", "Time", "Kind")  # left out in this order where room is short
 _NOTE_WIDTH = 60
 MARKS = {
     Decision.UNDECIDED: "· undecided",
     Decision.ACCEPTED: "✓ accepted",
     Decision.REJECTED: "✗ rejected",
 }
-FILTERS = ("All", "Undecided", "Accepted", "Rejected", "This chain")
+KINDS = {  # in the table, and as filters
+    Kind.COUNTER_TWIST: ("twist", "Counter-twists"),
+    Kind.LIMB_FLIP: ("flip", "Limb flips"),
+    Kind.LONE_JUMP: ("jump", "Lone jumps"),
+}
+_OF_KIND = {name: kind for kind, (_, name) in KINDS.items()}
+FILTERS = ("All", "Undecided", "Accepted", "Rejected", "This chain", *_OF_KIND)
 
 
 class _IntervalModel(RowModel[tuple[Judged, bool]]):
     """Things are pairs: an interval of the review, and whether it shares frames with another."""
 
     heads = _HEADS
-    right = range(2, 8)
+    right = range(3, 9)
 
     def __init__(self, document: Document, theme: Theme) -> None:
         super().__init__(theme)
@@ -60,6 +68,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         confidence = -1.0 if interval.confidence is None else interval.confidence
         cells: tuple[tuple[str, object], ...] = (  # what is shown, and what it is sorted by
             (document.find_chain(interval.chain).label, interval.chain),
+            (KINDS[interval.kind][0], interval.kind.value),
             (decision, judged.decision.value),
             (str(interval.start + first), interval.start),
             (str(interval.stop + first), interval.stop),
@@ -72,14 +81,14 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         return Row(
             texts=tuple(text for text, _ in cells),
             sort=tuple(value for _, value in cells),
-            colours={1: getattr(self.theme, str(judged.decision))},
+            colours={_HEADS.index("Decision"): getattr(self.theme, str(judged.decision))},
             tips=(_tip(judged, shared),),
         )
 
 
 def _tip(judged: Judged, shared: bool) -> str:
     interval = judged.interval
-    parts = [f"{interval.chain}, {interval.frames} frames"]
+    parts = [f"{interval.chain}, {interval.kind}, {interval.frames} frames"]
     if abs(interval.residual) > 1e-9:
         parts.append(f"left over behind the last edge: {np.degrees(interval.residual):+.2f}°")
     if shared:
@@ -112,6 +121,8 @@ class _Filter(QSortFilterProxyModel):
             return False
         if self.chosen == "This chain":
             return judged.interval.chain == self._document.chain
+        if self.chosen in _OF_KIND:
+            return judged.interval.kind == _OF_KIND[self.chosen]
         return self.chosen in ("All", judged.decision.value.capitalize())
 
 
@@ -171,17 +182,24 @@ class IntervalsPanel(QWidget):
         self._fit_columns()
 
     def _fit_columns(self) -> None:
-        known = any(j.interval.confidence is not None for j in self._document.intervals)
+        intervals = [j.interval for j in self._document.intervals]
+        said = {
+            "Conf.": any(i.confidence is not None for i in intervals),
+            "Kind": any(i.kind != Kind.COUNTER_TWIST for i in intervals),
+        }
         table, metrics = self.table, self.fontMetrics()
-        needed = sum(metrics.horizontalAdvance(s) + 14 for s in _SAMPLES) + _NOTE_WIDTH
+        widths = {
+            head: metrics.horizontalAdvance(sample) + 14
+            for head, sample in zip(_HEADS, _SAMPLES, strict=False)
+            if said.get(head, True)
+        }
+        needed = sum(widths.values()) + _NOTE_WIDTH
         room = self.width() - table.verticalScrollBar().sizeHint().width() - 12
         for head in _SPARED:
-            column = _HEADS.index(head)
-            unknown = head == "Conf." and not known
-            hide = unknown or needed > room
-            table.setColumnHidden(column, hide)
+            hide = head not in widths or needed > room
+            table.setColumnHidden(_HEADS.index(head), hide)
             if hide:
-                needed -= metrics.horizontalAdvance(_SAMPLES[column]) + 14
+                needed -= widths.get(head, 0)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""

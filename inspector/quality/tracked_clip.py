@@ -159,7 +159,7 @@ class Tracked(QObject):
 
 
 def _work(data: Analysed, wanted: _Wanted, tell: Tell) -> Result:
-    refined = refine(data.motion, data.chains, wanted.intervals)
+    refined = refine(data.motion, data.chains_and_limbs, wanted.intervals)
     found, traces = traced_motion(refined, wanted.tracking, tell)
     tell(1.0)
     rotations, positions = forward_kinematics(found)

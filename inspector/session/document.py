@@ -31,7 +31,6 @@ from twistcore.review import (
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
-from twistcore.review.proposal import proposed_interval
 from twistcore.rig import Rig
 from twistcore.tuning import Profile
 
@@ -193,6 +192,7 @@ class Document(OpenClip):
         same = (start, stop) == (old.start, old.stop) and np.allclose(
             interval.offset[start - interval.start : stop - interval.start], old.offset, atol=1e-12
         )
+        same = same and interval.carried == old.carried
         if start < stop and (drag or not same):
             self.do(Edit(interval_id, resized(interval, start, stop), drag))
 
@@ -201,8 +201,7 @@ class Document(OpenClip):
         if self.data is None or not self.chain:
             return
         if interval is None:
-            signals, fps = self.data.signals[self.chain], self.data.motion.fps
-            interval = proposed_interval(self.chain, signals, frame, fps)
+            interval = self.data.proposed(self.chain, frame)
         number = self.review.state.next_id
         if self.do(Insert(interval)):
             self.select_interval(number)
@@ -236,10 +235,12 @@ class Document(OpenClip):
         if self.data is None or not self._may_change():
             return
         clip, method = self.data.analysis, profile.method
-        own = profile.of(clip.chains)
+        own = profile.of(clip.chains_and_limbs)
+        now = self.review.state.tau
 
         def detect() -> None:  # at the detector's own τ in chains that the profile lacks
-            found = clip.detect(method, tau_radians=own)
+            kept = {limb.name: now[limb.name] for limb in clip.limbs}  # no detector of chains' own
+            found = clip.detect(method, tau_radians=kept | own)
             self.do(Redetect(dict(found.tau), found.intervals, method=method))
 
         if method in ("", self.review.state.method):
@@ -274,7 +275,7 @@ class Document(OpenClip):
         self.data = replace(data, analysis=self.rigs.take(state.rig))
         self._corrected = Corrected(self.data.analysis)
         self.method = state.method
-        names, before = ([c.name for c in d.chains] for d in (self.data, data))
+        names, before = ([c.name for c in d.chains_and_limbs] for d in (self.data, data))
         self.hidden &= frozenset(names)
         new = [name for name in names if name not in before]
         if len(new) == 1 or self.chain not in names:

@@ -66,7 +66,7 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
     return Export(
         choice,
         data.clip,
-        tuple(data.chains),
+        data.chains_and_limbs,
         document.review.state,
         uncorrected(document),
         document.recovery.check_clip(),
@@ -142,9 +142,17 @@ def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:
         return f"{name}: written byte for byte as the source; {why}{stale}"
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})
+    moved = "no joint moved"
+    if change.moved:
+        *rest, last = [f"{m.joint} by up to {100.0 * m.of_height:.1f} %" for m in change.moved]
+        names = f"{', '.join(rest)} and {last}" if rest else last
+        if len(rest) > 2:  # tracked, a whole figure may
+            most = max(m.of_height for m in change.moved)
+            names = f"{len(change.moved)} joints by up to {100.0 * most:.1f} %"
+        moved = f"moved: {names} of the height; no other joint"
     return (
         f"{name}: {change.frames} frames of {joints} joints changed by up to "
-        f"{largest:.1f}°; no joint moved by more than {change.max_position_of_height:.0e} "
+        f"{largest:.1f}°; {moved} by more than {change.rest_of_height:.0e} "
         f"of the height; every other byte is the source's. {export.left_out}"
         + (f" {len(jumps)} channel steps of more than 180° stay: {jumps[0]}." if jumps else "")
     ).strip() + stale
@@ -157,7 +165,7 @@ def uncorrected(document: Document) -> str:
     accepted = {i.chain for i in document.review.state.chosen()}
     stuck = "; ".join(
         f"{c.label} ({', '.join(joints)})"
-        for c in document.data.chains
+        for c in document.data.chains_and_limbs
         if c.name in accepted and (joints := uncorrectable_joints(motion, c))
     )
     return f"Not corrected, for want of three rotation channels: {stuck}." if stuck else ""

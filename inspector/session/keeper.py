@@ -117,7 +117,7 @@ class Keeper(QObject):
         for path in (path for place in self._kept.all_places for path in journals(place)):
             if not robbed and is_held(path):
                 continue
-            leftover, told = read_leftover(path, data.clip)
+            leftover, told = read_leftover(path, data.clip, data.analysis)
             if told:
                 self.notes.append(told)
             if leftover is not None:
@@ -134,9 +134,15 @@ class Keeper(QObject):
         self._kept = None
 
     def continue_with(self, leftover: Leftover) -> None:
-        """Go on with a recovered review, in its own journal."""
-        self.journal.continue_with(leftover.recovered)
-        self.leftovers.remove(leftover)
+        """Go on with a recovered review, in its own journal.
+
+        One that knows nothing of limbs gives way to a new one, once that is on disk.
+        """
+        self.journal.continue_with(leftover.recovered, anew=leftover.completed)
+        if not leftover.completed:
+            self.leftovers.remove(leftover)
+        elif self.journal.on_disk:
+            self.forget(leftover)
 
     def forget(self, leftover: Leftover) -> None:
         """Delete what an earlier run left: it was answered, or there is nothing more in it.

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from inspector.session.opening import chains_shown
+from inspector.session.opening import with_every_kind
 from inspector.session.session_files import set_aside
+from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip
 from twistcore.errors import FormatError, TwistError
-from twistcore.review import Judged, Recovered, ReviewState, recover
+from twistcore.limb import Limb
+from twistcore.review import Judged, Recovered, Review, ReviewState, recover
 from twistcore.review.session import session_document
 
 
@@ -19,11 +21,13 @@ from twistcore.review.session import session_document
 class Leftover:
     """A journal that an earlier run left.
 
-    same_clip: it belongs to the clip as it is, not to another version of it.
+    same_clip: it belongs to the clip as it is, not to another version of it; completed: with what
+    the journal knows nothing of, limbs, so that it cannot go on as it is.
     """
 
     recovered: Recovered
     same_clip: bool
+    completed: bool = False
 
     @property
     def path(self) -> Path:
@@ -31,10 +35,11 @@ class Leftover:
         return self.recovered.path
 
 
-def read_leftover(path: Path, clip: Clip) -> tuple[Leftover | None, str]:
+def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
     """What a journal holds and a sentence for the person, '' if all is well.
 
-    None for one that cannot be used: if it is damaged it is set aside.
+    None for one that cannot be used: if it is damaged it is set aside. One from before flips of
+    limbs were looked for gets those of the clip, undecided.
     """
     try:
         recovered = recover(path, clip)
@@ -49,16 +54,27 @@ def read_leftover(path: Path, clip: Clip) -> tuple[Leftover | None, str]:
     told = ""
     if recovered.damaged:
         told = f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
-    same = recovered.session.sha256 == clip.sha256 and _has_chains(recovered.session.state, clip)
-    return Leftover(recovered, same), told
+    began, left = recovered.session.state, recovered.review.state
+    if recovered.session.sha256 != clip.sha256 or not _has_chains(began, clip):
+        return Leftover(recovered, False), told
+    complete = with_every_kind(left, analysis.with_rig(left.rig))
+    if complete is left:
+        return Leftover(recovered, True), told
+    review = Review(complete)
+    review.mark_unsaved()
+    began = with_every_kind(began, analysis.with_rig(began.rig))
+    session = replace(recovered.session, state=began)
+    return Leftover(replace(recovered, session=session, review=review), True, True), told
 
 
 def _has_chains(state: ReviewState, clip: Clip) -> bool:
-    """Whether the clip has the chains of a review, and no others."""
+    """Whether the clip has the chains of a review and no others, with limbs or without."""
     try:
-        return {c.name for c in chains_shown(clip.motion, state.rig)} == state.tau.keys()
+        every = state.rig.chains(clip.motion)
     except TwistError:
         return False
+    limbs = {c.name for c in every if isinstance(c, Limb)}
+    return {c.name for c in every} - limbs == state.tau.keys() - limbs
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:

@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from inspector.session.opening import Analysed
 from twistcore.chain import Chain
 from twistcore.detection import Analysis
+from twistcore.detection.limb_flips import LimbFlips
 from twistcore.refinement import Corrected
 from twistcore.review import Judged, Review
 from twistcore.rotation import Array
@@ -57,9 +58,9 @@ class OpenClip(QObject):
 
     @property
     def detector(self) -> Analysis:
-        """What the detector in use knows of the open clip."""
+        """What the detector in use knows of the open clip, and that of flips of its limbs."""
         assert self.data is not None
-        return self.data.analysis.by(self.method)
+        return self.data.analysis.detector(self.method)
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
@@ -77,11 +78,16 @@ class OpenClip(QObject):
         return self.data.motion.frames if self.data else 0
 
     def find_chain(self, name: str) -> Chain:
-        """A chain of the open clip by name; KeyError where there is none."""
-        for chain in self.data.chains if self.data else ():
+        """A chain or limb of the open clip by name; KeyError where there is none."""
+        for chain in self.data.chains_and_limbs if self.data else ():
             if chain.name == name:
                 return chain
         raise KeyError(name)
+
+    @property
+    def limb(self) -> LimbFlips | None:
+        """What is known of the selected limb; None where a chain is selected."""
+        return self.data.limb(self.chain) if self.data else None
 
     def offset(self, chain: str) -> Array:
         """Twist error of a chain's parent by all intervals not rejected, radians, (frames,)."""

@@ -13,14 +13,16 @@ from twistcore import analysis as core
 from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, uncorrectable_joints
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
 from twistcore.detection.cuts import border_notes
+from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import chains_of
-from twistcore.limb import Limb
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
-from twistcore.review import Judged, Review, Session
+from twistcore.review import Judged, Redetect, Review, ReviewState, Session
+from twistcore.review.model import as_written
+from twistcore.review.proposal import proposed_flip, proposed_interval
 from twistcore.review.session import read_session_file
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
@@ -42,8 +44,9 @@ class Analysed:
     """A clip as it was opened: what is known of it, and the review that it begins with.
 
     session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
-    another version of this clip; stamp: of the clip's file before it was read, None if it was in
-    memory; borders: sentences on frames at its ends that are no capture.
+    another version of this clip; added: how many flips and lone jumps the session, which knew
+    neither, did not have, None for one that did; stamp: of the clip's file before it was read, None
+    if it was in memory; borders: sentences on frames at its ends that are no capture.
     """
 
     clip: Clip
@@ -53,6 +56,7 @@ class Analysed:
     session_sha256: str = ""
     earlier: tuple[Judged, ...] = ()
     notes: tuple[str, ...] = ()
+    added: int | None = None
     stamp: Stamp | None = None
     borders: tuple[str, ...] = ()
 
@@ -65,6 +69,26 @@ class Analysed:
     def chains(self) -> tuple[Chain, ...]:
         """Its chains."""
         return self.analysis.chains
+
+    @property
+    def chains_and_limbs(self) -> tuple[Chain, ...]:
+        """All that a person can select."""
+        return self.analysis.chains_and_limbs
+
+    def limb(self, name: str) -> LimbFlips | None:
+        """What is known of a limb; None for the name of a chain."""
+        return self.analysis.flips.limbs.get(name)
+
+    def proposed(self, chain: str, frame: int) -> Interval:
+        """An interval of a chain, or a flip of a limb, for a person to begin with."""
+        if (limb := self.limb(chain)) is not None:
+            return proposed_flip(limb, frame)
+        return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
+
+    def angle(self, chain: str) -> Array:
+        """What an offset is taken out of, radians, (frames,): θp of a chain, φ of a limb."""
+        limb = self.limb(chain)
+        return self.signals[chain].theta_p if limb is None else limb.swivel.angle
 
     @property
     def signals(self) -> Mapping[str, TwistSignals]:
@@ -94,11 +118,6 @@ class ClipMissingError(TwistError):
 _READ, _DETECTED = 0.1, 0.9
 
 
-def chains_shown(motion: Motion, rig: Rig) -> tuple[Chain, ...]:
-    """The chains of a rig that views show: no view shows limbs yet. TwistError if it has others."""
-    return tuple(chain for chain in rig.chains(motion) if not isinstance(chain, Limb))
-
-
 def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
     """Read and analyse a clip, with the session kept of it; raises TwistError.
 
@@ -111,7 +130,7 @@ def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> 
     session, *older = sessions
     notes = [f"Another session of {path.name}, not the latest, is {other}." for other in older]
     try:
-        kept, sha256 = _read_session(session)
+        kept, sha256 = read_session_file(session)
     except TwistError as error:
         damaged = isinstance(error, FormatError)
         why = set_aside(session, str(error)) if damaged else f"{error}: its review is not shown."
@@ -150,10 +169,10 @@ def analysed(
     profile = profile or Profile({})
     method = profile.method or DEFAULT_METHOD
     tell(0.0)
-    analysis = core.analyse(clip, chains_shown(clip.motion, rig), rig)
+    analysis = core.analyse(clip, rig=rig)
     analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
-    found = analysis.detect(method, tau_radians=profile.of(analysis.chains))
+    found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability
     return Analysed(clip, analysis, Review.of(found), borders=border_notes(clip.motion))
@@ -167,7 +186,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     replays an export is read, never written: its review goes on in the clip's own session. tell:
     how far it is.
     """
-    session, sha256 = _read_session(path)
+    session, sha256 = read_session_file(path)
     if clip_path is None:
         places = [Path(session.clip), path.with_name(Path(session.clip).name)]
         there = [p for p in places if p.is_file()]
@@ -178,14 +197,6 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     return _with_session(path, sha256, session, clip_path, tell)
 
 
-def _read_session(path: Path) -> tuple[Session, str]:
-    """A session and its bytes' SHA-256; TwistError for one that no view shows, which stays."""
-    session, sha256 = read_session_file(path)
-    if any(j.interval.kind != Kind.COUNTER_TWIST for j in session.state.intervals):
-        raise TwistError(f"{path}: it judges flips of limbs, which this window does not show yet")
-    return session, sha256
-
-
 def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:
     method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
     found = _read(clip, Profile({}, method), tell, session)
@@ -193,12 +204,35 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
         return replace(found, earlier=session.state.intervals)
     own = found.review.state
     known = {name: t for name, t in session.state.tau.items() if name in own.tau}
-    tau = {**own.tau, **known}
-    review = Review(replace(session.state, method=method, tau=tau, chain_order=own.chain_order))
+    limbs = {limb.name for limb in found.analysis.limbs}
+    tau = {name: t for name, t in own.tau.items() if name not in limbs} | known
+    state = replace(session.state, method=method, tau=tau, chain_order=own.chain_order)
+    complete = with_every_kind(state, found.analysis)
+    if complete is not state:
+        added = len(complete.intervals) - len(state.intervals)
+        found = replace(found, added=added)
+    review = Review(complete)
     if path.name.endswith(REPLAY_SUFFIX):
         review.mark_unsaved()  # in the clip's own session
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
+
+
+def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
+    """A review with what it knows nothing of: limbs at their own τ, flips, lone jumps, undecided.
+
+    The very same one where it knows all limbs.
+    """
+    new = [limb.name for limb in analysis.limbs if limb.name not in state.tau]
+    if not new:
+        return state
+    order = {chain.name: k for k, chain in enumerate(analysis.chains_and_limbs)}
+    tau = {name: analysis.flips.automatic_tau(name) for name in new}
+    found = tuple(i for name, t in tau.items() for i in analysis.flips.intervals(name, t))
+    state = Redetect(tau, found).apply(replace(state, chain_order=order))
+    jumps = [i for own in analysis.jumps(state.method).values() for i in own]
+    judged = [Judged(k, as_written(i)) for k, i in enumerate(jumps, state.next_id)]
+    return state.with_intervals((*state.intervals, *judged), state.next_id + len(judged))
 
 
 def opening_notes(
@@ -209,23 +243,31 @@ def opening_notes(
     away: where its review is kept, if not beside it; notes: on taking that up.
     """
     if data.session is not None:
-        yield f"Going on with {data.session.name}.", False
+        told = f"Going on with {data.session.name}."
+        if data.added is not None:
+            found = f"{data.added} found, undecided" if data.added else "none found"
+            told += " Flips of limbs and lone jumps, of which it knew nothing, were looked for as "
+            told += f"well: {found}."
+        yield told, False
     if rig := data.analysis.rig:
         yield f"Chains of this rig: {rig.summary()}.", False
-    chain_notes = dict.fromkeys(w for c in data.chains for w in c.warnings)
-    name, told = data.clip.name, []
+    chain_notes = dict.fromkeys(w for c in data.chains_and_limbs for w in c.warnings)
+    name, notices = data.clip.name, []
     if away is not None:
         cannot = f"{name} lies in a folder that cannot be written"
-        told.append(f"{cannot}: your decisions are kept in {away}.")
-    told += [f"{name}: {w}" for w in (*map(str, data.clip.warnings), *data.borders, *chain_notes)]
+        notices.append(f"{cannot}: your decisions are kept in {away}.")
+    warned = (*map(str, data.clip.warnings), *data.borders, *chain_notes)
+    notices += [f"{name}: {w}" for w in warned]
     if not data.chains:
-        told.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
-    stuck = [c.label for c in data.chains if uncorrectable_joints(data.motion, c)]
+        notices.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
+    stuck = [c.label for c in data.chains_and_limbs if uncorrectable_joints(data.motion, c)]
     if stuck:
-        told.append(f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels.")
-    if told:
-        more = f" (and {len(told) - 3} more: see the chains)" if len(told) > 3 else ""
-        yield " ".join(told[:3]) + more, False
+        notices.append(
+            f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels."
+        )
+    if notices:
+        more = f" (and {len(notices) - 3} more: see the chains)" if len(notices) > 3 else ""
+        yield " ".join(notices[:3]) + more, False
     if notes := [*data.notes, *notes]:
         yield " ".join(notes), True
 

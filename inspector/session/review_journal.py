@@ -105,10 +105,14 @@ class ReviewJournal(QObject):
         self.steps = steps
         self._begin(kept.review.state)
 
-    def continue_with(self, recovered: Recovered) -> None:
-        """Go on with a recovered review, in its own journal."""
+    def continue_with(self, recovered: Recovered, *, anew: bool = False) -> None:
+        """Go on with a recovered review, in its own journal or (anew) in another."""
         self.give_up()  # nothing was done in the review that was open
         self._open.review = recovered.review
+        if anew:
+            self.steps = recovered.steps
+            self._begin(recovered.review.state)
+            return
         self._resume(recovered)
         self._first, self._detached = 0, False
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from inspector.session.clip_opener import ClipOpener
-from inspector.session.opening import Analysed, chains_shown
+from inspector.session.opening import Analysed
 from twistcore.analysis import ClipAnalysis
 from twistcore.progress import Tell
 from twistcore.review import ChangeChains, ReviewState
@@ -62,9 +62,9 @@ class Rigs:
         """In another thread: nothing changes the review or the clip meanwhile."""
         known = self._known.get(rig)
         if known is None:
-            known = present.with_chains(chains_shown(present.motion, rig), rig)
+            known = present.with_rig(rig)
         known.by(method, tell)
-        _ = known.signals, known.reliability
+        _ = known.signals, known.reliability, known.flips, known.jumps(method)
         if present is self.present:
             self._known[rig] = known
         return known

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from twistcore.rotation import Array, wrap
 
 RELIABLE = 0.2  # ‖v⊥‖/‖v‖ below which the azimuth is shaded
+_BINS, _BLUR = 72, np.radians(25.0)
+_MOVES = np.radians(90.0)  # what turns further in a frame has jumped
 
 
 def centre_of(angle: Array) -> float:
@@ -23,6 +25,30 @@ def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]
     """
     y = np.degrees(centre + wrap(angle - centre))
     return y, np.flatnonzero(np.abs(np.diff(y)) > 180.0)
+
+
+def rarest(angle: Array) -> float:
+    """The direction that an angle is most seldom near, radians in (−2π, 0]; (n,) -> number.
+
+    There a line can be broken without a jump of half a turn losing its other side.
+    """
+    count, _ = np.histogram(wrap(angle), _BINS, (-np.pi, np.pi))
+    near = np.minimum(np.arange(_BINS), _BINS - np.arange(_BINS)) * 2.0 * np.pi / _BINS
+    weight = np.exp(-0.5 * (near / _BLUR) ** 2)
+    seen = np.fft.irfft(np.fft.rfft(count) * np.fft.rfft(weight), _BINS)
+    turn = 2.0 * np.pi
+    return float((int(np.argmin(seen)) + 0.5) / _BINS * turn - np.pi) % turn - turn
+
+
+def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
+    """An angle in degrees in the turn that begins at `seam`, (frames,), and its seams.
+
+    A seam is a frame behind which it moves across: as :func:`degrees_about`, but a jump of half a
+    turn, which has no shorter way, is drawn.
+    """
+    y, _ = degrees_about(angle, seam + np.pi)
+    across = (np.abs(np.diff(y)) > 180.0) & (np.abs(wrap(np.diff(angle))) < _MOVES)
+    return y, np.flatnonzero(across)
 
 
 def thinned(
@@ -57,7 +83,10 @@ def thinned(
     return np.repeat(x, 2), ends.ravel()
 
 
-def unreliable_spans(reliability: Array) -> NDArray[np.int64]:
-    """Half-open spans [start, stop) in which the azimuth says nothing, integers, (spans, 2)."""
-    low = np.concatenate([[False], reliability < RELIABLE, [False]])
+def unreliable_spans(reliability: Array, least: float = RELIABLE) -> NDArray[np.int64]:
+    """Half-open spans [start, stop) in which an angle says nothing, integers, (spans, 2).
+
+    reliability: of the azimuth, or whatever else is to be `least` or more, (frames,).
+    """
+    low = np.concatenate([[False], reliability < least, [False]])
     return np.flatnonzero(np.diff(low)).reshape(-1, 2)

@@ -13,6 +13,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QGraphicsSceneWheelEvent, QMenu, QWidget
 
 from inspector.session.document import Document
+from inspector.session.why_here import peak_near, reason_here, told
 from inspector.timeline.context_menu import context_menu
 from inspector.timeline.layers import Scenery
 from inspector.timeline.tau_line import set_tau_at
@@ -206,7 +207,7 @@ class Gestures:
     # -- the rest -----------------------------------------------------------------------------
 
     def click(self, view: TimeView, event: Any) -> None:
-        """Select an interval or move the playhead; twice on the strength curve: τ."""
+        """Select an interval or move the playhead; on the strength curve also: see there."""
         if not self._document.frames:
             return
         self._refresh()
@@ -218,8 +219,19 @@ class Gestures:
             set_tau_at(self._document, place.y())
         elif judged := self.hit(frame, view.viewPixelSize()[0]).judged:
             self._document.select_interval(judged.id)
+        elif view.key == "strength" and self._ask_peak(frame, view.viewPixelSize()[0]):
+            return
         else:
             self._document.go_to(round(frame))
+
+    def _ask_peak(self, frame: float, pixel: float) -> bool:
+        """At a peak past τ in no interval: go there, and say why; False where there is none."""
+        near = peak_near(self._document, round(frame), max(_REACH * pixel, 0.5))
+        if near is None or (reason := reason_here(self._document, near)) is None:
+            return False
+        self._document.go_to(near)
+        self._document.message.emit(told(self._document, reason), False)
+        return True
 
     def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:
         """Open the menu of a place; non-blocking."""
@@ -268,5 +280,5 @@ class Gestures:
             return "\n".join(lines)
         spans = self._scenery.unreliable
         if np.any((spans[:, 0] - 0.5 <= frame) & (frame < spans[:, 1] - 0.5)):
-            return "Limb nearly straight: the azimuth θc, and so the strength, is unreliable here."
+            return self._scenery.unreliable_hint
         return ""

@@ -35,6 +35,8 @@ class Scenery:
     intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
     selected: int | None = None
     unreliable: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    unreliable_words: str = ""  # written there
+    unreliable_hint: str = ""  # told of it
     starts: Array = field(default_factory=lambda: np.zeros(0))
     stops: Array = field(default_factory=lambda: np.zeros(0))
     _regions: dict[object, Regions] = field(default_factory=dict)
@@ -103,7 +105,7 @@ class Layer(QGraphicsItem):
 
 
 class BackLayer(Layer):
-    """Unreliable azimuth and interval regions, behind the curves."""
+    """Spans without a reliable angle and interval regions, behind the curves."""
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, *, shade: bool, glyphs: bool) -> None:
         super().__init__(view, scenery, -200.0)  # behind the view itself
@@ -137,7 +139,7 @@ class BackLayer(Layer):
             width = max(1.0, right - left)
             painter.fillRect(QRectF(left, 0.0, width, height), tint)
             painter.fillRect(QRectF(left, height - 3.0, width, 3.0), foot)
-            text = "azimuth unreliable"
+            text = self.scenery.unreliable_words
             if width > QFontMetricsF(painter.font()).horizontalAdvance(text) + 12.0:
                 painter.setPen(QColor(theme.soft))
                 painter.drawText(QPointF(left + 5.0, height - 6.0), text)

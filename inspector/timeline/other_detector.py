@@ -74,8 +74,8 @@ class OtherDetector(Pane):
     def refresh(self) -> None:
         """Show the selected chain; analyse the clip first where that is still to do."""
         data = self._document.data
-        if data is None or not self._document.chain:
-            return
+        if data is None or not self._document.chain or self._document.limb is not None:
+            return  # flips of a limb have one detector
         analysis = data.analysis.kept(self.method)
         if analysis is None:
             self._begin(data.analysis)

@@ -47,11 +47,14 @@ class Pane(Canvas):
         root: bool = False,
         shade: bool = True,
         glyphs: bool = False,
+        unit: str = "°",
         parent: QWidget | None = None,
     ) -> None:
         self.key = key
-        degrees = RootAxis("left") if root else UnitAxis("left")
-        super().__init__({"left": degrees, "bottom": FrameAxis("bottom")}, TimeView(key), parent)
+        values = RootAxis("left") if root else UnitAxis("left")
+        if isinstance(values, UnitAxis):
+            values.unit = unit
+        super().__init__({"left": values, "bottom": FrameAxis("bottom")}, TimeView(key), parent)
         self.root = root
         self._styles = styles
         self._smooth = False

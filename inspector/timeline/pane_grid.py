@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
@@ -10,18 +10,22 @@ from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
 from inspector.timeline.pane import Pane
 from inspector.widgets.building import hint
 
-_WEIGHTS = {"theta": 4, "delta": 3, "strength": 4, "offset": 3, "other": 4}
+_WEIGHTS = {"theta": 4, "delta": 3, "height": 3, "strength": 4, "offset": 3, "other": 4}
 _ROW = 88  # pixels that a pane needs before the panes go into two columns
 
 
 class PaneGrid(QStackedWidget):
-    """`panes` from top to bottom, by key; `shown`: the keys of those that are seen."""
+    """`panes` from top to bottom, by key; `shown`: the keys of those that are seen.
+
+    They are those that a person wants of those that mean something for what is selected.
+    """
 
     def __init__(
         self, panes: Mapping[str, Pane], shown: list[str], parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._panes, self.shown = panes, shown
+        self._panes, self._wanted = panes, frozenset(shown)
+        self._meant = frozenset(panes)
         self._arranged: tuple[int, tuple[str, ...]] | None = None
         page = QWidget(self)
         self._grid = QGridLayout(page)
@@ -37,14 +41,20 @@ class PaneGrid(QStackedWidget):
         self.hint.setText(text)
         self.setCurrentIndex(1)
 
-    def show_panes(self) -> None:
-        """The panes again."""
+    @property
+    def shown(self) -> list[str]:
+        """The keys of the panes that are seen, from top to bottom."""
+        return [k for k in self._panes if k in self._wanted & self._meant]
+
+    def show_panes(self, meant: Collection[str]) -> None:
+        """The panes again, those that mean something."""
+        self._meant = frozenset(meant)
+        self._arrange()
         self.setCurrentIndex(0)
 
     def show_pane(self, key: str, *, shown: bool) -> None:
         """Show or hide one of them."""
-        wanted = set(self.shown) | {key} if shown else set(self.shown) - {key}
-        self.shown = [k for k in self._panes if k in wanted]
+        self._wanted = self._wanted | {key} if shown else self._wanted - {key}
         self._arrange()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -8,9 +8,10 @@ from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
 from inspector.session.document import Document
 from inspector.timeline.chain_curves import ChainCurves
-from inspector.timeline.curve_values import unreliable_spans
+from inspector.timeline.curves import Curves
 from inspector.timeline.gestures import Gestures
 from inspector.timeline.layers import Scenery
+from inspector.timeline.limb_curves import LimbCurves
 from inspector.timeline.other_detector import Onlooker, OtherDetector
 from inspector.timeline.overview import OverviewStrip
 from inspector.timeline.pane import CurveStyle, Pane
@@ -23,8 +24,9 @@ from inspector.widgets.later import Stale
 from inspector.widgets.theme import Theme, figures_font
 
 _TITLES = {  # from top to bottom
-    "theta": "Twist θp and azimuth θc",
+    "theta": "Twist θp and azimuth θc; a limb's swivel φ",
     "delta": "Per frame: Δθp and Δθc",
+    "height": "A limb's middle joint off its line",
     "strength": "Strength with τ",
     "other": "The other detector",
     "offset": "Offset taken out",
@@ -39,9 +41,18 @@ _STYLES = {  # of the plots that are shown at first
     "theta": _BEFORE_AND_AFTER,
     "delta": _BEFORE_AND_AFTER,
     # The paper's m(t) lies dimmed under the strength of another detector, to be compared with it.
-    "strength": (CurveStyle("m", "soft", dashed=True), CurveStyle("strength", "before")),
+    # That of a limb has another after its correction.
+    "strength": (
+        CurveStyle("m", "soft", dashed=True),
+        CurveStyle("after", "after"),
+        CurveStyle("strength", "before"),
+    ),
+    "height": (CurveStyle("height", "text"),),
     "offset": (CurveStyle("offset", "text"),),
 }
+
+
+_ONE_DETECTOR = "Flips of a limb have one detector; the other is shown with a chain."
 
 
 class Timeline(QWidget):
@@ -53,7 +64,7 @@ class Timeline(QWidget):
         self.scenery = Scenery(theme)
         self.visible = VisibleRange(document, self)
         self.visible.changed.connect(self._show_range)
-        self._curves: ChainCurves | None = None
+        self._curves: Curves | None = None
         self._stale = Stale(self)  # most changes leave the clip's own curves as they are
         self._stale.due.connect(self.refresh)
         self._build(theme)
@@ -92,6 +103,7 @@ class Timeline(QWidget):
                 root=key in ("delta", "strength"),
                 shade=key != "offset",
                 glyphs=key == "theta",
+                unit=" %" if key == "height" else "°",
                 parent=self,
             )
             for key, styles in _STYLES.items()
@@ -119,8 +131,10 @@ class Timeline(QWidget):
         self.setMinimumHeight(120)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
-        """Show or hide one of the plots 'theta', 'delta', 'strength', 'offset'."""
+        """Show or hide a plot, by its key; some mean something of a limb only, some of a chain."""
         self.grid.show_pane(key, shown=shown)
+        if shown and key == "other" and self.document.limb is not None:
+            self.document.message.emit(_ONE_DETECTOR, False)
         self._show_other()
 
     def _show_other(self) -> None:
@@ -210,10 +224,12 @@ class Timeline(QWidget):
                 else "Open a clip to see its twist over time."
             )
             return
-        self._curves = ChainCurves(document)
-        signals = data.signals[document.chain]
-        self.scenery.unreliable = unreliable_spans(signals.azimuth_reliability)
-        self.grid.show_panes()
+        curves = LimbCurves(document) if document.limb is not None else ChainCurves(document)
+        self._curves, scenery = curves, self.scenery
+        scenery.unreliable = curves.unreliable
+        scenery.unreliable_words = curves.unreliable_words
+        scenery.unreliable_hint = curves.unreliable_hint
+        self.grid.show_panes(curves.panes)
         for pane in self.panes.values():
             pane.set_theme(self.scenery.theme)
         self._curves.show_clip(self.panes)
@@ -221,7 +237,7 @@ class Timeline(QWidget):
 
     def _show_overview(self) -> None:
         document = self.document
-        chains = tuple(c.name for c in document.data.chains) if document.data else ()
+        chains = tuple(c.name for c in document.data.chains_and_limbs) if document.data else ()
         self.overview.show_review(
             document.frames,
             chains,

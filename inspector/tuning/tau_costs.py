@@ -15,7 +15,8 @@ from inspector.session.document import Document
 from inspector.tuning.cost_worker import Request, measure
 from twistcore.bvh import Clip
 from twistcore.chain import uncorrectable_joints
-from twistcore.review import Decision, Judged
+from twistcore.detection import Kind
+from twistcore.review import Decision, Judged, ReviewState
 from twistcore.rig import Rig
 from twistcore.tuning import TauCurve, Verdicts
 
@@ -105,7 +106,7 @@ class Costs(QObject):
         if data is None:
             return
         state = self._document.review.state
-        said = tuple(j for j in state.intervals if j.decision != Decision.UNDECIDED)
+        said = _said(state)
         judged = (data.clip, state.method, state.rig, said)
         if judged == self._judged:
             return
@@ -162,7 +163,7 @@ class Costs(QObject):
         self.changed.emit()
 
     def _verdicts(self) -> Verdicts:
-        intervals = self._document.review.state.intervals
+        intervals = _said(self._document.review.state)
         return Verdicts(
             errors=tuple(
                 replace(j.interval, explain=None)  # its evidence would be asked for, to be sent
@@ -206,3 +207,12 @@ class Costs(QObject):
     def _fail(self, why: str) -> None:
         self.stop()
         self.trouble = why
+
+
+def _said(state: ReviewState) -> tuple[Judged, ...]:
+    """What a person judged of chains: flips of limbs say nothing of their τ."""
+    return tuple(
+        j
+        for j in state.intervals
+        if j.decision != Decision.UNDECIDED and j.interval.kind == Kind.COUNTER_TWIST
+    )

@@ -86,7 +86,7 @@ class ComparisonModel(RowModel[_Line]):
 
     def _lines(self) -> Sequence[_Line]:
         data = self._document.data
-        chains = data.chains if data else ()
+        chains = data.chains_and_limbs if data else ()
         lines = [_Line(c.name, (c.label, *self._texts(c.name))) for c in chains]
         return [*lines, _Line("", ("All chains", *self._texts("")))] if lines else ()
 

@@ -48,6 +48,9 @@ _PROFILE_BUTTONS = (
 )  # fmt: skip
 
 
+_NO_COSTS = "What τ costs is measured for chains; a limb has its automatic τ."
+
+
 class Scope(StrEnum):
     """Which chains a τ is set for."""
 
@@ -200,7 +203,7 @@ class TuningPanel(QWidget):
         assert data is not None
         chain = document.find_chain(document.chain)
         self.title.setText(f"<b>{chain.label}</b>")
-        own = document.review.state.method == "paper"
+        own = document.review.state.method == "paper" or document.limb is not None
         m = None if own else np.degrees(data.signals[chain.name].strength)
         self._strength = np.degrees(self._document.detector.strength(chain.name))
         self.histogram.show_strength(self._strength, m)
@@ -214,12 +217,14 @@ class TuningPanel(QWidget):
     def _show_words(self, degrees: float) -> None:
         document, theme = self._document, self._theme
         reach = int((self._strength >= degrees).sum())
-        paper = document.review.state.method == "paper"
+        limb = document.limb is not None
+        paper = document.review.state.method == "paper" or limb
         square = inked("■", theme.before)
-        words = [f"Frames by strength  {square} {reach} of {document.frames} reach τ"]
+        what = "jump of the limb" if limb else "strength"
+        words = [f"Frames by {what}  {square} {reach} of {document.frames} reach τ"]
         if not paper:
             words.append(inked("■ the paper's m(t)", theme.soft))
-        # The paper's detector has a fixed τ and knows no noise.
+        # The paper's detector, and that of limbs, has a fixed τ and knows no noise.
         name = "automatic τ" if paper else "noise floor"
         words.append(inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
         self.strength_words.set_text(" &nbsp; ".join(words))
@@ -228,14 +233,15 @@ class TuningPanel(QWidget):
         if curve is not None:
             suggested = np.degrees(curve.suggested())
             words.append(inked(f"▼ suggested {suggested:.2f}°", theme.accepted))
-        self.cost_words.set_text("Errors put into this clip  " + " &nbsp; ".join(words))
+        costs = "Errors put into this clip  " + " &nbsp; ".join(words)
+        self.cost_words.set_text(_NO_COSTS if limb else costs)
         found = len(document.review.state.of_chain(document.chain))
         count = "1 interval" if found == 1 else f"{found} intervals"
         parts = [f"{count} at τ {degrees:.2f}°"]
         if curve is not None:
             fsr, alarms = curve.at(float(np.radians(degrees)))
             parts += [f"FSR {100 * fsr:.1f} %", f"false alarms {alarms:.3g}"]
-        if progress := self.progress():
+        if not limb and (progress := self.progress()):
             parts.append(progress)
         self.state.set_text(" · ".join(parts))
 
@@ -261,10 +267,12 @@ class TuningPanel(QWidget):
         if data is None or not self._document.chain:
             return ()
         own = self._document.find_chain(self._document.chain)
+        # τ of a limb is another quantity than that of a chain.
+        alike = data.chains if self._document.limb is None else data.analysis.limbs
         if self.scope == Scope.ALL:
-            return tuple(c.name for c in data.chains)
+            return tuple(c.name for c in alike)
         if self.scope == Scope.SEGMENT and own.segment:
-            return tuple(c.name for c in data.chains if c.segment == own.segment)
+            return tuple(c.name for c in alike if c.segment == own.segment)
         return (own.name,)
 
     def set_tau_degrees(self, degrees: float, drag: int = 0) -> None:

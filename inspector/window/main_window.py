@@ -215,6 +215,7 @@ class MainWindow(Parts):
         self.video.restored.connect(self.video_actions.show_dock)
         self.intervals.activated.connect(self.timeline.visible.zoom_to_interval)
         self.detail.judged.connect(self.review_actions.judge)
+        self.detail.end_turned.connect(self.review_actions.turn_end)
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
         self.presentation.escaped.connect(lambda: actions["presentation"].setChecked(False))
         self.timeline.toggles["other"].toggled.connect(actions["both_detectors"].setChecked)
@@ -288,12 +289,14 @@ class MainWindow(Parts):
             self.position.setText("")
             return
         frame = self.document.frame
-        signals = data.signals[self.document.chain]
+        limb, chain = self.document.limb, self.document.chain
+        size = data.signals[chain].strength if limb is None else np.abs(limb.departures)
+        names = ("θp", "m") if limb is None else ("φ", "Δφ")
         off = np.degrees(self.document.offset(self.document.chain)[frame])
         label = self.document.find_chain(self.document.chain).label
         self.position.setText(
-            f"{label}   θp {np.degrees(signals.theta_p[frame]):+7.1f}°   "
-            f"m {np.degrees(signals.strength[frame]):6.2f}°   offset {off:+7.1f}°"
+            f"{label}   {names[0]} {np.degrees(data.angle(chain)[frame]):+7.1f}°   "
+            f"{names[1]} {np.degrees(size[frame]):6.2f}°   offset {off:+7.1f}°"
         )
 
     # -- Qt events ----------------------------------------------------------------------------

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from PySide6.QtWidgets import QInputDialog, QWidget
 
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.document import Document
+from inspector.session.why_here import peak_near, peaks, reason_here, told
 from inspector.widgets.message_bar import MessageBar
 from twistcore.analysis import ClipAnalysis
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.review import Decide, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
+from twistcore.why_not import Reason, Why
 
 
 @dataclass(eq=False)
@@ -88,8 +90,17 @@ class ReviewActions:
     def make_following(self) -> None:
         """The selected interval gets an offset a frame, so that the twist runs straight through."""
         if (judged := self.document.interval) and self.document.data:
-            theta = self.document.data.signals[judged.interval.chain].theta_p
-            self.document.edit(judged.id, following(judged.interval, theta))
+            angle = self.document.data.angle(judged.interval.chain)
+            self.document.edit(judged.id, following(judged.interval, angle))
+
+    def turn_end(self) -> None:
+        """The end of the selected flip is kept if it was carried, or the reverse."""
+        judged = self.document.interval
+        if judged is None or judged.interval.kind != Kind.LIMB_FLIP:
+            self.bar.show_message("Only a flip of a limb has an end, kept or turned along.", False)
+        else:
+            edited = replace(judged.interval, carried=not judged.interval.carried)
+            self.document.edit(judged.id, edited)
 
     def insert_interval(self) -> None:
         """A hand-made interval: the suspicious moment gone to, or one around the playhead."""
@@ -103,27 +114,50 @@ class ReviewActions:
             self.document.do(Remove(judged.id))
 
     def next_faint(self) -> None:
-        """Go to the next candidate between half of τ and τ: what was missed is invisible."""
-        data = self.document.data
-        found = faint_intervals(data.analysis, self.document.review.state) if data else []
-        if data is None or not found:
+        """Go to the next suspicious moment: what was missed is invisible.
+
+        Between half of τ and τ it is a candidate; past τ a peak whose reason does not settle it.
+        """
+        document = self.document
+        if (data := document.data) is None:
             self.bar.show_message("Nothing suspicious down to half of τ.", False)
             return
-        order = [c.name for c in data.chains]
-        found = sorted(found, key=lambda i: (i.start, order.index(i.chain)))
-        faint = next((i for i in found if i.start > self.document.frame), found[0])
-        self._faint = faint
-        self.document.select_interval(None)
-        self.document.select_chain(faint.chain)
-        self.document.go_to(faint.start)
-        label = self.document.find_chain(faint.chain).label
-        first = faint.start + self.document.first_frame
-        self.bar.show_message(
-            f"{label}, {faint.frames} frames from {first}: {np.degrees(faint.delta):+.2f}°, "
-            f"below τ. Insert makes it an interval. ({len(found)} such)",
-            False,
+        past = list(peaks(document))
+        faint = faint_intervals(data.analysis, document.review.state)
+        found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
+        if not found:
+            self.bar.show_message(f"Nothing suspicious down to half of τ.{_settled(past)}", False)
+            return
+        order = [c.name for c in data.chains_and_limbs]
+        found.sort(key=lambda m: (_first_frame(m), order.index(m.chain)))
+        here = document.frame, order.index(document.chain) if document.chain in order else -1
+        moment = next(
+            (m for m in found if (_first_frame(m), order.index(m.chain)) > here), found[0]
         )
+        self._faint = moment if isinstance(moment, Interval) else None
+        document.select_interval(None)
+        document.select_chain(moment.chain)
+        document.go_to(_first_frame(moment))
+        self.bar.show_message(f"{self._told(moment)} ({len(found)} such)", False)
         self.look()
+
+    def _told(self, moment: Interval | Reason) -> str:
+        if isinstance(moment, Reason):
+            return told(self.document, moment)
+        label = self.document.find_chain(moment.chain).label
+        first = moment.start + self.document.first_frame
+        return (
+            f"{label}, {moment.frames} frames from {first}: {np.degrees(moment.delta):+.2f}°, "
+            f"below τ. Insert makes it an interval."
+        )
+
+    def why_not(self) -> None:
+        """Say why nothing is found at the playhead, or at the peak past τ next to it."""
+        frame = self.document.frame
+        near = peak_near(self.document, frame)
+        reason = reason_here(self.document, frame if near is None else near)
+        if reason is not None:
+            self.document.message.emit(told(self.document, reason), False)
 
     def go_to_frame(self) -> None:
         """Ask for a frame."""
@@ -137,10 +171,28 @@ class ReviewActions:
             self.document.go_to(frame - first)
 
 
+def _first_frame(moment: Interval | Reason) -> int:
+    return moment.frame if isinstance(moment, Reason) else moment.start
+
+
+def _settled(past: Sequence[Reason]) -> str:
+    """What else is past τ, so that the curve and the list do not contradict each other."""
+    if not past:
+        return ""
+    alone = sum(r.why == Why.ONE_JOINT for r in past)
+    each = f"{alone} of one joint alone" if alone else ""
+    rest = f"{len(past) - alone} of other errors or cuts" if len(past) > alone else ""
+    one = len(past) == 1
+    return (
+        f" {len(past)} peak{'' if one else 's'} above τ {'has' if one else 'have'} a reason: "
+        f"{' and '.join(filter(None, (each, rest)))}; Go → Why is nothing found here? says it."
+    )
+
+
 def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
     """What the detector finds between half of τ and τ, where the review has nothing."""
-    detector, out = clip.by(state.method), []
-    for chain in clip.chains:
+    detector, out = clip.detector(state.method), []
+    for chain in (c for c in clip.chains_and_limbs if c.name in state.tau):
         known = [(j.interval.start, j.interval.stop) for j in state.of_chain(chain.name)]
         candidates = detector.intervals(chain.name, 0.5 * state.tau[chain.name])
         out += [c for c in candidates if all(c.stop <= a or c.start >= b for a, b in known)]

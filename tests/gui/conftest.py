@@ -3,8 +3,10 @@
 import gc
 import shutil
 import threading
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -20,6 +22,9 @@ from tests.conftest import ASSETS
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
 from tests.gui.programs import Program
 from tests.gui.windows import close_window, open_clip, wait_until_active
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.chain import find_chains
+from twistcore.rotation import multiply, quaternion_from_axis_angle
 
 
 @pytest.fixture(autouse=True)
@@ -158,6 +163,20 @@ def clip(tmp_path):
     folder = tmp_path / "clips"
     folder.mkdir()
     return Path(shutil.copy(INJECTED, folder / "walk.bvh"))
+
+
+@pytest.fixture
+def lone_turn(tmp_path):
+    """The walk with an upper arm that turns alone by 30° from frame 200 on."""
+    clip = read_bvh(WALK)
+    chain = next(c for c in find_chains(clip.motion) if c.name == "LeftArm")
+    q = clip.motion.rotations.copy()
+    turn = quaternion_from_axis_angle(chain.axis, np.radians(30.0))
+    q[200:, chain.parent] = multiply(q[200:, chain.parent], turn)
+    path = tmp_path / "lone" / "lone.bvh"
+    path.parent.mkdir()
+    write_bvh(clip, replace(clip.motion, rotations=q), path)
+    return path
 
 
 @pytest.fixture

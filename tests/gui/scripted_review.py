@@ -32,6 +32,7 @@ COMMANDS = [
     "tau",
     "save",
     "export",
+    "turn_end",
 ]
 
 

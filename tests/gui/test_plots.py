@@ -27,7 +27,21 @@ def document(open_document):
 
 
 @pytest.fixture
+def show_timeline(qtbot, open_document):
+    """Opens a clip's time line."""
+
+    def show(path):
+        return shown(qtbot, open_document(path))
+
+    return show
+
+
+@pytest.fixture
 def timeline(qtbot, document):
+    return shown(qtbot, document)
+
+
+def shown(qtbot, document):
     timeline = Timeline(document, LIGHT)
     qtbot.addWidget(timeline)
     timeline.resize(1280, 300)
@@ -246,6 +260,25 @@ def test_playhead_drags_and_clicks_move_it(qtbot, timeline, document):
     assert document.frame == 50
     assert timeline.scenery.frame == 50
     assert "frame  50" in timeline.readout.text()
+
+
+def test_a_click_at_a_peak_in_no_interval_goes_there_and_says_why(qtbot, show_timeline, lone_turn):
+    timeline = show_timeline(lone_turn)
+    document, told = timeline.document, []
+    document.message.connect(lambda text, wrong: told.append((text, wrong)))
+    document.select_chain("LeftArm")
+    timeline.refresh()
+    document.go_to(20)
+    click(qtbot, timeline, "strength", spot(timeline, "strength", 201))
+    assert document.frame == 200
+    ((text, wrong),) = told
+    assert not wrong
+    assert "at frame 200 is above τ" in text
+    assert "only LeftArm turns there" in text
+    click(qtbot, timeline, "strength", spot(timeline, "strength", 100))  # no peak
+    click(qtbot, timeline, "delta", spot(timeline, "delta", 201))  # no strength
+    assert document.frame == 201
+    assert len(told) == 1
 
 
 def test_wheel_zooms_at_the_cursor_and_shift_pans(qtbot, timeline, document):

@@ -183,23 +183,21 @@ def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, path, tmp
     assert len(window.document.intervals) == 8
 
 
-def test_a_session_with_flips_is_not_shown_and_not_lost(qtbot, window, path, tmp_path):
-    """As long as no view shows limbs: neither replaced by a review without them, nor set aside."""
+def test_a_session_with_flips_opens_as_it_is(qtbot, window, path, tmp_path):
+    """One that has flips at no τ of their limbs gets that; nothing in it is replaced."""
     session = tmp_path / "walk.twist.json"
     write_session(session, CLIP, Insert(flip()).apply(fresh().state))
-    kept = session.read_bytes()
     open_clip(qtbot, window, path)
-    assert "flips of limbs, which this window does not show" in window.bar.label.text()
-    assert len(window.document.intervals) == 8
-    window.open_path(session)
-    qtbot.waitUntil(lambda: not window.document.opener.busy)
-    assert "flips of limbs, which this window does not show" in window.bar.label.text()
-    assert session.read_bytes() == kept
+    assert "looked for as well: none found" in window.bar.label.text()
+    assert len(window.document.intervals) == 9
     act(window, "next_interval")
     act(window, "accept")
     assert window.files.save_session()
-    assert json.loads(session.read_bytes())["schema"] == "twistcore.session/1"
-    assert session.with_name("walk.twist.json.earlier").read_bytes() == kept
+    document = json.loads(session.read_bytes())
+    assert document["schema"] == "twistcore.session/3"
+    assert [i["kind"] for i in document["intervals"]] == ["counter-twist"] * 8 + ["limb flip"]
+    open_clip(qtbot, window, path)
+    assert window.bar.label.text() == "Going on with walk.twist.json."
 
 
 def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, monkeypatch, path, tmp_path):

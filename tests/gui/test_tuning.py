@@ -45,7 +45,9 @@ def tuning(qtbot, window):
 
 
 def taus(window):
-    return {n: round(float(np.degrees(t)), 6) for n, t in window.document.review.state.tau.items()}
+    """Of the chains, degrees: a limb's is another quantity."""
+    tau, chains = window.document.review.state.tau, window.document.data.chains
+    return {c.name: round(float(np.degrees(tau[c.name])), 6) for c in chains}
 
 
 def at(plot, degrees):

@@ -18,7 +18,7 @@ EXAMPLES = {
     (document := json.loads(block))["schema"]: document
     for block in re.findall(r"```json\n(.*?)```", PAGE, re.S)
 }
-BY_NAME = {"tau_deg", "off_axis", "files"}  # objects whose keys are joints or files
+BY_NAME = {"tau_deg", "off_axis", "files", "numbers"}  # objects whose keys are not the format's
 
 
 def shape(value, key=""):
@@ -54,8 +54,11 @@ def real(tmp_path_factory):
     worse = folder / "worse.bvh"
     motion = flipped(CLIP.motion, flip(degrees=-160.0))
     write_bvh(CLIP, spun("LeftFoot", 60, 70, 140.0, motion), worse)
+    low = folder / "low.toml"  # a limb's own motion passes it
+    low.write_text('["LeftUpLeg-LeftFoot"]\ntau_deg = 0.3\n')
+    asked = ("--explain", "--method", "paper", "--profile", str(low))
     documents = [
-        printed("detect", str(worse), "--json", "--explain", "--method", "paper"),
+        printed("detect", str(worse), "--json", *asked),
         printed("info", walk, "--json"),
         json.loads(Path(truth).read_text()),
         printed("evaluate", "--truth", truth, "--clean", walk, "--refined", out, "--json"),

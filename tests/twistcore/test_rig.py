@@ -55,7 +55,7 @@ def names(chains):
 def changed(clip, review, rig):
     """The review taken to other chains, and its analysis then."""
     before = analyse(clip, rig=review.state.rig)
-    after = before.with_chains(rig.chains(clip.motion), rig)
+    after = before.with_rig(rig)
     review.do(changed_chains(before, after, review.state))
     return after
 
@@ -237,7 +237,7 @@ def test_a_journal_has_the_change_and_its_undo(tmp_path, dirty_walk, review):
     path = tmp_path / "walk.journal"
     journal = Journal(path, dirty_walk, review.state)
     before = analyse(dirty_walk)
-    after = before.with_chains(OWN.chains(dirty_walk.motion), OWN)
+    after = before.with_rig(OWN)
     command = changed_chains(before, after, review.state, "Other chains")
     began = session_bytes(dirty_walk, review.state)
     review.do(command)

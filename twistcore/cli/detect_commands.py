@@ -25,6 +25,7 @@ from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
 from twistcore.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import read_profile
+from twistcore.why_not import peaks_without_interval
 
 _SIGNAL_COLUMNS = (
     "chain", "frame", "theta_p_deg", "theta_c_deg", "dtheta_p_deg", "dtheta_c_deg", "m_deg",
@@ -114,6 +115,8 @@ def detect(arguments: argparse.Namespace) -> int:
             )
             if arguments.explain:
                 _explain(i)
+        if arguments.explain:
+            _explain_peaks(found)
         where = f"{len(found.chains)} chains"
         if found.limbs and not found.chains:
             where = f"{len(found.limbs)} limb{'' if len(found.limbs) == 1 else 's'}"
@@ -147,6 +150,26 @@ def _explain(interval: Interval) -> None:
             f"jump {edge['jump_deg']:+.2f}° ± {edge['sigma_deg']:.3f}°"
         )
     print(f"    left over {math.degrees(interval.residual):+.3f}°")
+
+
+def _explain_peaks(found: Detection) -> None:
+    """What is past τ in no interval, by chain, and why."""
+    for chain in found.chains_and_limbs:
+        if reasons := peaks_without_interval(found, chain.name):
+            count = f"{len(reasons)} peak{'' if len(reasons) == 1 else 's'}"
+            print(f"{chain.name:<20} {count} past τ without an interval")
+            for reason in reasons:
+                print(f"    {reason.text}")
+
+
+def _peaks_to_json(found: Detection) -> list[dict[str, Any]]:
+    names = found.analysis.motion.skeleton.names
+    entries = []
+    for chain in found.chains_and_limbs:
+        own = {"chain": names[chain.parent]}
+        own |= {"limb": chain.name} if isinstance(chain, Limb) else {}
+        entries += [r.to_json() | own for r in peaks_without_interval(found, chain.name)]
+    return entries
 
 
 def _in_words(evidence: Mapping[str, Any]) -> list[str]:
@@ -196,7 +219,7 @@ def _detection_to_json(
             entry["residual_deg"] = math.degrees(i.residual)
             entry["evidence"] = i.evidence
         intervals.append(entry)
-    return {
+    document = {
         "schema": "twistcore.detection/1",
         "clip": str(arguments.clip),
         "frames": clip.motion.frames,
@@ -205,6 +228,7 @@ def _detection_to_json(
         "tau_deg": {name: math.degrees(t) for name, t in found.tau.items()},
         "intervals": intervals,
     }
+    return document | {"peaks": _peaks_to_json(found)} if arguments.explain else document
 
 
 def signals(arguments: argparse.Namespace) -> int:

@@ -81,7 +81,7 @@ def leading_frames(motion: Motion) -> int:
 
     All before the last cut (:func:`find_cuts`) among the 12 transitions behind a first pose, held
     or not, and before the end of a longer blend. CMU clips: frame 0. The Daz conversion: the first
-    7 or 8.
+    8 to 12.
     """
     cut = find_cuts(motion.rotations, motion.fps)
     near = np.flatnonzero(cut[: held_frames(motion.rotations) + LEADING + 1])

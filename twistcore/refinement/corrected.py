@@ -11,9 +11,16 @@ from numpy.typing import NDArray
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import Interval
-from twistcore.limb import Limb
+from twistcore.limb import Limb, places
 from twistcore.motion import forward_kinematics
-from twistcore.rotation import Array, multiply, quaternion_from_axis_angle, twist_angle, wrap
+from twistcore.rotation import (
+    Array,
+    multiply,
+    quaternion_from_axis_angle,
+    rotate,
+    twist_angle,
+    wrap,
+)
 from twistcore.signals import twist_signals
 from twistcore.twist_removal import (
     carried_by_limb,
@@ -72,6 +79,10 @@ class Corrected:
         """What is taken out of the twist of a chain's parent, radians, (frames,)."""
         return self._offsets.get(chain, self._none)
 
+    def carried(self, limb: str) -> Array:
+        """The part of a limb's offset in which its end turned along, radians, (frames,)."""
+        return self._carried.get(limb, self._none)
+
     def pose(self, frame: int) -> tuple[Array, Array]:
         """Global rotations (joints, 4) and positions (joints, 3) of a frame."""
         rotations, positions = self._poses(frame, frame + 1)
@@ -105,6 +116,23 @@ class Corrected:
         motion = remove_twist(self._motion, self._chains, self._offsets, self._carried)
         s = twist_signals(motion, chain)
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
+
+    def swivel(self, limb: Limb) -> Array:
+        """φ of a limb, radians, (frames,): its offset less; its height off the line stays.
+
+        A chain above whose child is P turns the frame that φ is told in: there it is told anew.
+        """
+        swivel = self._analysis.flips.limbs[limb.name].swivel
+        angle, children = swivel.angle, self._motion.skeleton.children
+        for chain in self._analysis.chains:
+            at = np.flatnonzero(self.offset(chain.name))
+            if len(at) and limb.parent in children[chain.parent]:
+                axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+                ahead = quaternion_from_axis_angle(axis, self.offset(chain.name)[at])
+                child, end = (rotate(ahead, p) for p in places(self._motion.at(at), limb))
+                angle = angle.copy()
+                angle[at] = swivel.angle_at(child, end)
+        return wrap(angle - self.offset(limb.name))
 
     def _flipped(self, chain: Chain) -> bool:
         """Whether a limb that is turned back has a joint of the chain for its first or its end."""

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
+from twistcore.detection.interval import circular_median
+from twistcore.detection.limb_flips import BENT, LimbFlips
 from twistcore.review.model import constant, off_line
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
 
 _REACH = 0.5  # seconds to either side in which the edges are looked for
 _HALF = 0.05  # seconds to either side where there are none
-_FAINT = np.radians(1.0)
+_FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)
 
 
 def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float) -> Interval:
@@ -21,17 +25,44 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
     inside against the line between its two neighbours outside.
     """
     frames = len(signals.theta_p)
-    reach, half = max(2, round(_REACH * fps)), max(1, round(_HALF * fps))
+    reach = max(2, round(_REACH * fps))
     first, last = max(1, frame - reach), min(frames, frame + reach + 1)
     start = _strongest(signals.strength, first, frame + 1)
     stop = _strongest(signals.strength, max(frame, start) + 1, last)
+    start, stop = _both_edges(start, stop, frame, frames, fps)
+    level = float(np.median(off_line(signals.theta_p, start, stop)))
+    return constant(chain, start, stop, level)
+
+
+def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
+    """A flip of a limb round a frame: between the nearest jumps before and behind it.
+
+    Where there is none of 25° or more in half a second, 0.1 s around the frame. Its offset is the
+    level of φ inside against the line between its two neighbours outside; of a straight limb, the
+    jump at its start.
+    """
+    jumps = np.flatnonzero(np.abs(limb.departures) >= _FAINT_FLIP)
+    near = jumps[np.abs(jumps - frame) <= max(2, round(_REACH * limb.fps))]
+    start = int(near[near <= frame].max(initial=-1))
+    stop = int(near[near > frame].min(initial=len(limb.departures)))
+    stop = stop if stop < len(limb.departures) else -1
+    start, stop = _both_edges(start, stop, frame, len(limb.departures), limb.fps)
+    level = circular_median(off_line(limb.swivel.angle, start, stop))
+    if np.median(limb.swivel.height[start:stop]) < BENT:
+        level = float(limb.departures[start])
+    flip = replace(constant(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP)
+    return replace(flip, carried=limb.end_carried(start, flip.offset))
+
+
+def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
+    """The edges that were found, and 0.1 s from there or around the frame in place of a −1."""
+    half = max(1, round(_HALF * fps))
     if start < 0:
         start = max(0, (stop if stop >= 0 else frame + half + 1) - 2 * half - 1)
         start = min(start, frame)
     if stop < 0:
         stop = min(frames, max(frame + 1, start + 2 * half + 1))
-    level = float(np.median(off_line(signals.theta_p, start, stop)))
-    return constant(chain, start, stop, level)
+    return start, stop
 
 
 def _strongest(strength: Array, first: int, last: int) -> int:

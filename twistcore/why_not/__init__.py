@@ -4,7 +4,7 @@ A peak of the strength above τ without an interval always has a reason, and no 
 the curve: 'below τ' is said below τ only.
 """
 
-from twistcore.why_not.frames import peaks_without_interval, why_not
+from twistcore.why_not.frames import peaks_without_interval, unexplained_peaks, why_not
 from twistcore.why_not.reason import Reason, Why
 
-__all__ = ["Reason", "Why", "peaks_without_interval", "why_not"]
+__all__ = ["Reason", "Why", "peaks_without_interval", "unexplained_peaks", "why_not"]

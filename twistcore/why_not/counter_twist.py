@@ -15,8 +15,9 @@ from twistcore.detection.consistency import ChainAnalysis, ConsistencyAnalysis
 from twistcore.detection.counter_rotation import AGREE_SHARE, SIGNIFICANT
 from twistcore.detection.edges import Edges
 from twistcore.detection.pairing import OPEN_GAIN, PRIOR, PairTable
+from twistcore.detection.prediction import Mask
 from twistcore.rotation import wrap
-from twistcore.why_not.reason import Place, Reason, Why, signed, size
+from twistcore.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
 
 ONE_JOINT = 0.25  # of the larger turn: the other joint does not answer it
 UNDONE = 4.0  # σ by which an increment differs from what is left of it: an image was taken out
@@ -42,17 +43,16 @@ class _Edge:
 def no_counter_twist(
     place: Place,
     analysis: ConsistencyAnalysis,
-    near: Sequence[tuple[Interval, Chain]],
+    edges_in: EdgesIn,
     chains: Sequence[Chain],
 ) -> Reason:
     """Why no interval has its edge at a frame.
 
-    near: intervals of others with an edge there; chains: all that were analysed.
+    edges_in: of others; chains: all that were analysed.
     """
     t, own = place.frame, analysis.chains[place.chain.name]
     if analysis.cut[t]:
-        what = "it is the first frame" if t == 0 else "the whole body jumps there, as at a cut"
-        return place.reason(Why.CUT, f"{what}: no motion leads into it")
+        return place.reason(Why.CUT, _cut(place, analysis.cut))
     table = next((p for p in own.tables if p.low < t < p.high), None)
     if table is None:
         low = int(np.flatnonzero(analysis.cut[:t])[-1])
@@ -61,13 +61,27 @@ def no_counter_twist(
         because = f"{place.span(low, high)} between cuts are too few to tell error from motion"
         return place.reason(Why.SHORT, because, start=low, stop=high)
     if place.strength < place.tau:
-        return _below(place, analysis, near, chains)
+        return _below(place, analysis, edges_in(t, t + 1), chains)
     edge = _edge_at(place, own, table)
-    if near:
+    if near := edges_in(edge.start, edge.stop) if edge else edges_in(t, t + 1):
         return _image(place, near, edge)
     if edge is None:
         return _thinned(place, own)
     return _single(place, edge) or _unpaired(place, own, edge)
+
+
+def _cut(place: Place, cut: Mask) -> str:
+    """What stands at a frame that no motion leads into."""
+    t = place.frame
+    low, high = t, t + 1
+    while low and cut[low - 1]:
+        low -= 1
+    while high < len(cut) and cut[high]:
+        high += 1
+    if high - low > 1:
+        return f"{place.span(low, high)} are a cut, or a blend with a rest pose: no motion"
+    what = "it is the first frame" if t == 0 else "the whole body jumps there, as at a cut"
+    return f"{what}: no motion leads into it"
 
 
 # --- below τ --------------------------------------------------------------------------------------
@@ -114,7 +128,7 @@ def _error_beside(
     """The error of another that turns a joint of the chain at the frame; '' for none."""
     if near:
         interval, other = near[0]
-        return f"the error of {other.label} in {place.named(interval)}"
+        return place.error(interval, other)
     joints = {place.chain.parent, place.chain.child}
     jumps = {}
     for chain in chains:
@@ -163,7 +177,7 @@ def _edge_at(place: Place, own: ChainAnalysis, table: PairTable) -> _Edge | None
 
 def _image(place: Place, near: Sequence[tuple[Interval, Chain]], edge: _Edge | None) -> Reason:
     interval, other = near[0]
-    because = f"it is an edge of the error of {other.label} in {place.named(interval)}"
+    because = f"it belongs to {place.error(interval, other)}"
     numbers = _numbers(edge) if edge else {}
     return place.reason(Why.IMAGE, because, of=interval.chain, **numbers)
 
@@ -218,9 +232,13 @@ def _unpaired(place: Place, own: ChainAnalysis, edge: _Edge) -> Reason:
         rivals = [i for i in own.intervals(place.tau) if i.start < span[1] and span[0] <= i.stop]
         partner = f"its best partner, {signed(float(e.jump[best]))} at {_peak(place, e, best)}"
         named = " and ".join(place.named(i) for i in rivals)
-        because = f"{partner}, gives way to what explains more, the interval of {named}"
+        because = f"{partner}, gives way to what explains more, {named}"
         return place.reason(Why.OTHER, because, partner=int(e.peak[best]), **numbers)
-    alone = f"alone it is too unsure (evidence {edge.gain:.0f} of {OPEN_GAIN:.0f})"
+    alone = (
+        f"alone it is too unsure (evidence {edge.gain:.0f} of {OPEN_GAIN:.0f})"
+        if edge.gain < OPEN_GAIN
+        else "alone another reading of these frames goes before it"
+    )
     back = wrap(e.jump + edge.jump)
     apart = (e.stop <= edge.start) | (e.start >= edge.stop)
     asked = np.flatnonzero((np.abs(e.jump) >= place.tau) & apart & (np.abs(back) < abs(edge.jump)))

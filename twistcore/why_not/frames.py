@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
-from twistcore.analysis import Detection
+from twistcore.analysis import REPAIRED, Detection
 from twistcore.chain import Chain
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.detection.consistency import ConsistencyAnalysis
 from twistcore.limb import Limb
-from twistcore.rotation import Array
+from twistcore.motion import Skeleton
 from twistcore.why_not.counter_twist import no_counter_twist
 from twistcore.why_not.limb_flip import no_limb_flip
 from twistcore.why_not.paper_event import no_event
@@ -35,35 +35,34 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
     place = Place(chain, joints, frame, strength, tau, clip.motion.fps, first)
     if (own := _at(found, name, frame)) is not None:
         return _in_interval(place, own)
-    for interval in detector.intervals(name, tau):
+    for interval in clip.detector(found.method, REPAIRED).intervals(name, tau):
         if _covers(interval, frame):
-            text = f"the detector's interval of {place.named(interval)} is elsewhere in the review"
+            text = f"{place.named(interval)}, found here, is left out, or elsewhere in the review"
             return place.reason(Why.MOVED, text)
+    near = partial(_edges_near, found, chain)
     if isinstance(chain, Limb):
-        return no_limb_flip(place, clip.flips.limbs[name], _edges_near(found, chain, frame))
+        return no_limb_flip(place, clip.flips.limbs[name], near)
     analysis = clip.by(found.method)
     if isinstance(analysis, ConsistencyAnalysis):
-        return no_counter_twist(place, analysis, _edges_near(found, chain, frame), clip.chains)
+        return no_counter_twist(place, analysis, near, clip.chains)
     return no_event(place, clip.signals[name])
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """Every peak of the strength that is past τ and neither in an interval nor at its edge.
+    """The reason of every one of :func:`unexplained_peaks`; first: as :func:`why_not` has it."""
+    return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
+
+
+def unexplained_peaks(found: Detection, name: str) -> list[int]:
+    """Frames of all peaks of the strength past τ that are in no interval and at no edge of one.
 
     A peak is the highest frame, the first of equals, of a run of frames at τ and above.
     """
     strength = found.analysis.detector(found.method).strength(name)
-    return [
-        why_not(found, name, frame, first=first)
-        for frame in _peaks(strength, found.tau[name])
-        if _at(found, name, frame) is None
-    ]
-
-
-def _peaks(strength: Array, tau: float) -> Iterable[int]:
-    past = np.concatenate([[False], strength >= tau, [False]])
+    past = np.concatenate([[False], strength >= found.tau[name], [False]])
     borders = np.flatnonzero(past[1:] != past[:-1]).reshape(-1, 2)
-    return [start + int(np.argmax(strength[start:stop])) for start, stop in borders.tolist()]
+    peaks = [a + int(np.argmax(strength[a:b])) for a, b in borders.tolist()]
+    return [t for t in peaks if _at(found, name, t) is None]
 
 
 def _covers(interval: Interval, frame: int) -> bool:
@@ -78,29 +77,38 @@ def _at(found: Detection, name: str, frame: int) -> Interval | None:
 
 def _in_interval(place: Place, interval: Interval) -> Reason:
     inside = interval.start <= place.frame < interval.stop
-    where = "in" if inside else "at an edge of"
+    lone = interval.kind == Kind.LONE_JUMP
+    where = ("" if lone else "in ") if inside else "beside " if lone else "at an edge of "
     strength, tau = place.strength, place.tau
     reason = place.reason(Why.INTERVAL, "", start=interval.start, stop=interval.stop)
     text = reason.text.partition(" is ")[0]
     side = "above" if strength >= tau else "below"
-    text = f"{text}, {side} τ, is {where} the interval of {place.named(interval)}."
+    text = f"{text}, {side} τ, is {where}{place.named(interval)}."
     return Reason(place.chain.name, place.frame, Why.INTERVAL, strength, tau, text, reason.numbers)
 
 
-def _edges_near(found: Detection, chain: Chain, frame: int) -> list[tuple[Interval, Chain]]:
-    """Intervals of others that turn a joint of the chain and have an edge at the frame."""
-    skeleton = found.analysis.motion.skeleton
+def _edges_near(
+    found: Detection, chain: Chain, start: int, stop: int
+) -> list[tuple[Interval, Chain]]:
+    """Intervals of others that turn a joint of the chain and have an edge at [start, stop)."""
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
-    own = set(_turned(chain))
+    skeleton = found.analysis.motion.skeleton
+    own = {skeleton.names[j] for j in _turned(chain)}
     near = []
     for i in found:
         other = others.get(i.chain)
-        if other is None or min(abs(frame - i.start), abs(frame - i.stop)) > BESIDE:
-            continue
-        ends = other.changed_joints(skeleton) if isinstance(other, Limb) else _turned(other)
-        if own.intersection(ends):
+        at = any(start - BESIDE <= edge < stop + BESIDE for edge in (i.start, i.stop))
+        if other is not None and at and own & _wrong(i, other, skeleton):
             near.append((i, other))
-    return near
+    return sorted(near, key=lambda pair: pair[0].kind == Kind.LONE_JUMP)  # what explains it first
+
+
+def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
+    """Names of the joints that an error of a chain or limb turns."""
+    if interval.kind == Kind.LONE_JUMP:
+        return {interval.joint}
+    joints = chain.changed_joints(skeleton) if isinstance(chain, Limb) else _turned(chain)
+    return {skeleton.names[j] for j in joints}
 
 
 def _turned(chain: Chain) -> tuple[int, ...]:

@@ -6,32 +6,34 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from twistcore.chain import Chain
-from twistcore.detection import Interval
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips.explanation import LONGEST, NEVER_CLOSED
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.rotation import wrap
-from twistcore.why_not.reason import Place, Reason, Why, signed, size
+from twistcore.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
 
 
-def no_limb_flip(place: Place, flips: LimbFlips, near: Sequence[tuple[Interval, Chain]]) -> Reason:
-    """Why no flip has its edge at a frame; near: intervals of others with an edge there."""
+def no_limb_flip(place: Place, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
+    """Why no flip has its edge at a frame; edges_in: of others."""
     t = place.frame
     numbers: dict[str, Any] = {
         "turn_deg": math.degrees(flips.departures[t]),
         "scale_deg": math.degrees(flips.scales[t]),
         "end_step": float(flips.steps[t]),
     }
-    if not flips.capture[t]:
-        what = "it is the first frame" if t == 0 else "many limbs or the whole body jump there"
+    if t == 0 or not flips.capture[t]:
+        what = (
+            "it is the first frame"
+            if t == 0
+            else "many limbs jump there, or a pose is cut or blended to"
+        )
         return place.reason(Why.CUT, f"{what}: no motion leads into it", **numbers)
     jumps = flips.jumps(place.tau)
     if place.strength < place.tau:
         return _below(place, flips, jumps, numbers)
-    if near:
+    if near := edges_in(t, t + 1):
         interval, other = near[0]
-        because = f"it is an edge of the error of {other.label} in {place.named(interval)}"
+        because = f"it belongs to {place.error(interval, other)}"
         return place.reason(Why.IMAGE, because, of=interval.chain, **numbers)
     jump = next(j for j in jumps if j.sharp and j.start == t)
     return _left(place, flips, jumps, jump, numbers)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
 from twistcore.chain import Chain
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
+from twistcore.detection.lone_jumps import limit
 
 
 class Why(StrEnum):
@@ -30,9 +31,10 @@ class Why(StrEnum):
 
 # The cause lies elsewhere or is named already: nothing for a person to look at twice.
 _SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Why.IMAGE})
-# One joint alone makes no counter-twist, and below this no body is too slow for it: radians a
-# frame at the least, and a second (a pitcher's shoulder).
-_LONE, _FASTEST = math.radians(60.0), math.radians(7500.0)
+
+
+# Intervals of others that turn a joint of the chain and have an edge in frames [start, stop).
+EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 
 
 @dataclass(frozen=True)
@@ -89,8 +91,8 @@ class Place:
         text = (
             f"{strength} at {self.called(self.frame)} is {'above' if past else 'below'} τ = {tau}"
         )
-        fast = self.strength >= max(_LONE, _FASTEST / self.fps)
-        suspicious = past and why not in _SETTLED and (why != Why.ONE_JOINT or fast)
+        alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)  # a body may do that
+        suspicious = past and why not in _SETTLED and not alone
         frame, text = self.frame, f"{text}{joined}."
         return Reason(
             self.chain.name, frame, why, self.strength, self.tau, text, numbers, suspicious
@@ -107,8 +109,19 @@ class Place:
         return f"frames {start + self.first} to {stop - 1 + self.first}"
 
     def named(self, interval: Interval) -> str:
-        """An interval."""
-        return f"{self.span(interval.start, interval.stop)} ({signed(interval.delta)})"
+        """An interval, or a lone jump, which has no offset."""
+        span = self.span(interval.start, interval.stop)
+        if interval.kind == Kind.LONE_JUMP:
+            return f"the lone jump of {interval.joint} in {span} ({signed(interval.residual)})"
+        return f"the interval of {span} ({signed(interval.delta)})"
+
+    def error(self, interval: Interval, other: Chain) -> str:
+        """What is wrong with another chain or limb."""
+        if interval.kind == Kind.LONE_JUMP:
+            return self.named(interval)
+        return (
+            f"the error of {other.label} in {self.named(interval).removeprefix('the interval of ')}"
+        )
 
 
 def signed(angle: float) -> str:

@@ -5,5 +5,6 @@ back; the ankle stays.
 """
 
 from twistcore.detection.limb_flips.flips import LimbFlipAnalysis, LimbFlips, analyse_limbs
+from twistcore.detection.limb_flips.swivel import BENT
 
-__all__ = ["LimbFlipAnalysis", "LimbFlips", "analyse_limbs"]
+__all__ = ["BENT", "LimbFlipAnalysis", "LimbFlips", "analyse_limbs"]

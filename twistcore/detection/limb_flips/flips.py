@@ -32,6 +32,7 @@ from twistcore.rotation import (
     geodesic_angle,
     multiply,
     quaternion_from_axis_angle,
+    wrap,
 )
 
 TAU = float(np.radians(55.0))  # natural departures of 40 CMU clips at 120 Hz reach 51°
@@ -56,7 +57,9 @@ class LimbFlips:
     steps: Array
     capture: Mask
     soft: tuple[Jump, ...]
-    _solved: dict[int, tuple[list[Run], tuple[Interval, ...]]] = field(default_factory=dict)
+    _solved: dict[int, tuple[list[Run], tuple[Interval, ...]]] = field(
+        default_factory=dict, init=False
+    )
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
         """Flips at τ radians, by start."""
@@ -81,10 +84,17 @@ class LimbFlips:
             self._solved[passing] = runs, tuple(self._interval(run) for run in runs)
         return self._solved[passing]
 
+    def departures_without(self, offset: Array) -> Array:
+        """The departures once an offset, radians, (frames,), is taken out of the limb's turn."""
+        turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
+        return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
+
+    def end_carried(self, start: int, offset: Array) -> bool:
+        """Whether E turned along in a flip from `start` on: it then jumps less at its edges."""
+        along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
+        return along < kept
+
     def _interval(self, run: Run) -> Interval:
-        carried = _end_turns(self.swivel, run, along=True) < _end_turns(
-            self.swivel, run, along=False
-        )
         return Interval(
             self.limb.name,
             run.start,
@@ -95,20 +105,20 @@ class LimbFlips:
             residual=run.residual,
             explain=partial(_explained, run),
             kind=Kind.LIMB_FLIP,
-            carried=carried,
+            carried=self.end_carried(run.start, run.offset),
         )
 
 
-def _end_turns(swivel: Swivel, run: Run, *, along: bool) -> float:
-    """How far E turns at the edges of a run once it is taken out, radians.
+def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
+    """How far E turns at the edges of a flip once it is taken out, radians.
 
     along: E turned along with the limb and is turned back.
     """
     end = swivel.end
     total = 0.0
     for inside, outside, level in (
-        (run.start, run.start - 1, run.offset[0]),
-        (run.stop - 1, run.stop, run.offset[-1]),
+        (start, start - 1, offset[0]),
+        (start + len(offset) - 1, start + len(offset), offset[-1]),
     ):
         if not 0 <= outside < len(end):
             continue

@@ -21,9 +21,10 @@ class Swivel:
     """A limb about its own line, frame by frame; radians, shares of the limb's length, (frames,).
 
     angle: φ of C about the line P-E, from the side where the limb has it in most of the clip, a
-    direction fixed in the frame of P's parent; jump: how far the limb turned about its line since
-    the frame before, on a straight limb too; height: of C off the line; step: how far E moved from
-    P; line: unit vector from P to E, (frames, 3), and end: rotation of E, (frames, 4), in the room.
+    direction fixed in the frame of P's parent, `side`, (3,); jump: how far the limb turned about
+    its line since the frame before, on a straight limb too; height: of C off the line; step: how
+    far E moved from P; line: unit vector from P to E, (frames, 3), and end: rotation of E,
+    (frames, 4), in the room.
     """
 
     angle: Array
@@ -32,6 +33,13 @@ class Swivel:
     step: Array
     line: Array
     end: Array
+    side: Array
+
+    def angle_at(self, to_child: Array, to_end: Array) -> Array:
+        """φ of other places of C and E, as :func:`twistcore.limb.places` gives them, (n,)."""
+        line = to_end / np.maximum(np.linalg.norm(to_end, axis=1), 1e-12)[:, None]
+        aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
+        return _angle(line, aside, self.side)
 
 
 def swivel_of(motion: Motion, limb: Limb) -> Swivel:
@@ -45,7 +53,8 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     line = to_end / np.maximum(size, 1e-12)[:, None]
     aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
     height = np.linalg.norm(aside, axis=1) / length
-    angle = np.where(lined & (height > 1e-9), _angle(line, aside, height), 0.0)
+    side = _usual_side(line, aside, height)
+    angle = np.where(lined & (height > 1e-9), _angle(line, aside, side), 0.0)
     # From here on in the room: what P's parent does is no doing of the limb.
     above = _global_rotation(motion, int(motion.skeleton.parents[limb.parent]))
     line, aside = rotate(above, line), rotate(above, aside)
@@ -58,7 +67,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     step = np.zeros(motion.frames)
     step[1:] = np.linalg.norm(np.diff(rotate(above, to_end), axis=0), axis=1) / length
     end = multiply(lower, motion.rotations[:, limb.end])
-    return Swivel(angle, jump, height, step, line, end)
+    return Swivel(angle, jump, height, step, line, end, side)
 
 
 def _global_rotation(motion: Motion, joint: int) -> Array:
@@ -108,16 +117,21 @@ def _turn(way: Array, line: Array, aside: Array) -> Array:
     return angle_about(line[1:], rotate(way, aside[:-1]), aside[1:])
 
 
-def _angle(line: Array, aside: Array, height: Array) -> Array:
-    """φ of C, from the direction in which the limb has it in most of the clip."""
+def _usual_side(line: Array, aside: Array, height: Array) -> Array:
+    """The direction from the line in which the limb has C in most of the clip, (3,)."""
     size = np.linalg.norm(aside, axis=1, keepdims=True)
     weighed = aside / np.maximum(size, 1e-12) * (height / max(height.max(), 1e-12))[:, None]
-    side = np.median(weighed, axis=0)
+    side: Array = np.median(weighed, axis=0)
     for _ in range(_REFINED):
         agree = np.einsum("ti,ti->t", weighed, side - (line @ side)[:, None] * line) > 0.0
         if not agree.any():
             break
         side = weighed[agree].mean(axis=0)
+    return side
+
+
+def _angle(line: Array, aside: Array, side: Array) -> Array:
+    """φ of C, which lies `aside` of the line, from a direction."""
     return angle_about(line, side - (line @ side)[:, None] * line, aside)
 
 

@@ -1,0 +1,50 @@
+"""Why nothing is found at a frame of the open clip, by its review as it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from inspector.session.document import Document
+from twistcore.analysis import Detection
+from twistcore.why_not import Reason, peaks_without_interval, unexplained_peaks, why_not
+
+NEAR = 3  # frames from the playhead: it means the peak there
+
+
+def reviewed(document: Document) -> Detection | None:
+    """The review's intervals and τ; None without a clip, or while its detector is being made."""
+    if document.data is None or not document.chain:
+        return None
+    state = document.review.state
+    if document.method != state.method:
+        return None
+    intervals = tuple(j.interval for j in state.intervals)
+    return Detection(document.data.analysis, state.method, state.tau, intervals)
+
+
+def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None:
+    """The frame of the nearest peak past τ in no interval, of the selected chain, if it is near."""
+    if (found := reviewed(document)) is None or document.chain not in found.tau:
+        return None
+    peaks = unexplained_peaks(found, document.chain)
+    nearest = min(peaks, key=lambda t: abs(t - frame), default=None)
+    return nearest if nearest is not None and abs(nearest - frame) <= reach else None
+
+
+def reason_here(document: Document, frame: int) -> Reason | None:
+    """Why nothing is found at a frame of the selected chain; None where there is none to ask."""
+    if (found := reviewed(document)) is None or document.chain not in found.tau:
+        return None
+    return why_not(found, document.chain, frame, first=document.first_frame)
+
+
+def told(document: Document, reason: Reason) -> str:
+    """The sentence after the chain's name."""
+    return f"{document.find_chain(reason.chain).label}: {reason.text}"
+
+
+def peaks(document: Document) -> Iterator[Reason]:
+    """The reasons of all peaks past τ without an interval, by chain."""
+    if (found := reviewed(document)) is not None:
+        for chain in found.chains_and_limbs:
+            yield from peaks_without_interval(found, chain.name, first=document.first_frame)

@@ -1,0 +1,352 @@
+"""Flips of limbs in the window: listed, drawn, judged, kept, written, as twists are."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+
+from inspector.session.export_files import ExportChoice
+from inspector.session.session_files import journals, session_path
+from inspector.tuning.tuning_panel import Scope
+from inspector.widgets.axes import root_scale
+from tests.conftest import ASSETS
+from tests.gui.test_plots import drag, spot
+from tests.gui.windows import act, export, open_clip, press
+from twistcore import analysis as core
+from twistcore.bvh import read_bvh
+from twistcore.chain import find_chains
+from twistcore.cli.parser import main
+from twistcore.detection import Kind
+from twistcore.limb import places
+from twistcore.refinement import refine
+from twistcore.review import (
+    Decide,
+    Decision,
+    Insert,
+    Journal,
+    Review,
+    read_session,
+    recover,
+    write_session,
+)
+from twistcore.review.model import constant
+from twistcore.rotation import wrap
+from twistcore.tuning import Profile
+
+LEG, CHAIN = "RightUpLeg-RightFoot", "RightUpLeg"
+FLIPS = [(14, 31), (34, 37), (38, 42), (45, 52), (73, 76), (174, 177)]
+
+
+@pytest.fixture
+def kick(tmp_path):
+    """A copy of the clip of a dancer whose knee flips six times."""
+    folder = tmp_path / "clips"
+    folder.mkdir()
+    return Path(shutil.copy(ASSETS / "kick.bvh", folder))
+
+
+@pytest.fixture
+def opened(qtbot, window, kick):
+    """It in the window, with the settings that a first start has."""
+    open_clip(qtbot, window, kick)
+    return window
+
+
+def flips(window):
+    return [j for j in window.document.intervals if j.interval.kind == Kind.LIMB_FLIP]
+
+
+def cell(window, row, head):
+    model = window.intervals.table.model()
+    heads = [model.headerData(k, Qt.Orientation.Horizontal) for k in range(model.columnCount())]
+    return model.index(row, heads.index(head)).data()
+
+
+def values(window, key, name):
+    return window.timeline.panes[key].values[name][0]
+
+
+def test_flips_are_listed_beside_twists(qtbot, opened):
+    document = opened.document
+    assert [(j.interval.start, j.interval.stop) for j in flips(opened)] == FLIPS
+    assert document.chain == LEG
+    rows = range(opened.intervals.table.model().rowCount())
+    assert [cell(opened, row, "Kind") for row in rows] == ["flip"] * 6
+    assert [cell(opened, row, "Chain") for row in rows] == ["Right leg"] * 6
+    chains = opened.chains.table.model()
+    assert [chains.index(row, 0).data() for row in (8, 10, 13)] == [
+        "Right UpLeg", "Left arm", "Right leg"
+    ]  # fmt: skip
+    tip = chains.index(13, 4).data(Qt.ItemDataRole.ToolTipRole)
+    assert tip.startswith("RightUpLeg – RightLeg – RightFoot: Median height")
+    assert [chains.index(13, column).data() for column in (1, 2, 3, 4)] == [
+        "0 / 6", "179.7°", "55.0°", "16 %"
+    ]  # fmt: skip
+    for wanted, count in (("Limb flips", 6), ("Counter-twists", 0), ("All", 6)):
+        opened.intervals.filter.setCurrentText(wanted)
+        assert len(opened.intervals.shown_ids()) == count
+
+
+def test_curves_of_a_limb_follow_its_decisions(opened):
+    document, panes = opened.document, opened.timeline.panes
+    opened.timeline.refresh()
+    assert opened.timeline.grid.shown == ["theta", "height", "strength", "offset"]
+    swivel = document.limb.swivel
+    was, now = values(opened, "theta", "p_before"), values(opened, "theta", "p_after")
+    for start, stop in FLIPS:
+        assert np.abs(wrap(np.radians(was[start:stop]) - swivel.angle[start:stop])).max() < 1e-9
+    assert np.isnan(was[100:150]).all()
+    assert np.abs(np.diff(now[1:])).max() < 45.0  # straight through, nothing at ±180°
+    seams = panes["theta"].values["p_before"][1]
+    assert not np.isin(seams, [13, 30, 33, 36]).any()  # real jumps are drawn
+    refined = refine(
+        document.data.motion,
+        document.data.chains_and_limbs,
+        document.review.state.chosen(undecided=True),
+    )
+    bent = swivel.height > 0.01
+    again = swivel.angle_at(*places(refined, document.find_chain(LEG)))
+    assert np.abs(wrap(again - np.radians(now)))[bent].max() < 1e-9
+    assert np.allclose(values(opened, "height", "height"), 100.0 * swivel.height)
+    jumps = root_scale(np.degrees(np.abs(document.limb.departures)))
+    assert np.allclose(values(opened, "strength", "strength"), jumps)
+    assert np.nanmax(values(opened, "strength", "after")) < root_scale(20.0)
+    document.decide(Decision.REJECTED, tuple(j.id for j in document.intervals))
+    opened.timeline.refresh()
+    assert np.allclose(wrap(np.radians(values(opened, "theta", "p_after")) - swivel.angle), 0.0)
+    assert not values(opened, "offset", "offset").any()
+    titles = opened.timeline._curves.titles(20)
+    assert "Knee off the line " in [text for text, _ in titles["height"]]
+    document.select_chain(CHAIN)
+    opened.timeline.refresh()
+    assert opened.timeline.grid.shown == ["theta", "delta", "strength", "offset"]
+    assert not len(values(opened, "strength", "after"))
+    document.select_chain("LeftArm-LeftHand")  # nearly straight at times: shaded
+    opened.timeline.refresh()
+    spans = opened.timeline.scenery.unreliable
+    low = np.flatnonzero(document.limb.swivel.height < 0.03)
+    assert sum(stop - start for start, stop in spans) == len(low) > 0
+
+
+def test_tau_of_a_limb_is_dragged_in_one_step(qtbot, opened):
+    document, timeline = opened.document, opened.timeline
+    timeline.refresh()
+    state, pane = document.review.state, timeline.panes["strength"]
+    low, high = pane.view.viewRange()[1]
+    share = (high - timeline.tau_line.value()) / (high - low)
+    there = spot(timeline, "strength", 120, share), spot(timeline, "strength", 120, 0.0)
+    drag(qtbot, timeline, "strength", *there)
+    assert np.degrees(document.review.state.tau[LEG]) > 150.0
+    assert len(flips(opened)) < 6
+    press(qtbot, opened, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert document.review.state is state
+
+
+def test_judged_by_keys_and_taken_back(qtbot, opened):
+    document = opened.document
+    state = document.review.state
+    press(qtbot, opened, Qt.Key.Key_N)
+    assert document.frame == 14
+    press(qtbot, opened, Qt.Key.Key_A)
+    press(qtbot, opened, Qt.Key.Key_R)
+    assert [j.decision for j in flips(opened)[:3]] == [
+        Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
+    ]  # fmt: skip
+    title, why = opened.detail.title.text(), opened.detail.why.text()
+    assert title == "<b>Right leg</b> · flip · 4 frames, follows"
+    assert "the knee jumps by +179° at 38 and −180° at 42" in why
+    assert opened.detail.end.text() == "Foot turned along"
+    moved = document.corrected.pose(40)[0]
+    press(qtbot, opened, Qt.Key.Key_C)
+    assert not document.interval.interval.carried
+    assert document.interval.edited
+    assert opened.detail.end.text() == "Foot kept"
+    foot = document.find_chain(LEG).end
+    assert not np.allclose(document.corrected.pose(40)[0][foot], moved[foot])
+    opened.detail.end.click()
+    assert document.interval.interval.carried
+    for _ in range(4):
+        press(qtbot, opened, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert document.review.state is state
+
+
+def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
+    document, detail = opened.document, opened.detail
+    act(opened, "next_interval")
+    detail.stop.setValue(33)
+    detail.delta.setValue(170.0)
+    edited = document.interval.interval
+    assert (edited.kind, edited.carried, edited.stop) == (Kind.LIMB_FLIP, True, 33)
+    assert np.degrees(edited.delta) == pytest.approx(170.0)
+    act(opened, "make_level")
+    assert np.ptp(document.interval.interval.offset) == 0.0
+    act(opened, "make_following")
+    after = np.degrees(document.corrected.swivel(document.find_chain(LEG))[13:34])
+    assert np.abs(np.diff(after, n=2)).max() < 1e-6
+    ids = tuple(j.id for j in document.intervals)
+    document.decide(Decision.REJECTED, ids)
+    document.go_to(46)
+    act(opened, "insert_interval")
+    made = document.interval
+    assert (made.interval.kind, made.by_hand) == (Kind.LIMB_FLIP, True)
+    assert (made.interval.start, made.interval.stop, made.interval.carried) == (45, 52, True)
+    assert abs(np.degrees(made.interval.delta)) > 170.0
+    document.select_chain(CHAIN)
+    act(opened, "insert_interval")
+    assert document.interval.interval.kind == Kind.COUNTER_TWIST
+    act(opened, "turn_end")
+    assert opened.bar.label.text() == "Only a flip of a limb has an end, kept or turned along."
+    assert opened.detail.end.isHidden()
+
+
+def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, tmp_path, capsys):
+    act(opened, "next_interval")
+    press(qtbot, opened, Qt.Key.Key_C)
+    for _ in FLIPS[1:]:
+        press(qtbot, opened, Qt.Key.Key_A)
+    act(opened, "save_session")
+    out = tmp_path / "out.bvh"
+    export(opened, ExportChoice(out))
+    told = opened.bar.label.text()
+    assert "moved: RightLeg by up to 20.5 % and RightToeBase by up to" in told
+    assert "of the height; no other joint by more than" in told
+    assert main(["apply", str(session_path(kick)), str(kick), "-o", str(tmp_path / "a.bvh")]) == 0
+    assert out.read_bytes() == (tmp_path / "a.bvh").read_bytes()
+    assert out.read_bytes() != kick.read_bytes()
+    capsys.readouterr()
+    document = json.loads(session_path(kick).read_bytes())
+    assert document["schema"] == "twistcore.session/3"
+    assert [i["carried"] for i in document["intervals"]] == [False, *[True] * 4, False]
+    state = opened.document.review.state
+    open_clip(qtbot, opened, ASSETS / "walk.bvh")
+    open_clip(qtbot, opened, kick)
+    now = opened.document.review.state
+    assert [(j.decision, j.interval.carried) for j in now.intervals] == [
+        (j.decision, j.interval.carried) for j in state.intervals
+    ]
+    assert opened.document.review.saved
+    assert opened.bar.label.text() == "Going on with kick.twist.json."
+
+
+def reviewed_before(kick):
+    """A clip, and a review of its chains alone in which a hand-made twist is accepted."""
+    clip = read_bvh(kick)
+    review = Review.of(core.analyse(clip, find_chains(clip.motion)).detect())
+    review.do(Insert(constant(CHAIN, 100, 120, 0.5)))
+    review.do(Decide((1,), Decision.ACCEPTED))
+    return clip, review.state
+
+
+def test_a_session_from_before_gets_the_flips_and_loses_nothing(qtbot, window, kick):
+    write_session(session_path(kick), *reviewed_before(kick))
+    assert json.loads(session_path(kick).read_bytes())["schema"] == "twistcore.session/1"
+    document = window.document
+    open_clip(qtbot, window, kick)
+    assert window.bar.label.text().endswith("were looked for as well: 6 found, undecided.")
+    first, *others = document.intervals
+    assert (first.decision, first.interval.chain, first.by_hand) == (
+        Decision.ACCEPTED, CHAIN, True
+    )  # fmt: skip
+    assert [(j.interval.start, j.interval.stop) for j in others] == FLIPS
+    assert {j.decision for j in others} == {Decision.UNDECIDED}
+    assert np.degrees(document.review.state.tau[LEG]) == pytest.approx(55.0)
+    assert document.review.saved
+    act(window, "save_session")
+    assert len(read_session(session_path(kick)).state.intervals) == 7
+
+
+def test_a_journal_from_before_is_restored_with_the_flips(kick, start):
+    clip, state = reviewed_before(kick)
+    Journal(Path(f"{session_path(kick)}.journal"), clip, state, 2).close()
+    first = start(kick)
+    assert first.answer["decisions"] == ["undecided"] * 6
+    first.tell("press Restore")
+    assert first.answer["decisions"] == ["accepted", *["undecided"] * 6]
+    first.tell("accept 2")
+    (left,) = journals(session_path(kick))
+    first.kill()
+    assert recover(left).review.state.tau.keys() > state.tau.keys()
+    second = start(kick)
+    second.tell("press Restore")
+    assert second.answer["decisions"] == [
+        "accepted", "undecided", "accepted", *["undecided"] * 4
+    ]  # fmt: skip
+    second.tell("undo", "save")
+    assert second.accepted == 1
+    second.end()
+    assert not journals(session_path(kick))
+
+
+def test_killed_with_a_flip_decided(kick, start):
+    first = start(kick)
+    first.tell("accept", "accept")
+    first.kill()
+    second = start(kick)
+    assert second.accepted == 0
+    second.tell("press Restore")
+    assert second.accepted == 2
+    second.tell("save")
+    second.end()
+    state = read_session(session_path(kick)).state
+    assert [j.interval.kind for j in state.intervals if j.decision == Decision.ACCEPTED] == [
+        Kind.LIMB_FLIP
+    ] * 2
+
+
+def test_another_detector_or_profile_leaves_limbs_their_own_tau(qtbot, opened):
+    document = opened.document
+    document.use_profile(Profile({LEG: float(np.radians(100.0)), CHAIN: 0.1}, "consistency"))
+    assert np.degrees(document.review.state.tau[LEG]) == pytest.approx(100.0)
+    with qtbot.waitSignal(document.method_changed, timeout=20_000):
+        act(opened, "use_paper")
+    assert np.degrees(document.review.state.tau[LEG]) == pytest.approx(100.0)
+    assert [(j.interval.start, j.interval.stop) for j in flips(opened)] == FLIPS
+    act(opened, "undo")
+    act(opened, "undo")
+    assert np.degrees(document.review.state.tau[LEG]) == pytest.approx(55.0)
+
+
+def test_a_limb_can_be_selected_on_every_tab(qtbot, opened):
+    document = opened.document
+    for tab in ("show_tuning", "show_teaching", "show_quality"):
+        act(opened, tab)
+        qtbot.wait(50)
+        for chain in (CHAIN, LEG, "LeftArm-LeftHand", LEG):
+            document.select_chain(chain)
+            document.go_to(40)
+            qtbot.wait(20)
+    act(opened, "show_tuning")
+    opened.tuning.refresh()
+    assert "measured for chains" in opened.tuning.cost_words.text()
+    assert not opened.actions_by_id["suggest_tau"].isEnabled()
+    opened.tuning.set_scope(Scope.ALL)
+    assert opened.tuning.chains_in_scope() == tuple(
+        limb.name for limb in document.data.analysis.limbs
+    )
+    opened.tuning.box.setValue(150.0)
+    assert np.degrees(document.review.state.tau["LeftUpLeg-LeftFoot"]) == pytest.approx(150.0)
+    act(opened, "both_detectors")
+    assert "one detector" in opened.bar.label.text()
+    assert "other" not in opened.timeline.grid.shown
+    act(opened, "both_detectors")
+    act(opened, "next_faint")
+
+
+def test_other_flips_come_with_another_tau_of_the_same_review(opened):
+    """What a person decided stays, whatever τ finds."""
+    document = opened.document
+    document.decide(Decision.ACCEPTED, (flips(opened)[0].id,))
+    document.set_tau(float(np.radians(179.9)), LEG)
+    (kept,) = flips(opened)
+    assert (kept.interval.start, kept.supported) == (14, False)
+
+
+def test_a_clip_without_flips_has_limbs_and_nothing_to_decide(qtbot, window, tmp_path):
+    open_clip(qtbot, window, shutil.copy(ASSETS / "walk.bvh", tmp_path))
+    assert not flips(window)
+    window.document.select_chain(LEG)
+    window.timeline.refresh()
+    assert not values(window, "offset", "offset").any()

@@ -1,0 +1,116 @@
+"""Go → Why is nothing found here?, the card at a peak, and M past τ."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+
+from inspector.session.why_here import peaks
+from tests.conftest import ASSETS
+from tests.gui.windows import act, open_clip, press
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.chain import find_chains
+from twistcore.refinement import remove_twist
+from twistcore.rotation import normalise
+from twistcore.why_not import Why
+
+ARM, FRAME = "LeftArm", 200
+SENTENCE = "at frame 200 is above τ = 1.5°, but only LeftArm turns there"
+NOTHING = "N goes to the next one."
+
+
+@pytest.fixture
+def alone(qtbot, window, lone_turn):
+    """The walk in which a joint turns alone, in the window."""
+    open_clip(qtbot, window, lone_turn)
+    window.document.select_chain(ARM)
+    window.document.select_interval(None)
+    return window
+
+
+def test_the_reason_is_told_at_the_playhead_or_at_the_peak_next_to_it(qtbot, alone):
+    document = alone.document
+    for frame in (FRAME - 3, FRAME, FRAME + 2):
+        document.go_to(frame)
+        act(alone, "why_not")
+        assert alone.bar.label.text().startswith("Left Arm: ")
+        assert SENTENCE in alone.bar.label.text()
+    document.go_to(FRAME + 40)
+    press(qtbot, alone, Qt.Key.Key_Y)
+    assert "at frame 240 is below τ = 1.5°" in alone.bar.label.text()
+    assert document.frame == FRAME + 40
+
+
+def test_nothing_is_asked_without_a_clip(window):
+    act(window, "why_not")
+    assert not window.bar.isVisible()
+    act(window, "next_faint")
+    assert window.bar.label.text() == "Nothing suspicious down to half of τ."
+
+
+def test_the_card_says_it_where_no_interval_is_selected(alone):
+    document, card = alone.document, alone.detail
+    document.go_to(FRAME + 40)
+    assert card.why.text() == NOTHING
+    document.go_to(FRAME + 1)
+    assert SENTENCE in card.why.text()
+    document.select_chain("RightArm")
+    assert card.why.text() == NOTHING
+    document.select_chain(ARM)
+    assert SENTENCE in card.why.text()
+    document.set_first_frame(1)
+    assert "at frame 201 is above" in card.why.text()
+    document.set_tau(np.radians(90.0), ARM)
+    assert card.why.text() == NOTHING  # below τ: no peak
+
+
+def test_a_selected_interval_is_what_the_card_is_about(opened):
+    document = opened.document
+    act(opened, "next_interval")
+    assert document.interval is not None
+    said = opened.detail.why.text()
+    for frame in range(0, document.frames, 7):
+        document.go_to(frame)
+        assert opened.detail.why.text() == said
+
+
+def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
+    past = list(peaks(alone.document))
+    assert past
+    assert not any(r.suspicious for r in past)
+    assert {r.why for r in past} == {Why.ONE_JOINT}
+    act(alone, "next_faint")
+    assert alone.bar.label.text() == (
+        f"Nothing suspicious down to half of τ. {len(past)} peaks above τ have a reason: "
+        f"{len(past)} of one joint alone; Go → Why is nothing found here? says it."
+    )
+
+
+def test_m_goes_to_every_peak_past_tau_that_is_suspicious(qtbot, window, tmp_path):
+    clip = read_bvh(ASSETS / "walk.bvh")
+    steps = {"LeftArm": 120, "RightArm": 150, "LeftUpLeg": 180, "RightUpLeg": 180, "LeftLeg": 210}
+    offsets = {
+        name: np.where(np.arange(clip.motion.frames) < t, 0.0, np.radians(14.0))
+        for name, t in steps.items()
+    }  # each for good: nothing takes it back
+    motion = remove_twist(clip.motion, find_chains(clip.motion), offsets)
+    rng = np.random.default_rng(0)
+    q = motion.rotations + rng.normal(scale=0.006, size=motion.rotations.shape)
+    write_bvh(clip, replace(motion, rotations=normalise(q)), tmp_path / "shaken.bvh")
+    open_clip(qtbot, window, tmp_path / "shaken.bvh")
+    document = window.document
+    wanted = {(r.chain, r.frame) for r in peaks(document) if r.suspicious}
+    assert len(wanted) >= 3
+    document.go_to(0)
+    reached = {}
+    for _ in range(500):
+        act(window, "next_faint")
+        here = document.chain, document.frame
+        if here in reached:
+            break
+        reached[here] = window.bar.label.text()
+    assert wanted <= set(reached)
+    for chain, frame in wanted:
+        assert f"at frame {frame} is above τ" in reached[chain, frame]
+        assert document.find_chain(chain).label in reached[chain, frame]

@@ -1,0 +1,268 @@
+"""Why nothing is found: every peak past τ has its reason, and none contradicts the curve."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks import reasons as judge
+from benchmarks.reasons import contradictions, wrong
+from tests.conftest import ASSETS
+from twistcore.analysis import Detection, analyse, detect
+from twistcore.bvh import read_bvh
+from twistcore.chain import find_chains
+from twistcore.cli import main
+from twistcore.detection import Interval, Kind
+from twistcore.errors import TwistError
+from twistcore.refinement import remove_twist
+from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.why_not import Why, peaks_without_interval, unexplained_peaks, why_not
+
+CLIPS = sorted(path.stem for path in ASSETS.glob("*.bvh"))
+WALK = read_bvh(ASSETS / "walk.bvh").motion
+ARM = "LeftArm"
+
+
+def chain_of(motion, name):
+    return next(c for c in find_chains(motion) if c.name == name)
+
+
+def turned(motion, joint, axis, degrees, start, stop=None):
+    """The motion with one joint turned about an axis of its own in some frames."""
+    q = motion.rotations.copy()
+    turn = quaternion_from_axis_angle(axis, math.radians(degrees))
+    q[start:stop, joint] = multiply(q[start:stop, joint], turn)
+    return replace(motion, rotations=q)
+
+
+def twisted(motion, name, degrees, start, stop=None):
+    """The motion with a counter-twist."""
+    offset = np.zeros(motion.frames)
+    offset[start:stop] = math.radians(-degrees)
+    return remove_twist(motion, find_chains(motion), {name: offset})
+
+
+def shaken(motion, degrees, seed=0):
+    """The motion with noise in every joint."""
+    rng = np.random.default_rng(seed)
+    axis = rng.normal(size=(*motion.rotations.shape[:2], 3))
+    axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
+    angle = np.radians(rng.normal(scale=degrees, size=axis.shape[:2]))
+    turn = np.concatenate([np.cos(angle / 2)[..., None], np.sin(angle / 2)[..., None] * axis], -1)
+    return replace(motion, rotations=multiply(motion.rotations, turn))
+
+
+def only_one(found, name, frame):
+    (reason,) = [r for r in peaks_without_interval(found, name) if r.frame == frame]
+    assert not list(contradictions(found, reason))
+    return reason
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5, 0.1])
+@pytest.mark.parametrize("method", ["consistency", "paper"])
+@pytest.mark.parametrize("clip", CLIPS)
+def test_every_peak_past_tau_has_a_reason_that_the_curve_bears_out(clip, method, share):
+    analysis = analyse(read_bvh(ASSETS / f"{clip}.bvh"))
+    automatic = analysis.detect(method).tau
+    found = analysis.detect(method, tau_radians={n: share * t for n, t in automatic.items()})
+    for name in found.tau:
+        reasons, lines = wrong(found, name)
+        assert lines == []
+        assert [r.frame for r in reasons] == unexplained_peaks(found, name)
+
+
+@pytest.mark.parametrize("method", ["consistency", "paper"])
+@pytest.mark.parametrize("clip", ["kick", "walk_injected"])
+def test_at_any_frame_there_is_a_reason(clip, method):
+    found = detect(read_bvh(ASSETS / f"{clip}.bvh"), method=method)
+    for name in list(found.tau)[-4:]:  # chains of a leg, and the limbs
+        for frame in range(0, found.analysis.motion.frames):
+            assert not list(contradictions(found, why_not(found, name, frame)))
+
+
+def test_motion_and_jumps_that_do_not_pair_in_a_shaken_clip():
+    analysis = analyse(shaken(WALK, 0.6))
+    automatic = analysis.detect().tau
+    found = analysis.detect(tau_radians={n: 0.6 * t for n, t in automatic.items()})
+    seen = set()
+    for name in found.tau:
+        reasons, lines = wrong(found, name)
+        assert lines == []
+        seen |= {r.why for r in reasons}
+        for r in reasons:
+            if r.why == Why.MOTION and "gain" in r.numbers:
+                assert r.numbers["gain"] < 10.0
+                assert "σ" in r.text
+            assert r.suspicious == (r.why in {Why.MOTION, Why.UNEQUAL, Why.NO_PARTNER, Why.OTHER})
+    assert {Why.MOTION, Why.UNEQUAL, Why.ONE_JOINT} <= seen
+
+
+def test_only_one_joint_turns():
+    arm = chain_of(WALK, ARM)
+    for degrees, suspicious in ((30.0, False), (100.0, True)):
+        found = detect(turned(WALK, arm.parent, arm.axis, degrees, 200), kinds={Kind.COUNTER_TWIST})
+        reason = only_one(found, ARM, 200)
+        assert reason.why == Why.ONE_JOINT
+        assert reason.suspicious is suspicious  # faster than a body
+        assert math.degrees(reason.strength) == pytest.approx(degrees, abs=0.5)
+        assert reason.text.startswith(f"{degrees:.0f}") or reason.text.startswith(
+            f"{degrees - 1:.0f}"
+        )
+        assert (
+            "at frame 200 is above τ = 1.5°, but only LeftArm turns there (LeftArm +" in reason.text
+        )
+        assert "no counter-twist" in reason.text
+
+
+def test_a_lone_jump_is_named_in_its_own_chain_and_beside():
+    arm = chain_of(WALK, ARM)
+    found = detect(turned(WALK, arm.parent, arm.axis, 100.0, 200))
+    (jump,) = [i for i in found if i.kind == Kind.LONE_JUMP]
+    assert (jump.chain, jump.start, jump.joint) == (ARM, 200, ARM)
+    assert "° at frame 200, above τ, is the lone jump of LeftArm in frame 200 (+" in (
+        why_not(found, ARM, 200).text
+    )
+    shoulder = why_not(found, "LeftShoulder", 200)  # LeftArm is its child
+    assert shoulder.why == Why.IMAGE
+    assert "it belongs to the lone jump of LeftArm in frame 200 (+" in shoulder.text
+
+
+def test_the_clips_first_frame_may_be_called_1():
+    arm = chain_of(WALK, ARM)
+    found = detect(turned(WALK, arm.parent, arm.axis, 30.0, 200))
+    (reason,) = [r for r in peaks_without_interval(found, ARM, first=1) if r.frame == 200]
+    assert "at frame 201 is above" in reason.text
+
+
+def test_a_neighbours_error_is_named():
+    found = detect(twisted(WALK, "LeftForeArm", 60.0, 150, 170), kinds={Kind.COUNTER_TWIST})
+    reason = why_not(found, ARM, 150)  # the forearm is the upper arm's child
+    assert reason.why == Why.IMAGE
+    assert reason.strength < reason.tau
+    assert "LeftForeArm turns as the image of the error of Left ForeArm in frames 150 to 169" in (
+        reason.text
+    )
+
+
+def test_the_edges_of_a_limbs_flip_are_named():
+    found = detect(read_bvh(ASSETS / "kick.bvh"))
+    flip = next(i for i in found if i.kind == Kind.LIMB_FLIP)
+    thigh = flip.chain.split("-")[0]
+    at = [r for r in peaks_without_interval(found, thigh) if r.frame in (flip.start, flip.stop)]
+    assert len(at) == 2
+    assert {r.why for r in at} == {Why.IMAGE}
+    assert all(r.numbers["of"] == flip.chain and not r.suspicious for r in at)
+
+
+def test_inside_and_at_the_edges_of_an_interval():
+    found = detect(twisted(WALK, ARM, 60.0, 150, 170), kinds={Kind.COUNTER_TWIST})
+    (interval,) = [i for i in found if i.chain == ARM]
+    assert (interval.start, interval.stop) == (150, 170)
+    for frame, where in ((150, "is in"), (160, "is in"), (170, "is at an edge of")):
+        reason = why_not(found, ARM, frame)
+        assert reason.why == Why.INTERVAL
+        assert f"{where} the interval of frames 150 to 169 (+60.0°)." in reason.text
+    assert "above τ" in why_not(found, ARM, 170).text
+    assert "below τ" in why_not(found, ARM, 160).text
+    assert unexplained_peaks(found, ARM) == unexplained_peaks(detect(WALK), ARM)
+
+
+def test_what_the_review_has_elsewhere():
+    found = detect(twisted(WALK, ARM, 60.0, 150, 170), kinds={Kind.COUNTER_TWIST})
+    moved = Interval(ARM, 250, 260, np.zeros(10))
+    other = Detection(found.analysis, found.method, found.tau, (moved,))
+    assert [r.why for r in peaks_without_interval(other, ARM) if r.frame in (150, 170)] == [
+        Why.MOVED,
+        Why.MOVED,
+    ]
+
+
+def test_cuts_and_what_is_too_short_between_them():
+    rng = np.random.default_rng(3)
+    q = WALK.rotations.copy()
+    for start in (150, 158):
+        axis = rng.normal(size=(q.shape[1], 3))
+        axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+        for joint, a in enumerate(axis):
+            turn = quaternion_from_axis_angle(a, 0.9)
+            q[start:, joint] = multiply(q[start:, joint], turn)
+    arm = chain_of(WALK, ARM)
+    motion = twisted(replace(WALK, rotations=q), ARM, 40.0, 153, 155)
+    found = detect(motion, kinds={Kind.COUNTER_TWIST})
+    assert arm.name in found.tau
+    for frame in (0, 150, 158):
+        reason = why_not(found, ARM, frame)
+        assert reason.why == Why.CUT
+        assert reason.strength == 0.0
+    for frame in (153, 155):
+        reason = only_one(found, ARM, frame)
+        assert reason.why == Why.SHORT
+        assert "frames 150 to 157 between cuts are too few" in reason.text
+
+
+def test_a_jump_that_nothing_takes_back():
+    found = detect(twisted(WALK, ARM, 60.0, 150), kinds={Kind.COUNTER_TWIST})
+    (interval,) = [i for i in found if i.chain == ARM]  # open: clear enough alone
+    bare = Detection(found.analysis, found.method, found.tau, ())
+    assert interval.open
+    assert why_not(bare, ARM, 150).why == Why.MOVED
+    # In noise it is not that clear.
+    noisy = detect(shaken(twisted(WALK, ARM, 14.0, 150), 1.0), tau_degrees=3.0)
+    reason = only_one(noisy, ARM, 150)
+    assert reason.why == Why.NO_PARTNER
+    assert reason.suspicious
+    assert 10.0 <= reason.numbers["gain"] < 20.0
+    assert "no other jump past τ takes it back (LeftArm +" in reason.text
+    assert "alone it is too unsure (evidence" in reason.text
+
+
+def test_below_tau_the_sizes_are_told_apart():
+    found = detect(twisted(WALK, ARM, 2.0, 150, 170), tau_degrees=2.001, kinds={Kind.COUNTER_TWIST})
+    reason = why_not(found, ARM, 150)
+    assert reason.why == Why.BELOW
+    said = reason.text.split(" at frame 150 is below τ = ")
+    assert float(said[0].rstrip("°")) < float(said[1].split("°")[0])
+
+
+def test_limbs_say_what_a_jump_costs():
+    found = detect(read_bvh(ASSETS / "kick.bvh"))
+    limb = found.limbs[0].name
+    low = found.analysis.detect(tau_radians={n: 0.1 * t for n, t in found.tau.items()})
+    told = [r for c in low.limbs for r in peaks_without_interval(low, c.name)]
+    assert {r.why for r in told} <= {Why.MOTION, Why.NO_PARTNER, Why.OTHER, Why.IMAGE}
+    motion = [r for r in told if r.why == Why.MOTION]
+    assert motion
+    assert all(r.numbers["cost_flip"] >= r.numbers["spares"] for r in motion)
+    assert why_not(found, limb, 0).why == Why.CUT
+
+
+def test_a_name_that_there_is_not():
+    with pytest.raises(TwistError):
+        why_not(detect(WALK), "Tail", 3)
+
+
+def test_explain_says_the_reasons(capsys):
+    clip = str(ASSETS / "kick.bvh")
+    assert main(["detect", clip, "--json", "--explain"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert main(["detect", clip, "--explain"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert document["peaks"]
+    for peak in document["peaks"]:
+        assert peak["strength_deg"] >= peak["tau_deg"]
+        assert peak["reason"] in list(Why)
+        assert f"    {peak['text']}" in lines
+    assert main(["detect", clip, "--json"]) == 0
+    assert "peaks" not in json.loads(capsys.readouterr().out)
+
+
+def test_the_script_counts_them(capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr("sys.argv", ["reasons", str(ASSETS), "--json", str(tmp_path / "out.json")])
+    assert judge.main() == 0
+    counted = json.loads((tmp_path / "out.json").read_text())
+    assert counted["wrong"] == []
+    assert sum(counted["counts"]["consistency"].values()) > 0
+    assert sum(counted["counts"]["paper"].values()) == 0  # each of its events opens an interval
+    assert "one joint" in capsys.readouterr().out
