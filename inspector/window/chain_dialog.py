@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
+    QCheckBox,
     QComboBox,
     QCompleter,
     QDialog,
@@ -42,6 +43,7 @@ class ChainDialog(QDialog):
         self._rig: Rig | None = None
         self.setWindowTitle("Add chain")
         self.joints = tuple(_joint_box(tip) for tip in _TIPS)
+        self.limb = QCheckBox("A limb: look for flips about the line from the first to the last")
         self.told = soft(QLabel(wordWrap=True))
         self.told.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
         self.buttons = QDialogButtonBox(
@@ -54,12 +56,14 @@ class ChainDialog(QDialog):
         form = QFormLayout()
         for role, box in zip(_ROLES, self.joints, strict=True):
             form.addRow(role, box)
+        form.addRow("", self.limb)
         vbox(form, self.told, None, self.buttons, owner=self)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._fill(0, [j for j, below in enumerate(self._skeleton.children) if below])
         for place, box in enumerate(self.joints):
             box.currentTextChanged.connect(lambda _, k=place: self._changed(k))
         self._start()
+        self.limb.toggled.connect(lambda: self._changed(0))
         document.opened.connect(self.reject)
         document.chains_changed.connect(self._check)
 
@@ -82,7 +86,7 @@ class ChainDialog(QDialog):
         if place < 2 and name in self._skeleton.names:
             children = self._skeleton.children
             below = list(children[self._skeleton.index(name)])
-            if place == 1:
+            if place == 1 or self.limb.isChecked():
                 for joint in below:
                     below.extend(children[joint])
             self._fill(place + 1, sorted(below))
@@ -111,7 +115,8 @@ class ChainDialog(QDialog):
 
     def _own(self) -> OwnChain:
         texts = [box.currentText().strip() for box in self.joints]
-        return OwnChain(tuple(t for k, t in enumerate(texts) if k < 2 or t not in ("", _NONE)))
+        joints = tuple(t for k, t in enumerate(texts) if k < 2 or t not in ("", _NONE))
+        return OwnChain(joints, self.limb.isChecked())
 
     def _check(self) -> None:
         data, own = self._document.data, self._own()
