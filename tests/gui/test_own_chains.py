@@ -227,6 +227,25 @@ def test_a_damaged_rig_profile_is_set_aside(clip):
     assert len(list(place.parent.iterdir())) == 3
 
 
+def test_a_clip_that_changed_on_disk_keeps_the_chains_of_its_session(qtbot, reviewed, clip):
+    """So that what was decided in them can be carried over."""
+    window = reviewed
+    confirm(qtbot, window, add_by_keys(qtbot, window, "Spine", "Spine1", "Neck1"))
+    window.document.go_to(120)
+    act(window, "insert_interval")
+    act(window, "accept")
+    window.files.save_session()
+    data = clip.read_bytes()
+    clip.write_bytes(data[: data.rindex(b".")] + b".5\n")
+    open_clip(qtbot, window, clip)
+    assert window.document.data.earlier
+    assert "Spine" in names(window)
+    (carry,) = [b for b in window.bar.buttons() if b.text() == "Carry decisions over"]
+    carry.click()
+    (own,) = window.document.review.state.of_chain("Spine")
+    assert own.decision == Decision.ACCEPTED
+
+
 def test_own_chains_survive_kill_9(start, clip):
     program = start(clip)
     program.tell("add Spine Spine1 Neck1", "remove LeftForeArm", "accept 0", "undo", "accept 0")
