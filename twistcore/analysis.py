@@ -15,15 +15,18 @@ from twistcore.bvh import Clip
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
+from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.errors import TwistError
 from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
+from twistcore.twist_removal import applied_unasked, refine
 
 Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
 ALL_KINDS = frozenset(Kind)
+REPAIRED = ALL_KINDS - {Kind.LONE_JUMP}
 
 
 class ClipAnalysis:
@@ -38,6 +41,7 @@ class ClipAnalysis:
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
         self._flips: LimbFlipAnalysis | None = None
+        self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
         self._making = Lock()
 
     def __repr__(self) -> str:
@@ -96,13 +100,24 @@ class ClipAnalysis:
                 self._flips = analyse_limbs(self.motion, self.limbs)
             return self._flips
 
-    def detector(self, method: str = DEFAULT_METHOD) -> Analysis:
-        """Answers by name: of a chain what :meth:`by` knows, of a limb what :attr:`flips` does.
+    def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
+        """Lone jumps by chain: what is left once all is out that is taken out unasked."""
+        if method not in self._jumps:
+            known = self.detect(method, kinds=REPAIRED)
+            refined = refine(self.motion, self.chains_and_limbs, applied_unasked(known))
+            self._jumps[method] = lone_jumps(refined, self.chains)
+        return self._jumps[method]
 
-        Neither is made before it is asked. TwistError for a method that there is not.
+    def detector(
+        self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] = ALL_KINDS
+    ) -> Analysis:
+        """What is known by the name of a chain or limb, of these kinds.
+
+        Of a chain what :meth:`by` and :meth:`jumps` tell, of a limb :attr:`flips`; nothing is made
+        before it is asked. TwistError for a method that there is not.
         """
         _check_method(method)
-        return _ByName(self, method)
+        return _ByName(self, method, frozenset(kinds))
 
     def detect(
         self,
@@ -112,17 +127,17 @@ class ClipAnalysis:
         tau_radians: Tau | None = None,
         tau_degrees: Tau | None = None,
     ) -> Detection:
-        """The intervals of these kinds: counter-twists of chains, then flips of limbs.
+        """The intervals of these kinds: those of chains, then flips of limbs.
 
         τ: for all chains, or by the name of a chain or limb; else the automatic one. A limb's is
-        another quantity, so that one τ for all is for chains only. Nothing finds lone jumps yet.
+        another quantity, so that one τ for all is for chains only; lone jumps have none.
         TwistError for a kind, a method or a name that there is not.
         """
-        detector = self.detector(method)
         wanted = {kinds} if isinstance(kinds, str) else set(kinds)
         if unknown := sorted(wanted - ALL_KINDS):
             raise TwistError(f"no kind {unknown[0]!r}; expected one of {', '.join(Kind)}")
-        looked_at = self.chains if Kind.COUNTER_TWIST in wanted else ()
+        detector = self.detector(method, ALL_KINDS & wanted)
+        looked_at = self.chains if wanted - {Kind.LIMB_FLIP} else ()
         looked_at += self.limbs if Kind.LIMB_FLIP in wanted else ()
         given = self._given(tau_radians, tau_degrees)
         names = [c.name for c in looked_at]
@@ -147,6 +162,7 @@ class _ByName:
 
     clip: ClipAnalysis
     method: str
+    kinds: frozenset[Kind]
 
     def automatic_tau(self, chain: str) -> float:
         return self._of(chain).automatic_tau(chain)
@@ -155,7 +171,13 @@ class _ByName:
         return self._of(chain).strength(chain)
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        return self._of(chain).intervals(chain, tau)
+        is_limb = isinstance(self.clip.chain(chain), Limb)
+        found: list[Interval] = []
+        if (Kind.LIMB_FLIP if is_limb else Kind.COUNTER_TWIST) in self.kinds:
+            found += self._of(chain).intervals(chain, tau)
+        if not is_limb and Kind.LONE_JUMP in self.kinds:
+            found += self.clip.jumps(self.method)[chain]
+        return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
     def _of(self, name: str) -> Analysis:
         is_limb = isinstance(self.clip.chain(name), Limb)

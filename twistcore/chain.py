@@ -7,7 +7,7 @@ may mean the collar in one rig and the upper arm in another without harm.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -51,6 +51,11 @@ class Chain:
     def label(self) -> str:
         """What a table shows: 'Left ForeArm', or the joint's name where the limb is unknown."""
         return f"{self.side} {self.segment}" if self.segment else self.name
+
+    def sliced(self, start: int, stop: int) -> Chain:
+        """The chain in frames [start, stop)."""
+        axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
+        return replace(self, axis=axis, arm=arm)
 
     def changed_joints(self, skeleton: Skeleton) -> tuple[int, ...]:
         """P and its children: what an error in the chain, or its correction, turns otherwise."""

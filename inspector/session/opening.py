@@ -13,6 +13,7 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
+from twistcore.detection.cuts import border_notes
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import check_belongs
@@ -40,9 +41,9 @@ class Analysed:
     """A clip as it was opened: what is known of it, and the review that it begins with.
 
     session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
-    another version of this clip; flips_added: how many flips the session, which knew no limbs, did
-    not have, None for one that did; stamp: of the clip's file before it was read, None if it was in
-    memory.
+    another version of this clip; added: how many flips and lone jumps the session, which knew
+    neither, did not have, None for one that did; stamp: of the clip's file before it was read, None if it was in
+    memory; borders: sentences on frames at its ends that are no capture.
     """
 
     clip: Clip
@@ -52,8 +53,9 @@ class Analysed:
     session_sha256: str = ""
     earlier: tuple[Judged, ...] = ()
     notes: tuple[str, ...] = ()
-    flips_added: int | None = None
+    added: int | None = None
     stamp: Stamp | None = None
+    borders: tuple[str, ...] = ()
 
     @property
     def motion(self) -> Motion:
@@ -150,7 +152,7 @@ def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) ->
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability
-    return Analysed(clip, analysis, Review.of(found))
+    return Analysed(clip, analysis, Review.of(found), borders=border_notes(clip.motion))
 
 
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
@@ -184,10 +186,10 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     limbs = {limb.name for limb in found.analysis.limbs}
     tau = {name: t for name, t in own.tau.items() if name not in limbs} | known
     state = replace(session.state, method=method, tau=tau, chain_order=own.chain_order)
-    complete = with_limbs(state, found.analysis)
+    complete = with_every_kind(state, found.analysis)
     if complete is not state:
         added = len(complete.intervals) - len(state.intervals)
-        found = replace(found, flips_added=added)
+        found = replace(found, added=added)
     review = Review(complete)
     if path.name.endswith(REPLAY_SUFFIX):
         review.mark_unsaved()  # in the clip's own session
@@ -195,10 +197,10 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     return replace(found, review=review, session=path, session_sha256=sha256)
 
 
-def with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """A review with the limbs that it knows nothing of, at their own τ, their flips undecided.
+def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
+    """A review with what it knows nothing of: limbs at their own τ, flips, lone jumps, undecided.
 
-    The very same one where it knows them all.
+    The very same one where it knows all limbs.
     """
     new = [limb.name for limb in analysis.limbs if limb.name not in state.tau]
     if not new:
@@ -206,7 +208,10 @@ def with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     order = {chain.name: k for k, chain in enumerate(analysis.chains_and_limbs)}
     tau = {name: analysis.flips.automatic_tau(name) for name in new}
     found = tuple(i for name, t in tau.items() for i in analysis.flips.intervals(name, t))
-    return Redetect(tau, found).apply(replace(state, chain_order=order))
+    state = Redetect(tau, found).apply(replace(state, chain_order=order))
+    jumps = [i for own in analysis.jumps(state.method).values() for i in own]
+    judged = [Judged(k, as_written(i)) for k, i in enumerate(jumps, state.next_id)]
+    return state.with_intervals((*state.intervals, *judged), state.next_id + len(judged))
 
 
 def opening_notes(
@@ -218,16 +223,18 @@ def opening_notes(
     """
     if data.session is not None:
         told = f"Going on with {data.session.name}."
-        if data.flips_added is not None:
-            found = f"{data.flips_added} found, undecided" if data.flips_added else "none found"
-            told += f" Flips of limbs, of which it knew nothing, were looked for as well: {found}."
+        if data.added is not None:
+            found = f"{data.added} found, undecided" if data.added else "none found"
+            told += " Flips of limbs and lone jumps, of which it knew nothing, were looked for as "
+            told += f"well: {found}."
         yield told, False
     chain_notes = dict.fromkeys(w for c in data.chains_and_limbs for w in c.warnings)
     name, notices = data.clip.name, []
     if away is not None:
         cannot = f"{name} lies in a folder that cannot be written"
         notices.append(f"{cannot}: your decisions are kept in {away}.")
-    notices += [f"{name}: {w}" for w in (*map(str, data.clip.warnings), *chain_notes)]
+    warned = (*map(str, data.clip.warnings), *data.borders, *chain_notes)
+    notices += [f"{name}: {w}" for w in warned]
     if not data.chains:
         notices.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
     stuck = [c.label for c in data.chains_and_limbs if uncorrectable_joints(data.motion, c)]

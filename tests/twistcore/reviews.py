@@ -9,9 +9,11 @@ from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval, Kind
+from twistcore.detection.lone_jumps import own_axis
 from twistcore.limb import find_limbs
 from twistcore.refinement import refine
 from twistcore.review import Review, start_review
+from twistcore.rotation import multiply, quaternion_from_axis_angle
 
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")
 CHAINS = find_chains(CLIP.motion)
@@ -55,13 +57,29 @@ def flipped(motion, *flips):
     return refine(motion, LIMBS, [replace(i, offset=-i.offset) for i in flips])
 
 
+def spun(joint, start, stop, degrees, motion):
+    """The motion in which a joint alone is turned about its own axis in some frames."""
+    at = motion.skeleton.index(joint)
+    turn = quaternion_from_axis_angle(own_axis(motion.skeleton, at), np.radians(degrees))
+    rotations = motion.rotations.copy()
+    rotations[start:stop, at] = multiply(rotations[start:stop, at], turn)
+    return motion.with_rotations(rotations)
+
+
 def find_flips(monkeypatch, *found):
-    """Let every analysis find these flips; the list that comes back grows with each one made."""
+    """Let every analysis find these flips; the list that comes back grows with each one made.
+
+    What taking out a flip that is none makes jump is not told.
+    """
     made = []
 
     def analyse_limbs(motion, limbs, tell=None):
         made.append([limb.name for limb in limbs])
         return FoundFlips(found)
 
+    def lone_jumps(motion, chains):
+        return {chain.name: () for chain in chains}
+
     monkeypatch.setattr("twistcore.analysis.analyse_limbs", analyse_limbs)
+    monkeypatch.setattr("twistcore.analysis.lone_jumps", lone_jumps)
     return made

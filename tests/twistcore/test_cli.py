@@ -105,7 +105,7 @@ def test_flips_have_a_kind_a_limb_and_an_end(capsys, monkeypatch):
         (["--kinds", "all"], (8, 2), "10 intervals in 10 chains (8 counter-twists, 2 limb flips)"),
         (["--kinds", "counter-twist"], (8, 0), "8 intervals in 10 chains"),
         (["--kinds", "Limb flip"], (0, 2), "2 intervals in 4 limbs (2 limb flips)"),
-        (["--kinds", "lone-jump"], (0, 0), "0 intervals in 0 chains"),
+        (["--kinds", "lone-jump"], (0, 0), "0 intervals in 10 chains"),
         (
             ["--kinds", "lone jump, limb-flip,counter twist"],
             (8, 2),

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import ASSETS
-from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, find_flips, flip, flipped
+from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, flip, flipped, spun
 from twistcore.bvh import write_bvh
 from twistcore.cli import main
 from twistcore.detection import Kind
@@ -51,11 +51,11 @@ def real(tmp_path_factory):
         main(["refine", dirty, "-o", out, "--method", "paper"])
     bad = folder / "flipped.bvh"
     write_bvh(CLIP, flipped(CLIP.motion, flip()), bad)
-    with pytest.MonkeyPatch.context() as patch:
-        find_flips(patch, flip())
-        detection = printed("detect", dirty, "--json", "--explain", "--method", "paper")
+    worse = folder / "worse.bvh"
+    motion = flipped(CLIP.motion, flip(degrees=-160.0))
+    write_bvh(CLIP, spun("LeftFoot", 60, 70, 140.0, motion), worse)
     documents = [
-        detection,
+        printed("detect", str(worse), "--json", "--explain", "--method", "paper"),
         printed("info", walk, "--json"),
         json.loads(Path(truth).read_text()),
         printed("evaluate", "--truth", truth, "--clean", walk, "--refined", out, "--json"),

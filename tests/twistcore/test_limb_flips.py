@@ -176,11 +176,12 @@ def test_a_lower_threshold_finds_more_and_a_higher_less():
     assert starts == [[50, 150], [50], []]
 
 
-def test_wherever_the_body_faces_and_whatever_the_rigs_axes():
+@pytest.mark.parametrize("angle", [1.1, 2.6])
+def test_wherever_the_body_faces_and_whatever_the_rigs_axes(angle):
     """Turned in the room, and with the thigh's own frame turned in its bone: the same flips."""
     motion = flipped(WALK.motion, "Left leg", (50, 60, 170.0, False))
     leg = limbs_of(motion)[1]["Left leg"]
-    turn = quaternion_from_axis_angle(np.array([0.6, 0.0, 0.8]), 1.1)
+    turn = quaternion_from_axis_angle(np.array([0.6, 0.0, 0.8]), angle)
     rotations, offsets = motion.rotations.copy(), motion.skeleton.offsets.copy()
     rotations[:, 0] = multiply(turn, rotations[:, 0])
     rotations[:, leg.parent] = multiply(rotations[:, leg.parent], turn)
@@ -191,8 +192,61 @@ def test_wherever_the_body_faces_and_whatever_the_rigs_axes():
     assert [(i.start, i.stop, i.carried) for i in found(turned, "Left leg")] == [(50, 60, False)]
 
 
-def edge(frame, degrees):
-    return Jump(frame, frame + 1, (np.radians(degrees),), scale=np.radians(1.0))
+def edge(frame, degrees, scale=1.0, step=0.0):
+    return Jump(frame, frame + 1, (np.radians(degrees),), np.radians(scale), step)
+
+
+def ramp(start, stop, degrees):
+    turns = (np.radians(degrees) / (stop - start),) * (stop - start)
+    return Jump(start, stop, turns, sharp=False, leads=False)
+
+
+def runs_of(*jumps, height=0.2):
+    """Frames of the runs that explain jumps of a limb that else stands at its own side."""
+    frames = 600
+    found = explain(
+        jumps, np.zeros(frames), np.full(frames, height), np.ones(frames, dtype=bool), 120.0
+    )
+    return [(r.start, r.stop) for r in found]
+
+
+def test_what_a_limb_does_by_nature_is_left():
+    assert runs_of(edge(100, 70.0), edge(104, -70.0), height=0.0) == [(100, 104)]
+    assert runs_of(edge(100, 70.0, 18.0), edge(104, -70.0, 18.0), height=0.0) == []
+
+
+def test_a_flip_may_come_softly_and_go_at_once():
+    assert runs_of(ramp(92, 100, 110.0), edge(104, -175.0), height=0.0) == [(92, 104)]
+    # Not from afar, and not both ends so.
+    assert runs_of(ramp(92, 100, 110.0), edge(160, -175.0), height=0.0) == []
+    assert runs_of(ramp(92, 100, 110.0), ramp(110, 118, -110.0), height=0.0) == []
+
+
+def test_two_jumps_the_same_way_are_a_flip_only_if_they_make_a_turn():
+    assert runs_of(edge(100, 170.0), edge(110, 150.0), height=0.0) == [(100, 110)]
+    assert runs_of(edge(100, 130.0), edge(110, 90.0), height=0.0) == []
+
+
+def test_a_jump_in_which_the_end_jumps_too_need_not_be_one_of_a_flip():
+    """Between two readings: one alone and a pair that closes, or all three in one run."""
+    plain = edge(100, -95.0), edge(108, 178.0), edge(126, -179.0)
+    assert runs_of(*plain, height=0.0)[0][0] == 100
+    moved = edge(100, -95.0, step=0.13), *plain[1:]
+    assert runs_of(*moved, height=0.0) == [(108, 126)]
+
+
+def test_a_flip_that_is_not_sure_is_shown_and_not_applied():
+    """A jump of an arm that is unrest itself, there and back by as much: it may be either."""
+    motion, limb = WALK.motion, limbs_of(WALK.motion)[1]["Left arm"]
+    analysis = analyse_limbs(motion, [limb]).limbs[limb.name]
+    unsure = []
+    for scale in (1.0, 15.5):
+        departures = np.zeros(motion.frames)
+        departures[[100, 101]] = np.radians([80.0, -75.0])
+        scales = np.full(motion.frames, np.radians(scale))
+        (flip,) = replace(analysis, departures=departures, scales=scales).intervals(1.0)
+        unsure.append((flip.start, flip.stop, flip.open))
+    assert unsure == [(100, 101, False), (100, 101, True)]
 
 
 def test_of_two_partners_the_one_that_closes_is_taken():

@@ -18,6 +18,7 @@ from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.cli.output import by_kind, print_json, refuse_overwrite, tell_no_chain
 from twistcore.detection import Interval, Kind
+from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 from twistcore.limb import Limb, find_limbs
@@ -47,7 +48,13 @@ def info(arguments: argparse.Namespace) -> int:
         "height": motion.skeleton.height,
         "chains": [_chain_to_json(clip, chain) for chain in chains],
         "limbs": [_limb_to_json(clip, limb) for limb in limbs],
-        "warnings": [*map(str, clip.warnings), *(w for chain in chains for w in chain.warnings)],
+        "leading_frames": leading_frames(motion),
+        "trailing_frames": trailing_frames(motion),
+        "warnings": [
+            *map(str, clip.warnings),
+            *border_notes(motion),
+            *(w for chain in chains for w in chain.warnings),
+        ],
     }
     if arguments.json:
         print_json(document)
@@ -98,8 +105,9 @@ def detect(arguments: argparse.Namespace) -> int:
         print_json(_detection_to_json(arguments, clip, found))
     else:
         for i in found:
+            name, degrees = i.joint or i.chain, math.degrees(i.size)
             print(
-                f"{i.chain:<20} {i.start:>7} – {i.stop:<7} {math.degrees(i.delta):>+9.2f}°"
+                f"{name:<20} {i.start:>7} – {i.stop:<7} {degrees:>+9.2f}°"
                 f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
                 f"{'  open' if i.open else ''}{_kind(i)}"
             )
@@ -118,8 +126,11 @@ def _kind(interval: Interval) -> str:
     """What is wrong, where it is not the usual thing."""
     if interval.kind == Kind.COUNTER_TWIST:
         return ""
-    end = f", end {'carried' if interval.carried else 'kept'}"
-    return f"  {interval.kind}{end if interval.kind == Kind.LIMB_FLIP else ''}"
+    if interval.kind == Kind.LONE_JUMP:
+        evidence = interval.evidence or {}
+        fast, most = evidence["speed_deg_s"], evidence["limit_deg_s"]
+        return f"  {interval.kind}, {fast:,.0f}°/s where no body does {most:,.0f}"
+    return f"  {interval.kind}, end {'carried' if interval.carried else 'kept'}"
 
 
 def _explain(interval: Interval) -> None:
@@ -178,6 +189,8 @@ def _detection_to_json(
         }
         if isinstance(chain, Limb):
             entry |= {"limb": chain.name, "end": names[chain.end], "carried": i.carried}
+        if i.kind == Kind.LONE_JUMP:
+            entry |= i.evidence or {}
         if arguments.explain:
             entry["residual_deg"] = math.degrees(i.residual)
             entry["evidence"] = i.evidence

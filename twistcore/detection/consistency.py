@@ -132,9 +132,10 @@ def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> di
 
 @dataclass(frozen=True, eq=False)
 class ConsistencyAnalysis:
-    """All chains before any τ."""
+    """All chains before any τ; cut: steps that are no motion, that into frame 0 too, (frames,)."""
 
     chains: Mapping[str, ChainAnalysis]
+    cut: Mask
 
     def automatic_tau(self, chain: str) -> float:
         """max(1.5°, 6·median σ of the chain), radians."""
@@ -176,7 +177,7 @@ class ConsistencyDetector:
                 out[chain.name] = ChainAnalysis(
                     chain.name, motion.fps, counter, row, edges, step, tables
                 )
-        return ConsistencyAnalysis(out)
+        return ConsistencyAnalysis(out, cut)
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:

@@ -1,9 +1,10 @@
-"""Clip-wide discontinuities: a T-pose in frame 0, cuts. Borders, not events [MATH.md §4.8]."""
+"""Clip-wide discontinuities: a T-pose at an end, cuts. Borders, not events [MATH.md §4.8]."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from twistcore.detection.leading_blend import blend_end, held_frames, rest_frames
 from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
 from twistcore.rotation import Array
@@ -18,7 +19,21 @@ BLOCK_SECONDS = 0.13  # of the pace: the median over a block outlives a few fram
 
 
 def find_cuts(rotations: Array, fps: float) -> Mask:
-    """True where the step into a frame is a cut; rotations (frames, joints, 4) → (frames,).
+    """True where the step into a frame is no capture; rotations (frames, joints, 4) → (frames,).
+
+    That is a cut, or a step of a blend out of the clip's first pose or into a rest pose at its end.
+    """
+    cut = _jumps(rotations, fps)
+    first = held_frames(rotations)
+    if end := blend_end(rotations[first:], fps):
+        cut[first + 1 : first + end + 1] = True
+    if last := rest_frames(rotations, fps):
+        cut[-last:] = True
+    return cut
+
+
+def _jumps(rotations: Array, fps: float) -> Mask:
+    """True where most joints jump at once on the way into a frame.
 
     A joint votes where it turns by more than JUMP times its median pace in the calmest of the
     blocks around, or hardly turns; a cut needs half of the votes of the joints that ever turn.
@@ -62,11 +77,36 @@ def find_cuts(rotations: Array, fps: float) -> Mask:
 
 
 def leading_frames(motion: Motion) -> int:
-    """How many frames at the start are a T-pose or a blend out of it, and no capture.
+    """How many frames at the start are a rest pose or a blend out of it, and no capture.
 
-    All before the last cut among the first 12 transitions; a cut is a transition in which at least
-    half of all moving joints turn by more than 5 times their own median pace around it
-    (:func:`find_cuts`). CMU clips: frame 0. The Daz conversion: the first 3 to 7.
+    All before the last cut (:func:`find_cuts`) among the 12 transitions behind a first pose, held
+    or not, and before the end of a longer blend. CMU clips: frame 0. The Daz conversion: the first
+    8 to 12.
     """
-    cuts = np.flatnonzero(find_cuts(motion.rotations, motion.fps)[: LEADING + 1])
-    return int(cuts[-1]) if len(cuts) else 0
+    cut = find_cuts(motion.rotations, motion.fps)
+    near = np.flatnonzero(cut[: held_frames(motion.rotations) + LEADING + 1])
+    if not len(near):
+        return 0
+    behind = np.flatnonzero(~cut[near[-1] :])
+    return int(near[-1] + (behind[0] if len(behind) else len(cut) - near[-1]) - 1)
+
+
+def trailing_frames(motion: Motion) -> int:
+    """How many frames at the end are a blend back into a rest pose, and no capture."""
+    return rest_frames(motion.rotations, motion.fps)
+
+
+def border_notes(motion: Motion) -> tuple[str, ...]:
+    """What is left out at the ends of a clip, in sentences; none for a lone T-pose in frame 0."""
+    first, last = leading_frames(motion), trailing_frames(motion)
+    notes = []
+    if first > 1:
+        notes.append(
+            f"Frames 0–{first - 1} are a first pose and a blend out of it: no capture, left out."
+        )
+    if last:
+        notes.append(
+            f"Frames {motion.frames - last}–{motion.frames - 1} are a blend into a rest pose: "
+            "no capture, left out."
+        )
+    return tuple(notes)

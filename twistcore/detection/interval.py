@@ -48,7 +48,7 @@ class Interval:
 
     def __repr__(self) -> str:
         sure = "" if self.confidence is None else f", confidence {self.confidence:.2f}"
-        turn = f"{math.degrees(self.delta):+.1f}°{sure}{', open' if self.open else ''}"
+        turn = f"{math.degrees(self.size):+.1f}°{sure}{', open' if self.open else ''}"
         turn += "" if self.kind == Kind.COUNTER_TWIST else f", {self.kind}"
         return f"<Interval {self.chain} {self.start}–{self.stop}: {turn}>"
 
@@ -71,6 +71,11 @@ class Interval:
     def delta(self) -> float:
         """One number for the interval: the circular median of the offset, radians in (−π, π]."""
         return circular_median(self.offset)
+
+    @property
+    def size(self) -> float:
+        """What a table shows of it: the offset's median, or the turn of a lone jump, radians."""
+        return self.residual if self.kind == Kind.LONE_JUMP else self.delta
 
     def with_offset(self, start: int, offset: Array) -> Interval:
         """The same interval over other frames and offsets."""

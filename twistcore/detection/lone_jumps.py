@@ -73,15 +73,19 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
 
 
 def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
-    """Unit direction of a joint's own bone, to its farthest child or End Site, (3,); None: none."""
+    """Unit direction of a joint's own bone, to its farthest child or End Site, (3,); None: none.
+
+    Children in the very place of the joint, as some rigs have in the hand, hand the question down.
+    """
     ends = [skeleton.offsets[child] for child in skeleton.children[joint]]
-    if not ends and joint in skeleton.end_offsets:
-        ends = [skeleton.end_offsets[joint]]
+    if joint in skeleton.end_offsets:
+        ends.append(skeleton.end_offsets[joint])
     lengths = [float(np.linalg.norm(end)) for end in ends]
-    if not lengths or max(lengths) <= 1e-6 * skeleton.height:
-        return None
-    axis: Array = ends[int(np.argmax(lengths))] / max(lengths)
-    return axis
+    if lengths and max(lengths) > 1e-6 * skeleton.height:
+        axis: Array = ends[int(np.argmax(lengths))] / max(lengths)
+        return axis
+    below = (own_axis(skeleton, child) for child in skeleton.children[joint])
+    return next((axis for axis in below if axis is not None), None)
 
 
 def _joints(chains: Sequence[Chain]) -> dict[int, Chain]:

@@ -72,6 +72,21 @@ class PairTable:
     high: int
     blocks: tuple[Block, ...]
 
+    def partners(self, edge: int) -> dict[int, float]:
+        """What an edge gains with each other that it may open or close an interval with."""
+        found: dict[int, float] = {}
+        for block in self.blocks:
+            row, column = edge - block.first_row, edge - block.first_column
+            if 0 <= row < len(block.gain):
+                gains = block.gain[row]
+                at = np.flatnonzero(np.isfinite(gains))
+                found |= zip((at + block.first_column).tolist(), gains[at].tolist(), strict=True)
+            if 0 <= column < block.gain.shape[1]:
+                gains = block.gain[:, column]
+                at = np.flatnonzero(np.isfinite(gains))
+                found |= zip((at + block.first_row).tolist(), gains[at].tolist(), strict=True)
+        return found
+
 
 def pair_table(
     counter: CounterRotation, chain: int, edges: Edges, step: Mask, low: int, high: int

@@ -1,7 +1,7 @@
 """Taking twist errors out of a motion, and how everything looks afterwards."""
 
 from twistcore.refinement.corrected import Angles, Corrected
-from twistcore.refinement.twist_removal import (
+from twistcore.twist_removal import (
     applied_unasked,
     carried_by_limb,
     children_off_axis,

@@ -13,11 +13,6 @@ from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import Interval
 from twistcore.limb import Limb, places
 from twistcore.motion import forward_kinematics
-from twistcore.refinement.twist_removal import (
-    carried_by_limb,
-    offsets_by_chain,
-    remove_twist,
-)
 from twistcore.rotation import (
     Array,
     multiply,
@@ -27,6 +22,11 @@ from twistcore.rotation import (
     wrap,
 )
 from twistcore.signals import twist_signals
+from twistcore.twist_removal import (
+    carried_by_limb,
+    offsets_by_chain,
+    remove_twist,
+)
 
 _ZERO = 1e-9
 _SAME_AXIS = 1.0 - 1e-12

@@ -260,7 +260,7 @@ def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tu
         for at in range(bisect_left(starts, start - longest), bisect_left(starts, stop)):
             n = by_start[at]
             common = min(stop, found[n].stop) - max(start, found[n].start)
-            if common > 0:
+            if common > 0 and found[n].kind == judged.interval.kind:
                 yield -common, k, n
 
 

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.refinement import applied_unasked
 from twistcore.rotation import Array, wrap
 
@@ -245,8 +245,8 @@ def carried_over(
 
 
 def _common(one: Interval, other: Interval) -> int:
-    """How many frames two intervals share, 0 or less for none; of two chains, none."""
-    if one.chain != other.chain:
+    """How many frames two intervals share, 0 or less for none; of two chains or kinds, none."""
+    if (one.chain, one.kind) != (other.chain, other.kind):
         return 0
     return min(one.stop, other.stop) - max(one.start, other.start)
 
@@ -259,7 +259,11 @@ def overlapping(intervals: Sequence[Judged]) -> frozenset[int]:
     """Ids of the intervals not rejected that share frames with another of their chain: they add."""
     out: set[int] = set()
     reach: Judged | None = None  # of those before, the one that reaches furthest
-    wanted = (j for j in intervals if j.decision != Decision.REJECTED)
+    wanted = (
+        j
+        for j in intervals
+        if j.decision != Decision.REJECTED and j.interval.kind != Kind.LONE_JUMP
+    )
     for judged in sorted(wanted, key=_frames):
         if reach is None or reach.interval.chain != judged.interval.chain:
             reach = judged

@@ -199,7 +199,7 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
         "residual_deg": degrees_to_json(interval.residual),
     }
     if kinds or interval.kind != Kind.COUNTER_TWIST:
-        entry |= {"kind": interval.kind.value, "carried": interval.carried}
+        entry |= {"kind": interval.kind.value, "carried": interval.carried, "joint": interval.joint}
     return entry
 
 
@@ -219,6 +219,8 @@ def interval_from_json(entry: Mapping[str, Any]) -> Interval:
     kind, carried = entry.get("kind", Kind.COUNTER_TWIST), entry.get("carried", False)
     if kind not in list(Kind):
         raise ValueError(f"kind {kind!r}")
+    if not isinstance(joint := entry.get("joint", ""), str):
+        raise TypeError("joint")
     for name, value in (("open", entry["open"]), ("carried", carried)):
         if not isinstance(value, bool):
             raise TypeError(name)
@@ -232,6 +234,7 @@ def interval_from_json(entry: Mapping[str, Any]) -> Interval:
         residual=residual,
         kind=Kind(kind),
         carried=carried,
+        joint=joint,
     )
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from twistcore.analysis import ClipAnalysis, analyse
 from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains, uncorrectable_joints
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD
+from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.motion import Motion
 from twistcore.tuning.cleaning import Verdicts, cleaned
 from twistcore.tuning.tau_curve import TauCurve, tau_curve
@@ -49,11 +50,20 @@ def clip_tuning(
     seeds: Sequence[int] = range(SEEDS),
     verdicts: Verdicts | None = None,
 ) -> ClipTuning:
-    """Take a clip's own errors out and analyse the rest."""
+    """Take a clip's own errors out and analyse the rest, without blends at its ends."""
     given = analyse(motion, find_chains(motion))
-    clean = ClipAnalysis(cleaned(given, verdicts), given.chains, name)
+    clean = ClipAnalysis(*_capture(cleaned(given, verdicts), given.chains), name)
     clean.by(method)
     return ClipTuning(name, clean, method, seeds)
+
+
+def _capture(motion: Motion, chains: Sequence[Chain]) -> tuple[Motion, tuple[Chain, ...]]:
+    """Without blends at the ends; a lone T-pose in frame 0 holds no step and may stay."""
+    first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
+    first = first if first > 1 else 0
+    if not first and stop == motion.frames:
+        return motion, tuple(chains)
+    return motion.sliced(first, stop), tuple(c.sliced(first, stop) for c in chains)
 
 
 def clip_curves(path: Path, method: str, seeds: int = SEEDS) -> dict[str, TauCurve]:

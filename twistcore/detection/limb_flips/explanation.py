@@ -86,16 +86,60 @@ def explain(
     """
     if not any(j.leads for j in jumps):
         return []
-    weight = np.minimum(height / FULL_HEIGHT, 1.0)
     runs: list[Run] = []
     for _ in range(ROUNDS):
-        own = capture.copy()
-        for run in runs:
-            own[run.start : run.stop] = False
-        log = _log_density(angle[own], weight[own])
-        arcs = _arcs(jumps, angle, weight / (OBSERVATION * fps), log, fps)
+        arcs = _ways(jumps, angle, height, capture, fps, runs)
         runs = _cheapest(arcs, len(jumps))
     return runs
+
+
+@dataclass(frozen=True, eq=False)
+class Left:
+    """A jump that stays: what that costs, and the run with it that pays best, if there may be one.
+
+    price: of that run; spared: what its jumps cost if they stay.
+    """
+
+    cost: float
+    run: Run | None = None
+    price: float = math.inf
+    spared: float = 0.0
+
+
+def left(
+    jumps: Sequence[Jump],
+    jump: Jump,
+    runs: Sequence[Run],
+    angle: Array,
+    height: Array,
+    capture: Mask,
+    fps: float,
+) -> Left:
+    """Why a jump is left by :func:`explain`, which found `runs`; the rest as there."""
+    best = Left(_price_left(jump))
+    for arc in _ways(jumps, angle, height, capture, fps, runs):
+        if (run := arc.run) is not None and (run.first is jump or run.last is jump):
+            spared = sum(map(_price_left, (run.first, *run.followed, run.last)))
+            if arc.cost - spared < best.price - best.spared:
+                best = Left(best.cost, run, arc.cost, spared)
+    return best
+
+
+def _ways(
+    jumps: Sequence[Jump],
+    angle: Array,
+    height: Array,
+    capture: Mask,
+    fps: float,
+    runs: Sequence[Run],
+) -> list[_Arc]:
+    """All ways on, where the clip's own side is that outside of the runs known so far."""
+    own = capture.copy()
+    for run in runs:
+        own[run.start : run.stop] = False
+    weight = np.minimum(height / FULL_HEIGHT, 1.0)
+    log = _log_density(angle[own], weight[own])
+    return _arcs(jumps, angle, weight / (OBSERVATION * fps), log, fps)
 
 
 def _log_density(angle: Array, weight: Array) -> Density:

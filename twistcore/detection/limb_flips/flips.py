@@ -12,7 +12,7 @@ import numpy as np
 
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.limb_flips.explanation import Run, explain
+from twistcore.detection.limb_flips.explanation import Left, Run, explain, left
 from twistcore.detection.limb_flips.jumps import (
     SHARP,
     Jump,
@@ -57,17 +57,31 @@ class LimbFlips:
     steps: Array
     capture: Mask
     soft: tuple[Jump, ...]
-    _solved: dict[int, tuple[Interval, ...]] = field(default_factory=dict)
+    _solved: dict[int, tuple[list[Run], tuple[Interval, ...]]] = field(
+        default_factory=dict, init=False
+    )
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
         """Flips at τ radians, by start."""
+        return self._explained(self.jumps(tau))[1]
+
+    def jumps(self, tau: float) -> list[Jump]:
+        """Jumps that τ radians lets lead, and those that may be their partners, by start."""
         sharp = sharp_jumps(self.departures, self.scales, self.steps, tau)
-        passing = sum(j.leads for j in sharp)  # of sorted jumps their number says which
+        return sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
+
+    def left(self, jumps: Sequence[Jump], jump: Jump) -> Left:
+        """Why a jump, one of `jumps`, is no edge of a flip."""
+        runs, _ = self._explained(jumps)
+        s = self.swivel
+        return left(jumps, jump, runs, s.angle, s.height, self.capture, self.fps)
+
+    def _explained(self, jumps: Sequence[Jump]) -> tuple[list[Run], tuple[Interval, ...]]:
+        passing = sum(j.leads for j in jumps)  # of sorted jumps their number says which
         if passing not in self._solved:
-            jumps = sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
             s = self.swivel
             runs = explain(jumps, s.angle, s.height, self.capture, self.fps)
-            self._solved[passing] = tuple(self._interval(run) for run in runs)
+            self._solved[passing] = runs, tuple(self._interval(run) for run in runs)
         return self._solved[passing]
 
     def departures_without(self, offset: Array) -> Array:
@@ -159,7 +173,6 @@ class LimbFlipAnalysis:
 def analyse_limbs(motion: Motion, limbs: Sequence[Limb], tell: Tell = nobody) -> LimbFlipAnalysis:
     """Everything that does not depend on τ; tell: how far it is."""
     border = find_cuts(motion.rotations, motion.fps)
-    border[:1] = True
     swivels = []
     for k, limb in enumerate(limbs):
         tell(k / len(limbs))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, find_chains, limbs, uncorrectable_joints
+from twistcore.detection import Kind
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.natural_events import (
     NaturalEvent,
@@ -92,7 +93,10 @@ def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUD
         raise TwistError(f"{name}: no chain that a twist error could be put into")
     whole = tuple(x for x in find_limbs(prepared, every) if not uncorrectable_joints(prepared, x))
     clip, step = ClipAnalysis(prepared, (*chains, *whole)), protocol.step
-    found = [*natural_events(chains, clip.by(auditor)), *limb_flips(whole, clip.detect(auditor))]
+    found = [
+        *natural_events(chains, clip.by(auditor)),
+        *limb_flips(whole, clip.detect(auditor, kinds={Kind.LIMB_FLIP})),
+    ]
     events = tuple(
         replace(e, start=dropped + e.start * step, stop=dropped + e.stop * step) for e in found
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis import REPAIRED, ClipAnalysis
 from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
 from twistcore.detection.paper import PaperAnalysis, PaperDetector, running_offset
@@ -63,7 +63,7 @@ def apply_method(
         return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
     bones = tuple(c for c in chains if not isinstance(c, Limb))
     clip = ClipAnalysis(motion, bones if method == PaperDetector.name else chains)
-    intervals, analysis = applied_unasked(clip.detect(method)), clip.by(method)
+    intervals, analysis = applied_unasked(clip.detect(method, kinds=REPAIRED)), clip.by(method)
     if isinstance(analysis, PaperAnalysis):
         offsets = {
             c.name: running_offset(analysis.signals[c.name], analysis.automatic_tau(c.name))
@@ -178,6 +178,7 @@ def _run_pass(
     outcome = apply_method(method, dirty, reach, errors)
     total: Tallies = {}
     first = _key(scene, method, targets[0])
+    truth = _without_own_flips(scene, clean)
     wrong = np.zeros((dirty.frames, len(dirty.skeleton)), dtype=bool)
     for chain in targets:
         key = replace(first, side=chain.side, segment=segment_of(chain))
@@ -188,7 +189,7 @@ def _run_pass(
         rows = at.astype(np.int64)
         source = scene.motion.rotations[rows]
         before = error_angle(source, dirty.rotations[rows], chain)
-        after = error_angle(source, outcome.rotations[rows], chain)
+        after = error_angle(truth[rows], outcome.rotations[rows], chain)
         add_tallies(total, {key: error_tally(before, after)})
     for chain in reach:
         true = [e for e in errors if e.chain == chain.name]
@@ -200,6 +201,21 @@ def _run_pass(
     add_tallies(total, {first: damage})
     audited = not any(chain.name in scene.eventful for chain in targets)
     return {replace(key, audited=audited): tally for key, tally in total.items()}
+
+
+def _without_own_flips(scene: Scene, clean: CleanRun) -> Array:
+    """Rotations as they should come out: of limbs, without the flips that the clip itself has.
+
+    Where a limb's flip is taken out of the clean clip, taking it out of the other is no error.
+    """
+    truth = scene.motion.rotations
+    for limb in scene.limbs:
+        for start, stop in clean.outcome.found.get(limb.name, ()):
+            if truth is scene.motion.rotations:
+                truth = truth.copy()
+            joints = limb.changed_joints(scene.motion.skeleton)
+            truth[start:stop, joints] = clean.outcome.rotations[start:stop, joints]
+    return truth
 
 
 def _reach(scene: Scene, method: str, targets: Sequence[Chain]) -> tuple[Chain, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.chain import Chain, uncorrectable_joints
-from twistcore.detection.interval import Interval
+from twistcore.detection.interval import Interval, Kind
 from twistcore.limb import Limb, path, places
 from twistcore.motion import Motion, check_motion
 from twistcore.rotation import (
@@ -31,11 +31,16 @@ def applied_unasked(
 ) -> tuple[Interval, ...]:
     """The intervals that may be corrected without a person's word: the one rule for that.
 
-    Closed ones, or also those without a second edge; with a confidence of `at_least`, 0…1. Where a
-    detector knows no confidence, as the paper's, there is none to rely on: it counts as 0.
+    No lone jump, for there is nothing to take out; closed ones, or also those without a second
+    edge; with a confidence of `at_least`, 0…1. Where a detector knows no confidence, as the
+    paper's, there is none to rely on: it counts as 0.
     """
     return tuple(
-        i for i in intervals if (include_open or not i.open) and (i.confidence or 0.0) >= at_least
+        i
+        for i in intervals
+        if i.kind != Kind.LONE_JUMP
+        and (include_open or not i.open)
+        and (i.confidence or 0.0) >= at_least
     )
 
 

@@ -1,0 +1,149 @@
+"""Jumps that no body makes: told with their speed, whatever else is wrong, and never taken out."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.conftest import ASSETS
+from tests.twistcore.reviews import spun as spun_in
+from twistcore.analysis import analyse
+from twistcore.bvh import read_bvh, write_motion
+from twistcore.chain import find_chains
+from twistcore.cli import main
+from twistcore.detection import Interval, Kind
+from twistcore.detection.lone_jumps import limit, lone_jumps
+from twistcore.refinement import applied_unasked, refine
+from twistcore.review import Insert, Redetect, Review, read_session, write_session
+from twistcore.review.model import overlapping
+from twistcore.synthesis.protocol import PROTOCOLS, prepare
+
+WALK = read_bvh(ASSETS / "walk.bvh")
+CLEAN = ("walk", "dance", "basketball")
+
+
+def spun(joint, start, stop, degrees, motion=WALK.motion):
+    return spun_in(joint, start, stop, degrees, motion)
+
+
+def jumps_of(motion):
+    return [i for own in lone_jumps(motion, find_chains(motion)).values() for i in own]
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_clips_at_their_best_have_none(name):
+    assert jumps_of(read_bvh(ASSETS / f"{name}.bvh").motion.sliced(1, 300)) == []
+
+
+@pytest.mark.parametrize("joint", ["LeftFoot", "RightForeArm", "LeftUpLeg", "RightHand"])
+def test_a_joint_that_jumps_alone_is_told_at_both_jumps(joint):
+    found = jumps_of(spun(joint, 100, 110, 140.0))
+    assert [(i.joint, i.start, i.stop) for i in found] == [(joint, 100, 101), (joint, 110, 111)]
+    chains = {c.name: c for c in find_chains(WALK.motion)}
+    names = WALK.motion.skeleton.names
+    for interval in found:
+        chain = chains[interval.chain]
+        assert joint in (names[chain.parent], names[chain.child])
+        assert interval.kind == Kind.LONE_JUMP
+        assert interval.open
+        assert not interval.offset.any()
+        assert abs(abs(np.degrees(interval.size)) - 140.0) < 8.0
+        told = interval.evidence
+        assert told["speed_deg_s"] == pytest.approx(abs(told["turn_deg"]) * 120.0, rel=1e-3)
+        assert told["limit_deg_s"] == pytest.approx(7500.0)
+
+
+def test_children_that_go_along_are_not_told():
+    found = jumps_of(spun("LeftArm", 100, 110, 140.0))
+    assert {i.joint for i in found} == {"LeftArm"}
+
+
+def test_frames_one_after_the_other_are_one_jump_of_the_fastest():
+    motion = spun("LeftFoot", 101, 344, 80.0, spun("LeftFoot", 100, 344, 120.0))
+    (jump,) = jumps_of(motion)
+    assert (jump.start, jump.stop) == (100, 102)
+    assert abs(np.degrees(jump.size) - 120.0) < 8.0
+
+
+def test_the_limit_is_a_speed_but_not_of_noise_nor_of_slow_cameras():
+    assert np.degrees([limit(f) for f in (240.0, 120.0, 60.0, 30.0)]) == pytest.approx(
+        [60.0, 62.5, 125.0, 120.0]
+    )
+    assert jumps_of(spun("LeftFoot", 100, 110, 55.0)) == []
+    slow = prepare(WALK.motion, find_chains(WALK.motion), PROTOCOLS["H1"])
+    assert jumps_of(spun("LeftFoot", 30, 40, 100.0, slow)) == []
+    assert len(jumps_of(spun("LeftFoot", 30, 40, 150.0, slow))) == 2
+
+
+def test_what_an_interval_explains_is_no_lone_jump():
+    walk = analyse(read_bvh(ASSETS / "walk_injected.bvh"))
+    kick = analyse(read_bvh(ASSETS / "kick.bvh"))
+    assert len(jumps_of(walk.motion)) > 0  # the injected ones, as they stand
+    assert not any(walk.jumps().values())
+    legs = [i for i in jumps_of(kick.motion) if i.joint == "RightUpLeg"]
+    assert len(legs) > 10
+    left = {i.joint for own in kick.jumps().values() for i in own}
+    assert left == {"RightFoot"}  # which the capture has jump otherwise, too
+
+
+def test_they_are_listed_and_never_taken_out():
+    analysis = analyse(spun("LeftFoot", 100, 110, 140.0))
+    found = analysis.detect()
+    assert [i.kind for i in found] == [Kind.LONE_JUMP] * 2
+    assert applied_unasked(found, include_open=True) == ()
+    review = Review.of(found)
+    review.accept(include_open=True)
+    assert review.accepted == ()
+    refined = refine(analysis.motion, analysis.chains_and_limbs, found)
+    assert (refined.rotations == analysis.motion.rotations).all()
+    assert analysis.detect(kinds={Kind.COUNTER_TWIST}).intervals == ()
+    only = analysis.detect(kinds={Kind.LONE_JUMP})
+    assert [(i.start, i.joint) for i in only] == [(100, "LeftFoot"), (110, "LeftFoot")]
+
+
+def test_a_session_keeps_who_jumped_and_by_how_much(tmp_path):
+    path = tmp_path / "spun.bvh"
+    write_motion(spun("LeftFoot", 100, 110, 140.0), path)
+    clip = read_bvh(path)
+    review = Review.of(analyse(clip).detect())
+    write_session(tmp_path / "s.json", clip, review.state)
+    document = json.loads((tmp_path / "s.json").read_text())
+    assert document["schema"] == "twistcore.session/3"
+    back = read_session(tmp_path / "s.json").state.intervals
+    assert [(j.interval.joint, j.interval.kind) for j in back] == [("LeftFoot", Kind.LONE_JUMP)] * 2
+    assert np.degrees(back[0].interval.size) == pytest.approx(
+        np.degrees(review.state.intervals[0].interval.size), abs=1e-8
+    )
+
+
+def test_the_command_tells_the_speed_and_the_limit(tmp_path, capsys):
+    path = tmp_path / "spun.bvh"
+    write_motion(spun("LeftFoot", 100, 110, 140.0), path)
+    assert main(["detect", str(path)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert "LeftFoot" in said[0]
+    assert "lone jump, " in said[0]
+    assert "°/s where no body does 7,500" in said[0]
+    assert main(["detect", str(path), "--json"]) == 0
+    first = json.loads(capsys.readouterr().out)["intervals"][0]
+    assert (first["kind"], first["chain"], first["joint"]) == ("lone jump", "LeftLeg", "LeftFoot")
+    assert first["speed_deg_s"] > first["limit_deg_s"] == pytest.approx(7500.0)
+    assert main(["detect", str(path), "--kinds", "counter-twist,limb-flip"]) == 0
+    assert capsys.readouterr().out.startswith("0 intervals")
+
+
+def test_a_jump_and_a_twist_in_the_same_frames_are_two_findings():
+    """Detection anew at another τ neither swaps them nor lets one stand for the other."""
+    analysis = analyse(spun("LeftFoot", 100, 110, 140.0))
+    state = Review.of(analysis.detect()).state
+    twist = Interval("LeftLeg", 100, 101, np.ones(1))
+    assert {j.interval.kind for j in state.intervals} == {Kind.LONE_JUMP}
+    state = Insert(twist).apply(state)
+    assert overlapping(state.intervals) == frozenset()
+    again = analysis.detector().intervals("LeftLeg", np.radians(5.0))
+    after = Redetect({"LeftLeg": np.radians(5.0)}, again).apply(state)
+    assert sorted(j.interval.kind for j in after.intervals) == [
+        Kind.COUNTER_TWIST,
+        Kind.LONE_JUMP,
+        Kind.LONE_JUMP,
+    ]

@@ -1,0 +1,143 @@
+"""A blend out of a first pose: all joints share one course [MATH.md §4.8].
+
+A release often begins in a T-pose that is blended into the capture: every joint moves from its
+first rotation towards the capture by a share s(t) of its way that is the same for all, even or
+eased, on the sphere or by channels. So where the blend sets in and where it ends each joint's
+acceleration points along its own way, by the same s″(t) of it. Natural motion has no such course:
+whatever s, of its accelerations s″ explains next to nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.rotation import Array
+
+SECONDS, FRAMES = 0.27, 8  # the longest blend looked for: 32 frames at 120 Hz, 8 at 30 Hz
+LENGTHS = (
+    2,
+    3,
+    5,
+    8,
+    12,
+    18,
+    25,
+    32,
+    45,
+    64,
+)  # a blend of another length is found by those beside it
+TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less do not vote
+FAR = float(np.sin(0.5 * np.radians(2.0)))  # a shorter way has no direction
+LIVELY = 1.0 / 3.0  # of all joints must turn: where all is still, an error is not a blend
+AT_REST, RESTING = 1e-9, 0.4  # of a turn, radians; of the joints that turn
+# What the course may leave of a joint's acceleration, and the share of joints that must keep to
+# it: out of a rest pose, where hardly any capture begins, and out of any other.
+FROM_REST, FROM_ANY = (0.6, 0.45), (0.2, 0.7)
+EXPLAINED = 0.5  # of a joint's acceleration: it keeps to the course
+UNDER, OVER = -0.1, 1.3  # of s: a spline overshoots
+BEGUN, NEARLY = 0.1, 0.9  # of s; between them lie more frames than before, or an error ends here
+KEEPING = 0.4  # of the joints, in a frame that is still blended
+LONGER_LAG = 8  # frames of blend to one frame more of lag in second differences
+BEHIND = 6  # frames of capture without which nothing is said
+
+
+def held_frames(rotations: Array) -> int:
+    """How many frames behind frame 0 hold its pose exactly; (frames, joints, 4)."""
+    if len(rotations) < 2 or not np.array_equal(rotations[0], rotations[1]):
+        return 0
+    moved = (rotations != rotations[0]).any(axis=(1, 2))
+    return int(moved.argmax()) - 1 if moved.any() else len(rotations) - 1
+
+
+def rest_frames(rotations: Array, fps: float) -> int:
+    """How many frames at the end are a blend into a rest pose, or hold it behind one."""
+    held = held_frames(rotations[::-1])
+    blended = blend_end(rotations[::-1][held:], fps, from_rest=True)
+    return held + blended if blended else 0
+
+
+def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
+    """The first frame behind a blend out of frame 0, 0 without one; (frames, joints, 4).
+
+    from_rest: look for blends out of a rest pose alone, with most joints' rotations at zero.
+    """
+    longest = max(FRAMES, round(SECONDS * fps))
+    q = rotations[: 2 * longest + 1].transpose(1, 0, 2)
+    joints, frames, _ = q.shape
+    still = np.abs(q[:, 0, 1:]).max(axis=1) < AT_REST
+    if frames < LENGTHS[0] + BEHIND or (from_rest and still.sum() < RESTING * LIVELY * joints):
+        return 0
+    way = np.where(np.matmul(q, q[:, 0, :, None]) < 0.0, -q, q) - q[:, :1]
+    turning = np.abs(way).max(axis=(1, 2)) > TURNING
+    way, resting = way[turning], still[turning].sum() >= RESTING * turning.sum()
+    if len(way) < LIVELY * joints or (from_rest and not resting):
+        return 0
+    least, share = FROM_REST if resting else FROM_ANY
+    best = 0
+    for length in LENGTHS:
+        if length > longest or length > frames - BEHIND:
+            break
+        left = _left(way, length)
+        if left is None:
+            continue
+        median = float(np.sort(left)[len(left) // 2])
+        if median < least and (left < EXPLAINED).sum() >= share * len(way):
+            best, least = length, median
+    return _end(way, best) if best else 0
+
+
+def _left(way: Array, length: int) -> Array | None:
+    """Share of the joints' accelerations that s″ leaves, weighted by s″², (joints that go far,).
+
+    None where most joints do not go far, or s is no blend's.
+    """
+    lag = 1 + length // LONGER_LAG
+    shares, to, s = _course(way[:, : length + 1 + 2 * lag], length)
+    if 2 * len(to) < len(way) or not _like_a_blend(s):
+        return None
+    given, left, bend = _accelerations(shares, to, s, lag)
+    weight = bend * bend
+    return np.asarray((left @ weight) / np.maximum(given @ weight, 1e-30))
+
+
+def _like_a_blend(s: Array) -> bool:
+    """Whether s goes from 0 to 1 in several frames and from the beginning, (frames,) → one."""
+    begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
+    return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
+
+
+def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
+    """Of joints that go far: ways in units of that to frame `length`, its direction; and s(t).
+
+    way: chords from the first rotation, (joints, frames, 4).
+    """
+    to = way[:, length]
+    far = np.sqrt(np.einsum("jc,jc->j", to, to))
+    which = far > FAR
+    far = far[which, None]
+    to, shares = to[which] / far, way[which] / far[:, None]
+    along = np.sort(np.matmul(shares, to[:, :, None])[..., 0], axis=0)
+    return shares, to, along[len(along) // 2] if len(along) else np.zeros(way.shape[1])
+
+
+def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array, Array, Array]:
+    """Squares of accelerations from frame 1 on and of what s″ leaves, (joints, frames); and s″."""
+    bends, bend = _second(shares[:, 1:], lag), _second(s[None, 1:], lag)[0]
+    rest = bends - bend[:, None] * to[:, None]
+    given, left = (np.einsum("jtc,jtc->jt", a, a) for a in (bends, rest))
+    return given, left, bend
+
+
+def _second(values: Array, lag: int) -> Array:
+    """Second differences along axis 1, `lag` frames to either side."""
+    return np.asarray(values[:, 2 * lag :] - 2.0 * values[:, lag:-lag] + values[:, : -2 * lag])
+
+
+def _end(way: Array, length: int) -> int:
+    """Where the course ends: the last frame in which it explains most joints' accelerations."""
+    lag = 1 + length // LONGER_LAG
+    shares, to, s = _course(way[:, : 2 * length + BEHIND], length)
+    given, left, _ = _accelerations(shares, to, s, lag)
+    keeping: NDArray[np.intp] = np.flatnonzero((left < EXPLAINED * given).mean(axis=0) >= KEEPING)
+    return int(keeping[-1]) + 1 + lag if len(keeping) else length

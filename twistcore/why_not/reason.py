@@ -1,0 +1,130 @@
+"""What a frame is answered with: one word, one sentence, and the numbers that it is made of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from twistcore.chain import Chain
+from twistcore.detection import Interval
+
+
+class Why(StrEnum):
+    """Why a frame is no edge of an interval, in a word; as files have it."""
+
+    INTERVAL = "interval"  # it is in one, or at its edge
+    MOVED = "moved"  # the detector has one here, which the review has elsewhere
+    BELOW = "below tau"
+    CUT = "cut"  # all joints jump at once: a T-pose, a cut
+    SHORT = "short piece"  # too few frames between two cuts
+    IMAGE = "image"  # an error of another chain or limb turns a joint of this one
+    ONE_JOINT = "one joint"
+    UNEQUAL = "unequal"  # both turn, but do not cancel
+    MOTION = "motion"  # predicted so, within what the motion departs by
+    NO_PARTNER = "no partner"
+    OTHER = "other interval"  # its partner serves an interval that explains more
+
+
+# The cause lies elsewhere or is named already: nothing for a person to look at twice.
+_SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Why.IMAGE})
+# One joint alone makes no counter-twist, and below this no body is too slow for it: radians a
+# frame at the least, and a second (a pitcher's shoulder).
+_LONE, _FASTEST = math.radians(60.0), math.radians(7500.0)
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why no interval has its edge at a frame of a chain or limb.
+
+    strength, tau: radians, strength as the curve has it at the frame; text: the sentence; numbers:
+    by name as JSON has them, angles in degrees; suspicious: past τ, and a person should look.
+    """
+
+    chain: str
+    frame: int
+    why: Why
+    strength: float
+    tau: float
+    text: str
+    numbers: Mapping[str, Any]
+    suspicious: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        """The reason by name; frames from 0, degrees."""
+        return {
+            "chain": self.chain,
+            "frame": self.frame,
+            "strength_deg": math.degrees(self.strength),
+            "tau_deg": math.degrees(self.tau),
+            "reason": self.why.value,
+            "text": self.text,
+            "suspicious": self.suspicious,
+            "numbers": dict(self.numbers),
+        }
+
+
+@dataclass(frozen=True)
+class Place:
+    """A frame that is asked about.
+
+    joints: names of the chain's parent and child; first: what people call the clip's first frame.
+    """
+
+    chain: Chain
+    joints: tuple[str, str]
+    frame: int
+    strength: float
+    tau: float
+    fps: float
+    first: int = 0
+
+    def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
+        """The sentence: the strength against τ as the curve has it, then the cause."""
+        strength, tau = apart(self.strength, self.tau)
+        past = self.strength >= self.tau
+        joined = f"{', but ' if past else ': '}{because}"
+        text = (
+            f"{strength} at {self.called(self.frame)} is {'above' if past else 'below'} τ = {tau}"
+        )
+        fast = self.strength >= max(_LONE, _FASTEST / self.fps)
+        suspicious = past and why not in _SETTLED and (why != Why.ONE_JOINT or fast)
+        frame, text = self.frame, f"{text}{joined}."
+        return Reason(
+            self.chain.name, frame, why, self.strength, self.tau, text, numbers, suspicious
+        )
+
+    def called(self, frame: int) -> str:
+        """A frame as people count."""
+        return f"frame {frame + self.first}"
+
+    def span(self, start: int, stop: int) -> str:
+        """Frames [start, stop) as people count: both are meant."""
+        if stop - start == 1:
+            return self.called(start)
+        return f"frames {start + self.first} to {stop - 1 + self.first}"
+
+    def named(self, interval: Interval) -> str:
+        """An interval."""
+        return f"{self.span(interval.start, interval.stop)} ({signed(interval.delta)})"
+
+
+def signed(angle: float) -> str:
+    """Radians as '+1.2°'."""
+    return f"{math.degrees(angle):+.1f}°".replace("-", "−")
+
+
+def size(angle: float, digits: int = 1) -> str:
+    """Radians as '1.2°', without a sign."""
+    return f"{abs(math.degrees(angle)):.{digits}f}°"
+
+
+def apart(one: float, other: float) -> tuple[str, str]:
+    """Two sizes in as many digits as tell them apart."""
+    for digits in range(1, 6):
+        said = size(one, digits), size(other, digits)
+        if said[0] != said[1]:
+            break
+    return said
