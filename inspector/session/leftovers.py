@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from inspector.session.opening import with_limbs
+from inspector.session.opening import with_every_kind
 from inspector.session.session_files import set_aside
 from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip
@@ -56,12 +56,12 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
     began = recovered.session.state
     chains, limbs = ({c.name for c in some} for some in (analysis.chains, analysis.limbs))
     same = recovered.session.sha256 == clip.sha256 and chains == began.tau.keys() - limbs
-    complete = with_limbs(recovered.review.state, analysis) if same else recovered.review.state
+    complete = with_every_kind(recovered.review.state, analysis) if same else recovered.review.state
     if complete is recovered.review.state:
         return Leftover(recovered, same), told
     review = Review(complete)
     review.mark_unsaved()
-    session = replace(recovered.session, state=with_limbs(began, analysis))
+    session = replace(recovered.session, state=with_every_kind(began, analysis))
     return Leftover(replace(recovered, session=session, review=review), same, True), told
 
 

@@ -20,6 +20,7 @@ from twistcore.export.replay import check_belongs
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
+from twistcore.review.model import as_written
 from twistcore.review.proposal import proposed_flip, proposed_interval
 from twistcore.review.session import read_session_file
 from twistcore.rotation import Array
@@ -42,8 +43,8 @@ class Analysed:
 
     session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
     another version of this clip; added: how many flips and lone jumps the session, which knew
-    neither, did not have, None for one that did; stamp: of the clip's file before it was read, None if it was in
-    memory; borders: sentences on frames at its ends that are no capture.
+    neither, did not have, None for one that did; stamp: of the clip's file before it was read, None
+    if it was in memory; borders: sentences on frames at its ends that are no capture.
     """
 
     clip: Clip
