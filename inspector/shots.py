@@ -17,7 +17,7 @@ from PySide6.QtCore import QEventLoop, QPoint, QTimer
 from PySide6.QtGui import QImage
 
 from inspector.app import make_application
-from inspector.bundled import SAMPLE
+from inspector.bundled import FLIPPED, SAMPLE
 from inspector.session.settings import Settings
 from inspector.viewport import opengl
 from twistcore.decomposition import WhatIf
@@ -85,9 +85,22 @@ def main() -> int:
         wait_for(lambda: window.quality.tracked.result is not None)
         window.document.go_to(150)
 
+    def flip(window: MainWindow) -> None:
+        document = window.document
+        assert document.data is not None
+        document.review.mark_saved()
+        folder = document.data.clip.path.parent
+        window.open_path(Path(shutil.copy(FLIPPED, folder)))
+        wait_for(lambda: document.data is not None and document.data.clip.name == FLIPPED.name)
+        wait(_SETTLE_MS)
+        act(window, "next_interval", "accept", "accept")
+        document.select_interval(document.intervals[-1].id, jump=True)
+        document.go_to(document.frame + 1)
+
     pictures: tuple[tuple[str, str, Callable[[MainWindow], None]], ...] = (
         ("inspector", "light", act),
         ("inspector-dark", "dark", act),
+        ("flip", "light", flip),
         ("skin-side-by-side", "dark", lambda w: act(w, "skin", "side_by_side")),
         ("trails", "light", trails),
         ("folder", "light", queue),

@@ -15,6 +15,7 @@ from inspector.session.document import Document
 from inspector.viewport.frame_drawing import selected_chain
 from twistcore.chain import Chain
 from twistcore.decomposition import Decomposition, WhatIf, altered, decompose
+from twistcore.limb import Limb
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import Array
 
@@ -41,8 +42,9 @@ class Lesson(QObject):
 
     @property
     def chain(self) -> Chain | None:
-        """The chain that is taught, the selected one."""
-        return selected_chain(self.document)
+        """The chain that is taught, the selected one; none while a limb is selected."""
+        chain = selected_chain(self.document)
+        return None if isinstance(chain, Limb) else chain
 
     @property
     def quantities(self) -> Decomposition | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-from inspector.bundled import EXERCISES, SAMPLE
+from inspector.bundled import EXERCISES, FLIPPED, SAMPLE
 from inspector.teaching.five_trackers_dialog import FiveTrackers
 from inspector.teaching.guided_exercise import Exercise
 from inspector.teaching.guided_program import GuidedProgram
@@ -31,7 +31,7 @@ class TeachingActions:
 
     def __post_init__(self) -> None:
         self.five_trackers: FiveTrackers | None = None
-        self.guided_tour = Tour(self.program, SAMPLE, self.window)
+        self.guided_tour = Tour(self.program, SAMPLE, FLIPPED, self.window)
         self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
         self.guided_tour.ended.connect(self._led)
         self.hidden_errors.ended.connect(self._led)

@@ -12,12 +12,14 @@ from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import SYMBOLS, typeset_texts
 from inspector.teaching.what_if import WhatIfBox
 from inspector.timeline.timeline import Timeline
+from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
 _EMPTY = "Open a clip and select a chain: its swing, twist and azimuth are taken apart here."
+_WHOLE = "{}: select a chain"
 
 
 class TeachingPanel(QWidget):
@@ -75,8 +77,13 @@ class TeachingPanel(QWidget):
         self.equations.show_numbers(quantities)
         self.what_if.show_state(quantities)
         self._retitled()
+        self._invite()
+
+    def _invite(self) -> None:
+        """Let the gizmo be drawn while the tab is in front; a limb is shown as in a review."""
         if self._lesson.active:
-            self._viewport.invite(self.gizmo)
+            whole = selected_limb(self._lesson.document) is not None
+            self._viewport.invite(None if whole else self.gizmo)
 
     def _other_chain(self) -> None:
         if self._lesson.active:
@@ -85,7 +92,8 @@ class TeachingPanel(QWidget):
     def _retitled(self) -> None:
         chain, document = self._lesson.chain, self._lesson.document
         if chain is None:
-            self.title.setText(_EMPTY)
+            limb = selected_limb(document)
+            self.title.setText(_WHOLE.format(limb.label) if limb is not None else _EMPTY)
             return
         frame = document.frame + document.first_frame
         self.title.setText(f"{chain.label}, frame {frame}")
@@ -94,8 +102,7 @@ class TeachingPanel(QWidget):
         lit = self._lesson.lit
         self.equations.show_lit(lit)
         self._timeline.light(SYMBOLS[lit].curves if lit and self._lesson.active else ())
-        if self._lesson.active:
-            self._viewport.invite(self.gizmo)
+        self._invite()
 
     def _typeset(self) -> None:
         if self.typesetter.trouble:

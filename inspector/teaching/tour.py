@@ -18,6 +18,7 @@ from inspector.widgets.background import OneTask
 from twistcore.review import Decision
 
 _CHAIN, _FRAME = "LeftForeArm", 90
+_LIMB, _FLIPPED_FRAME = "RightUpLeg-RightFoot", 48
 _FAR = 50  # frames
 _NUDGED = np.radians(0.5)
 
@@ -33,13 +34,17 @@ class Step:
 
 
 class Tour(QObject):
-    """Leads through the steps on a copy of a sample clip."""
+    """Leads through the steps on copies of a sample clip and of one with a flip of a limb."""
 
     ended = Signal()
 
-    def __init__(self, program: GuidedProgram, sample: Path, parent: QObject) -> None:
+    def __init__(
+        self, program: GuidedProgram, sample: Path, flipped: Path, parent: QObject
+    ) -> None:
         super().__init__(parent)
-        self._program, self._sample = program, sample
+        self._program, self._clips = program, (sample, flipped)
+        self._sample: Analysed | None = None
+        self._flipped: Analysed | None = None
         self.at = -1
         self._from = 0
         self._preparing = False  # what prepares a step does not count as done by the person
@@ -66,9 +71,10 @@ class Tour(QObject):
         return self.at >= 0 or self._task.running
 
     def begin(self) -> None:
-        """Read the copy in the background, then the first page."""
-        copy = Path(shutil.copy(self._sample, self._program.aside.folder()))
-        self._task.run(lambda _: analyse(copy), self._ready)
+        """Read the copies in the background, then the first page."""
+        folder = self._program.aside.folder()
+        copies = [Path(shutil.copy(clip, folder)) for clip in self._clips]
+        self._task.run(lambda _: [analyse(copy) for copy in copies], self._ready)
 
     def end(self) -> None:
         """Back to the person's clip."""
@@ -79,8 +85,8 @@ class Tour(QObject):
             self._program.lesson.unlight()
         self.ended.emit()
 
-    def _ready(self, data: Analysed) -> None:
-        self._program.aside.show(data)
+    def _ready(self, clips: list[Analysed]) -> None:
+        self._sample, self._flipped = clips
         self._program.guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
         self._go(0)
 
@@ -152,6 +158,7 @@ class Tour(QObject):
             ),
             Step("6-singular", self._to_lesson, self._both_met, self._meet_both),
             Step("7-review", self._to_review, self._one_accepted, self._accept_one),
+            Step("8-limb", self._to_limb, self._one_accepted, self._accept_one),
         )
 
     def _to_start(self) -> None:
@@ -163,20 +170,40 @@ class Tour(QObject):
         self._to_place()
 
     def _to_place(self) -> None:
+        self._show_clip(self._sample)
+        self._look_at(_CHAIN, _FRAME)
+
+    def _look_at(self, chain: str, frame: int) -> None:
         program = self._program
-        program.document.select_chain(_CHAIN)
-        program.document.go_to(_FRAME)
+        program.document.select_chain(chain)
+        program.document.go_to(frame)
         program.lesson.reset()
         program.lesson.unlight()
         program.viewport.focus_chain()
+
+    def _show_clip(self, data: Analysed | None) -> None:
+        """One of the two copies, if it is not the one that is seen."""
+        if data is not None and self._program.document.data is not data:
+            self._program.aside.show(data)
 
     def _to_error(self) -> None:
         self._to_lesson()
         self._program.lesson.alter(twist=np.radians(75.0))
 
     def _to_review(self) -> None:
+        self._show_clip(self._sample)
         self._program.lesson.reset()
         self._program.show_intervals()
+
+    def _to_limb(self) -> None:
+        self._show_clip(self._flipped)
+        self._program.show_intervals()
+        document = self._program.document
+        for judged in document.intervals:
+            own = judged.interval
+            if own.chain == _LIMB and own.start <= _FLIPPED_FRAME < own.stop:
+                document.select_interval(judged.id)
+        self._look_at(_LIMB, _FLIPPED_FRAME)
 
     def _light(self) -> None:
         if self._program.lesson.lit != "w":
@@ -204,5 +231,6 @@ class Tour(QObject):
         return any(j.decision == Decision.ACCEPTED for j in self._program.document.intervals)
 
     def _accept_one(self) -> None:
-        self._program.actions["next_interval"].trigger()
+        if self._program.document.interval is None:
+            self._program.actions["next_interval"].trigger()
         self._program.actions["accept"].trigger()

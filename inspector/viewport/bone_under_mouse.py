@@ -1,4 +1,4 @@
-"""The bone under the mouse: its name, and the chain that a click selects."""
+"""The bone under the mouse: its name, and the chain or limb that a click selects."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ from inspector.viewport.bodies import Bone
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.frame_drawing import FrameDrawing
+from inspector.viewport.limb_circle import limb_bones
 from inspector.viewport.solid_and_ghost import Pose
+from twistcore.chain import Chain
+from twistcore.limb import Limb
 from twistcore.rotation import Array, rotate
 
 _REACH = 12.0  # pixels beside a body that still count
 
 
 class Pointing(QObject):
-    """The bone under the mouse: a click selects its chain, hovering tells its joint."""
+    """The bone under the mouse: clicks select its chain and limb, hovering tells its joint."""
 
     def __init__(self, view: Steering, drawing: FrameDrawing) -> None:
         super().__init__(view)
@@ -32,19 +35,41 @@ class Pointing(QObject):
         return view
 
     def click(self, at: QPointF) -> None:
-        """Select the chain of the bone at a place in the view."""
-        document, joint = self._view.document, self.joint_at(at)
-        for chain in document.data.chains if document.data else ():
-            if chain.parent == joint:
-                document.select_chain(chain.name)
+        """Select the chain of the bone at a place in the view; clicked again, its limb."""
+        found = self._found(self.joint_at(at))
+        if found is not None:
+            self._view.document.select_chain(found.name)
 
     def hover(self, at: QPointF) -> None:
-        """Name the joint of the bone at a place, or take the last name away."""
+        """Name the joint of the bone at a place, or take the last name away.
+
+        Where its chain is selected already, the limb too that a click would select.
+        """
         data = self._view.document.data
         if self.names and data is not None:
             joint = self.joint_at(at)
             name = data.motion.skeleton.names[joint] if joint is not None else ""
+            found = self._found(joint)
+            if isinstance(found, Limb):
+                name += f"\nclick: {found.label}, the whole limb"
             QToolTip.showText(self._view.mapToGlobal(at.toPoint()), name, self._view)
+
+    def _found(self, joint: int | None) -> Chain | None:
+        """What a click on a joint's bone selects: its chains and limbs one after the other."""
+        data = self._view.document.data
+        if joint is None or data is None:
+            return None
+        skeleton = data.motion.skeleton
+        own = [c for c in data.analysis.chains if c.parent == joint]
+        own += [
+            limb
+            for limb in data.analysis.limbs
+            if any(joint == above for above, _ in limb_bones(limb, skeleton))
+        ]
+        names = [c.name for c in own]
+        selected = self._view.document.chain
+        at = names.index(selected) + 1 if selected in names else 0
+        return own[at % len(own)] if own else None
 
     def joint_at(self, at: QPointF) -> int | None:
         """The joint whose bone is at a place in the view, or None."""

@@ -11,6 +11,7 @@ from twistcore.rotation import Array, normalise
 
 VIEW_ANGLE = np.radians(28.0)  # vertical field of view
 _STEEPEST = np.radians(89.0)
+_SLANT = 0.6  # of a limb's line towards the eye, its cosine
 VIEWS = {  # degrees round the figure from its front, degrees above the horizon
     "front": (0.0, 4.0),
     "side": (90.0, 4.0),
@@ -150,3 +151,28 @@ def roll_direction(
         - 1.5 * np.maximum(level - 0.6, 0.0)
     )
     return normalise(seen[int(np.argmax(score))] + 0.12 * up)
+
+
+def circle_direction(axis: Array, aside: Array, outward: Array, facing: Array, up: Array) -> Array:
+    """From where a turn about a limb's line shows best, a unit vector (3,).
+
+    axis: along the line; aside: from it to the middle joint; outward: from the body to the limb;
+    facing: the figure's front. All (3,). Best is the line at a slant, so that its circle opens and
+    the limb is not seen end-on, and the joint to one side of it; not steeply from above, not from
+    below.
+    """
+    around, above = np.meshgrid(np.radians(np.arange(0, 360, 5)), np.radians(np.arange(0, 45, 5)))
+    side = np.cross(up, facing)
+    level = np.cos(around)[..., None] * facing + np.sin(around)[..., None] * side
+    seen = (np.cos(above)[..., None] * level + np.sin(above)[..., None] * up).reshape(-1, 3)
+    along, across = np.abs(seen @ axis), np.abs(seen @ normalise(aside))
+    beside = outward - (outward @ up) * up
+    score = (
+        -2.0 * np.abs(along - _SLANT)
+        - 1.5 * across
+        + 0.6 * (seen @ beside) / max(float(np.linalg.norm(beside)), 1e-9)
+        + 0.3 * (seen @ facing)
+        - 0.5 * (seen @ up)
+    )
+    best: Array = seen[int(np.argmax(score))]
+    return best

@@ -11,11 +11,13 @@ from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
 from inspector.viewport.bodies import place
-from inspector.viewport.camera import OrbitCamera, between, preset, roll_direction
+from inspector.viewport.camera import OrbitCamera, between, circle_direction, preset, roll_direction
 from inspector.viewport.frame_drawing import selected_chain
+from inspector.viewport.limb_circle import circle_of
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Style
 from twistcore.chain import Chain
+from twistcore.limb import Limb
 from twistcore.rotation import Array, normalise, rotate
 
 
@@ -117,6 +119,12 @@ class Steering(QWidget):
         data, frame = scene.data, self.document.frame
         rotations, positions = self.document.pose(frame, after=True)
         limb = self._limb(chain, positions)
+        if isinstance(chain, Limb) and (circle := circle_of(chain, data.positions[frame])):
+            outward = limb.mean(axis=0) - positions.mean(axis=0)
+            facing = scene.facing(positions)
+            direction = circle_direction(circle.axis, circle.aside, outward, facing, scene.up)
+            around = circle.at(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False))
+            return self._framed_from(direction, np.vstack([limb, around]), scene, camera)
         above = int(data.motion.skeleton.parents[chain.parent])
         if scene.style == Style.SKIN and above >= 0 and chain.segment in ("ForeArm", "Leg"):
             limb = np.vstack([limb, positions[above]])  # it is wrung as well
@@ -135,8 +143,14 @@ class Steering(QWidget):
             scene.facing(positions),
             scene.up,
         )
+        return self._framed_from(direction, limb, scene, camera)
+
+    def _framed_from(
+        self, direction: Array, points: Array, scene: Scene, camera: OrbitCamera
+    ) -> OrbitCamera:
+        """The camera on a side, unit vector (3,), with points (n, 3) and some air in view."""
         pad = 0.045 * scene.height
-        corners = np.vstack([limb + pad * e for e in (*np.eye(3), *-np.eye(3))])
+        corners = np.vstack([points + pad * e for e in (*np.eye(3), *-np.eye(3))])
         return camera.looking_from(direction).framing(corners, self._aspect(), margin=1.4)
 
     def _turned(self, share: float) -> None:

@@ -12,13 +12,19 @@ from inspector.viewport.bodies import Bone
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.dashed_figure import Companion
+from inspector.viewport.limb_circle import circle_of, limb_bones
 from inspector.viewport.mesh_actor import Index
 from inspector.viewport.overlays import legend_text, trails_text
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose, Style
+from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
+from twistcore.limb import Limb
+from twistcore.motion import Skeleton
 from twistcore.rotation import Array
+
+_NO_CIRCLE = "straight or folded here: no angle about its line"
 
 
 class Guest(Protocol):
@@ -82,17 +88,25 @@ class FrameDrawing:
         scene.draw_companion(third, pose)
         triads = looks.triads and self.guest is None
         scene.draw_triads(pose, selected_chain(document) if triads else None)
+        both = scene.split or document.show == Show.BOTH
+        before, after = both or document.show == Show.BEFORE, both or document.show == Show.AFTER
+        self._draw_circle(scene, pose, before=before, after=after)
         if scene.trails is not None:
-            both = scene.split or document.show == Show.BOTH
-            scene.trails.draw(
-                document.frame,
-                camera.position,
-                before=both or document.show == Show.BEFORE,
-                after=both or document.show == Show.AFTER,
-            )
+            scene.trails.draw(document.frame, camera.position, before=before, after=after)
         scene.show_from(camera)
         if self.guest is not None:
             self.guest.draw(scene, pose, camera)
+
+    def _draw_circle(self, scene: Scene, pose: Pose, *, before: bool, after: bool) -> None:
+        """Of the selected limb; before, after: which are seen, after as the pose has it."""
+        document, limb = self._document, selected_limb(self._document)
+        if limb is None or self.guest is not None:
+            scene.draw_circle(None)
+            return
+        circle = circle_of(limb, document.pose(document.frame, after=False)[1])
+        offset = float(document.offset(limb.name)[document.frame])
+        there = pose.positions[limb.child] if after else None
+        scene.draw_circle(circle, offset, before=before, after=there)
 
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
         """What is to be seen of the frame; show: else the document's choice."""
@@ -103,13 +117,13 @@ class FrameDrawing:
         before, positions = document.pose(frame, after=False)
         after, after_positions = document.pose(frame, after=True)
         differs = scene.shapes.differing(before, after)
-        roles = _roles(scene.bones, selected_chain(document))
+        roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
         roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
         offsets = _bone_offsets(document, scene) if self.looks.by_offset else None
         if show == Show.BEFORE:
             return Pose(before, positions, roles, None, offsets)
         ghost = (before, differs) if show == Show.BOTH else None
-        return Pose(after, after_positions, roles, ghost, offsets)
+        return Pose(after, after_positions, roles, ghost, offsets, positions)
 
     def legend(self, scene: Scene, theme: Theme) -> str:
         """What was drawn, as rich text."""
@@ -122,7 +136,10 @@ class FrameDrawing:
                 degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
             name = chain.label if chain is not None else ""
             show = "split" if scene.split else document.show
-            text = legend_text(theme, show, name, degrees, tracked=scene.accompanied)
+            tracked, swivel = scene.accompanied, isinstance(chain, Limb)
+            text = legend_text(theme, show, name, degrees, tracked=tracked, swivel=swivel)
+            if swivel and not scene.circled:
+                text += inked(f"&nbsp;&nbsp; {_NO_CIRCLE}", theme.soft)
         if scene.trails is not None:
             text += trails_text(scene.trails.apart / scene.height)
         return text
@@ -149,13 +166,19 @@ def selected_chain(document: Document) -> Chain | None:
         return None
 
 
+def selected_limb(document: Document) -> Limb | None:
+    """The limb that the person is at; None at a chain."""
+    chain = selected_chain(document)
+    return chain if isinstance(chain, Limb) else None
+
+
 def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] | None) -> Pose:
     """The captured figure, or an altered one (global rotations, positions) with it as a ghost.
 
     Where an alteration moves a bone, the ghost stays behind only if it keeps the bone's place.
     """
     before, positions = document.pose(document.frame, after=False)
-    roles = _roles(scene.bones, selected_chain(document))
+    roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
     if altered is None:
         return Pose(before, positions, roles)
     rotations, moved = altered
@@ -165,17 +188,28 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
     return Pose(rotations, moved, roles, (before, differs & still))
 
 
-def _roles(bones: tuple[Bone, ...], chain: Chain | None) -> Index:
-    """Chosen are the selected chain's bones, P→C and, where there is one, C→G; (bones,)."""
+def _roles(bones: tuple[Bone, ...], chain: Chain | None, skeleton: Skeleton) -> Index:
+    """Chosen are the selected chain's bones, P→C and, where there is one, C→G; (bones,).
+
+    Of a limb all from P to E.
+    """
     pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)} if chain else set()
+    if isinstance(chain, Limb):
+        pairs = set(limb_bones(chain, skeleton))
     chosen = np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
     return np.where(chosen, Role.CHOSEN, Role.PLAIN).astype(np.int64)
 
 
 def _bone_offsets(document: Document, scene: Scene) -> Array:
-    """|offset| at the frame of the chain whose P→C a bone is, radians, (bones,)."""
-    by_pair = {
-        (c.parent, c.child): abs(float(document.offset(c.name)[document.frame]))
-        for c in scene.data.chains
-    }
+    """|offset| at the frame of the chain whose P→C a bone is, or of its limb, radians, (bones,).
+
+    Where a bone has both, the larger one.
+    """
+    by_pair: dict[tuple[int, int], float] = {}
+    for chain in scene.data.chains_and_limbs:
+        pairs = [(chain.parent, chain.child)]
+        if isinstance(chain, Limb):
+            pairs = limb_bones(chain, scene.data.motion.skeleton)
+        offset = abs(float(document.offset(chain.name)[document.frame]))
+        by_pair |= {pair: max(offset, by_pair.get(pair, 0.0)) for pair in pairs}
     return np.array([by_pair.get((b.parent, b.child), 0.0) for b in scene.bones])

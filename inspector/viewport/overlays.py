@@ -65,10 +65,13 @@ class Overlays:
             self.legend.adjustSize()
 
 
-def legend_text(theme: Theme, show: str, chain: str, degrees: float, *, tracked: bool) -> str:
+def legend_text(
+    theme: Theme, show: str, chain: str, degrees: float, *, tracked: bool, swivel: bool = False
+) -> str:
     """Rich text: what is before and after, by colour and form, and the chain's offset now.
 
-    show: one of document.Show, or 'split' for one beside the other; tracked: with a third figure.
+    show: one of document.Show, or 'split' for one beside the other; tracked: with a third figure;
+    swivel: the offset is a limb's.
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, "before")
     after = _key("■", theme.after, "after")
@@ -81,7 +84,7 @@ def legend_text(theme: Theme, show: str, chain: str, degrees: float, *, tracked:
         colour = theme.before if abs(degrees) >= 0.05 else theme.soft
         number = f"{degrees:+.1f}°".replace("-", "−") if abs(degrees) >= 0.05 else "0.0°"
         text += f"&nbsp;&nbsp;&nbsp; <b>{chain}</b>&nbsp; "
-        text += inked(f"{number} off", colour)
+        text += inked(f"{number} of swivel off" if swivel else f"{number} off", colour)
     if tracked:
         text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, 'tracked')}"
     return text

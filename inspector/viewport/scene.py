@@ -16,12 +16,14 @@ from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
 from inspector.viewport.ground import Ground, ground_lines, lowest
+from inspector.viewport.limb_circle import Circle, LimbCircle
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
 from twistcore.figure import figure_size, guess_up, heading
+from twistcore.limb import Limb
 from twistcore.rotation import Array, matrix_from_quaternion
 
 _AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8)  # x, y, z
@@ -53,6 +55,7 @@ class Scene:
         self._seen: tuple[float, ...] = ()
         self._other: Solid | None = None  # the solid one on the right
         self._third: DashedOutline | None = None  # few clips are tracked
+        self._circle: LimbCircle | None = None  # made for the first limb that is selected
         self._dress(Style.WEDGES)
         self.set_theme(theme)
 
@@ -136,15 +139,38 @@ class Scene:
         return self._third is not None and self._third.shown
 
     def draw_triads(self, pose: Pose, chain: Chain | None) -> None:
-        """The axes of the chain's P and C as the figure has them; none without a chain."""
+        """The axes of the chain's P and C as the figure has them, of a limb those of P and E.
+
+        None without a chain.
+        """
         self._triads.show(chain is not None)
         if chain is None:
             return
-        joints = [chain.parent, chain.child]
+        joints = [chain.parent, chain.end if isinstance(chain, Limb) else chain.child]
         axes = matrix_from_quaternion(pose.rotations[joints]).transpose(0, 2, 1)  # rows: x, y, z
         start = np.repeat(pose.positions[joints], 3, axis=0)
         stop = start + 0.06 * self.height * axes.reshape(6, 3)
         self._triads.move(np.stack([start, stop], axis=1).reshape(12, 3))
+
+    def draw_circle(
+        self,
+        circle: Circle | None,
+        offset: float = 0.0,
+        *,
+        before: bool = False,
+        after: Array | None = None,
+    ) -> None:
+        """What the selected limb turns on, as in LimbCircle.draw; nothing without a circle."""
+        if circle is not None and self._circle is None:
+            self._circle = LimbCircle(self.height, self.renderers())
+            self._circle.set_theme(self._theme)
+        if self._circle is not None:
+            self._circle.draw(circle, offset, before=before, after=after)
+
+    @property
+    def circled(self) -> bool:
+        """Whether a limb's circle is seen."""
+        return self._circle is not None and self._circle.circle.shown
 
     def facing(self, positions: Array) -> Array:
         """The level unit vector (3,) that the figure's front shows to, from places of joints."""
@@ -189,11 +215,11 @@ class Scene:
     def _undress(self) -> None:
         for figure in self._figures():
             figure.remove()
-        self._other = self._third = None
+        self._other = self._third = self._circle = None
         self._triads.remove()
 
-    def _figures(self) -> list[Solid | Ghost | DashedOutline]:
-        every = (self._solid, self._ghost, self._other, self._third)
+    def _figures(self) -> list[Solid | Ghost | DashedOutline | LimbCircle]:
+        every = (self._solid, self._ghost, self._other, self._third, self._circle)
         return [figure for figure in every if figure is not None]
 
     def _restore(self) -> None:

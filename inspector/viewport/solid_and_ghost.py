@@ -36,8 +36,8 @@ class Pose:
 
     rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,), of
     bone_colours.Role; ghost: rotations (joints, 4) of the other figure, with which of its bones are
-    drawn, (bones,), or None; offsets: |offset| of the bones, radians, (bones,), where they give the
-    colour.
+    drawn, (bones,), or None; ghost_positions: (joints, 3), where not those of the solid one;
+    offsets: |offset| of the bones, radians, (bones,), where they give the colour.
     """
 
     rotations: Array
@@ -45,6 +45,7 @@ class Pose:
     roles: NDArray[np.int64]
     ghost: tuple[Array, NDArray[np.bool_]] | None = None
     offsets: Array | None = None
+    ghost_positions: Array | None = None
 
 
 class Shapes:
@@ -160,12 +161,13 @@ class Ghost(_Figure):
     def draw(self, pose: Pose) -> None:
         """Move it, and show of it what differs."""
         rotations, drawn = pose.ghost or (pose.rotations, None)
+        positions = pose.positions if pose.ghost_positions is None else pose.ghost_positions
         for shape, *pieces in self.parts:
             hidden = None if drawn is None else ~drawn[shape.bone]
             shown = hidden is not None and not hidden.all()
             if shown:
-                points, _ = _placed(shape, rotations, pose.positions, grown=_GROWN)
-                points[hidden] = pose.positions[0]  # no area: not drawn
+                points, _ = _placed(shape, rotations, positions, grown=_GROWN)
+                points[hidden] = positions[0]  # no area: not drawn
             for piece in pieces:
                 piece.show(shown)
                 if shown:

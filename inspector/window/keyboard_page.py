@@ -16,7 +16,7 @@ _MOUSE = (
     ("Tuning: drag the τ line, double click in a plot", "set τ"),
     ("Plots: right button", "menu; it never deletes"),
     ("3D: drag · Shift+drag · wheel", "orbit · pan · zoom"),
-    ("3D: click a bone", "select its chain"),
+    ("3D: click a bone", "select its chain; again: its whole arm or leg"),
     ("Teaching: click a symbol", "light it up in the list, in 3D and in the plots"),
 )
 

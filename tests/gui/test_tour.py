@@ -2,12 +2,13 @@
 
 from PySide6.QtCore import Qt
 
-from inspector.bundled import PAGES
+from inspector.bundled import FLIPPED, PAGES
 from inspector.session.session_files import journals, session_path
 from inspector.teaching.guide_card import read_page
 from inspector.teaching.guided_exercise import make_exercise
 from tests.conftest import ASSETS
 from tests.gui.windows import act
+from twistcore.detection import Kind
 from twistcore.review import Decide, Decision, recover
 from twistcore.study.exercise import score
 
@@ -55,6 +56,23 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     box.sliders["bend"].setValue(0)
     forward(6)
     qtbot.keyClick(at_forearm, Qt.Key.Key_N)
+    qtbot.keyClick(at_forearm, Qt.Key.Key_A)
+    walk = document.data.clip.path
+    forward(7)
+    # A real flip, in another clip: the whole leg and its circle are in view, the flip is selected.
+    assert document.data.clip.path.name == FLIPPED.name
+    assert document.data.clip.path.parent == walk.parent
+    assert (document.chain, document.frame) == ("RightUpLeg-RightFoot", 48)
+    assert document.interval.interval.kind == Kind.LIMB_FLIP
+    assert at_forearm.docks["intervals"].isVisible()
+    at_forearm.viewport.refresh()
+    assert at_forearm.viewport.scene.circled
+    qtbot.mouseClick(tour.back, Qt.MouseButton.LeftButton)
+    assert document.data.clip.path == walk
+    assert guide.done  # what was accepted there is still
+    forward(7)
+    qtbot.keyClick(at_forearm, Qt.Key.Key_B)
+    assert not guide.done
     qtbot.keyClick(at_forearm, Qt.Key.Key_A)
     assert guide.done
     assert tour.forward.text() == "Finish"
@@ -116,7 +134,7 @@ def test_the_buttons_of_the_last_tour_do_nothing_to_the_persons_clip(qtbot, at_f
 
 def test_every_page_has_a_title_a_text_and_a_task():
     names = sorted(p.stem for p in PAGES.glob("*.md"))
-    assert len(names) == 8
+    assert len(names) == 9
     for name in names:
         page = read_page(name)
         assert page.title

@@ -1,0 +1,155 @@
+"""The circle about the line from a limb's first joint to its end that its middle joint moves on.
+
+A flip takes knee or elbow round it and leaves hip and ankle, shoulder and wrist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from inspector.viewport.bodies import SPHERE, TRIANGLES
+from inspector.viewport.bone_colours import rgb
+from inspector.viewport.mesh_actor import Piece, segments
+from inspector.viewport.solid_and_ghost import SAME
+from inspector.widgets.theme import Theme
+from twistcore.detection.limb_flips import BENT
+from twistcore.limb import Limb, path
+from twistcore.motion import Skeleton
+from twistcore.rotation import Array, quaternion_from_axis_angle, rotate
+
+_FOLDED = 0.02  # of the limb's length: an end nearer to the first joint leaves no line
+_STEPS = 72  # of the circle
+_ARC = 40  # steps of the way from before to after
+_DASHES = 11
+_MARK = 0.015  # radius of a mark, of the figure's height
+_HOLLOW = 1.25  # times as large
+_CLEAR = 0.18  # of the colour of what the turn sweeps
+_ROUND = segments(np.arange(_STEPS + 1))
+_RING = 20
+_TURNS = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)
+_FLAT = np.stack([np.cos(_TURNS), np.sin(_TURNS), np.zeros(_RING)], axis=1)
+_HOOPS = np.vstack([np.roll(_FLAT, k, axis=1) for k in range(3)])  # a sphere of three rings
+_WIRES = np.vstack([k * _RING + segments(np.append(np.arange(_RING), 0)) for k in range(3)])
+
+
+@dataclass(frozen=True, eq=False)
+class Circle:
+    """About the line from `first` to `end`, P and E, with C at centre + aside; all (3,).
+
+    axis: unit vector from P to E.
+    """
+
+    first: Array
+    end: Array
+    axis: Array
+    centre: Array
+    aside: Array
+
+    def at(self, angles: Array) -> Array:
+        """Where C is once it has turned by angles (n,) about the line, radians; (n, 3)."""
+        return self.centre + rotate(quaternion_from_axis_angle(self.axis, angles), self.aside)
+
+
+def circle_of(limb: Limb, positions: Array) -> Circle | None:
+    """The circle of a limb in a pose, positions (joints, 3); None where it is straight or folded.
+
+    A straight limb's middle joint has no angle about the line, a folded limb has no line.
+    """
+    first, middle, end = positions[[limb.parent, limb.child, limb.end]]
+    length = float(np.linalg.norm(middle - first) + np.linalg.norm(end - middle))
+    reach = float(np.linalg.norm(end - first))
+    if reach <= _FOLDED * length:
+        return None
+    axis = (end - first) / reach
+    centre = first + ((middle - first) @ axis) * axis
+    aside = middle - centre
+    bent = np.linalg.norm(aside) >= BENT * length
+    return Circle(first, end, axis, centre, aside) if bent else None
+
+
+def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:
+    """Joints of a limb two by two from P to E, each with the one that it hangs on before it."""
+    return [(int(skeleton.parents[j]), j) for j in path(skeleton, limb.parent, limb.end)]
+
+
+class LimbCircle:
+    """Line and circle of a limb, where its middle joint is before and after, the way between them.
+
+    Before is a hollow mark, after a full one.
+    """
+
+    def __init__(self, height: float, renderers: list[vtkRenderer]) -> None:
+        dashes = np.arange(2 * _DASHES).reshape(-1, 2)
+        way, rim = segments(np.arange(_ARC + 1)), segments(np.arange(1, _ARC + 2))
+        fan = np.column_stack([np.zeros(_ARC, dtype=np.int64), rim])
+        tip = [(_ARC, _ARC + 1), (_ARC, _ARC + 2)]
+        self.line = Piece(2 * _DASHES, lines=dashes, channels=0).unlit(width=2.0)
+        self.circle = Piece(_STEPS + 1, lines=_ROUND, channels=0).unlit(width=2.0)
+        self.swept = Piece(_ARC + 2, faces=fan, channels=0).unlit().blended()
+        self.swept.actor.GetProperty().SetOpacity(_CLEAR)
+        self.way = Piece(_ARC + 3, lines=np.vstack([way, tip]), channels=0).unlit(width=4.0)
+        self.before = Piece(len(_HOOPS), lines=_WIRES, channels=0).unlit(width=2.0)
+        self.after = Piece(len(SPHERE), faces=TRIANGLES, channels=0).lit()
+        self.pieces = self.line, self.circle, self.swept, self.way, self.before, self.after
+        self._mark = _MARK * height
+        for renderer in renderers:
+            for piece in self.pieces:
+                piece.add_to(renderer)
+
+    def remove(self) -> None:
+        """Take it out of the picture."""
+        for piece in self.pieces:
+            piece.remove()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take over colours."""
+        for piece in (self.line, self.circle):
+            piece.tint(rgb(theme.soft))
+        self.before.tint(rgb(theme.before))
+        for piece in (self.swept, self.way, self.after):
+            piece.tint(rgb(theme.after))
+
+    def draw(
+        self, circle: Circle | None, offset: float, *, before: bool, after: Array | None
+    ) -> None:
+        """Move it; nothing is drawn where there is no circle.
+
+        circle: of the pose before; offset: what is taken out of the limb, radians; before: whether
+        its mark is drawn; after: the middle joint's place there, (3,), None without its mark.
+        """
+        turned = circle is not None and bool(abs(offset) > SAME)
+        both = turned and before and after is not None
+        for piece in (self.line, self.circle):
+            piece.show(circle is not None)
+        for piece in (self.swept, self.way):
+            piece.show(both)
+        self.before.show(turned and before)
+        self.after.show(turned and after is not None)
+        if circle is None:
+            return
+        shares = np.linspace(0.0, 1.0, 2 * _DASHES)[:, None]
+        self.line.move(circle.first + shares * (circle.end - circle.first))
+        self.circle.move(circle.at(np.linspace(0.0, 2.0 * np.pi, _STEPS + 1)))
+        if not turned:
+            return
+        if before:
+            self.before.move(circle.centre + circle.aside + _HOLLOW * self._mark * _HOOPS)
+        if after is not None:
+            self.after.move(after + self._mark * SPHERE)
+        if both:
+            rim = circle.at(np.linspace(0.0, -offset, _ARC + 1))
+            self.swept.move(np.vstack([circle.centre, rim]))
+            self.way.move(self._arrow(circle, -offset))
+
+    def _arrow(self, circle: Circle, turn: float) -> Array:
+        """The way along the circle to where the mark of after begins, and its head."""
+        radius = float(np.linalg.norm(circle.aside))
+        stop = turn - np.sign(turn) * min(self._mark / radius, 0.5 * abs(turn))
+        size = min(2.0 * self._mark, 0.5 * radius * abs(stop))
+        back = stop - np.sign(turn) * size / radius
+        way = circle.at(np.append(np.linspace(0.0, stop, _ARC + 1), back))
+        out = (way[-1] - circle.centre) / radius
+        return np.vstack([way[:-1], way[-1] + 0.5 * size * np.array([[1.0], [-1.0]]) * out])
