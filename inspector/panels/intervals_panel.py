@@ -63,7 +63,8 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         assert document.data is not None
         delta, first = float(np.degrees(interval.size)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
-        decision = MARKS[judged.decision]
+        seen = (interval.kind, judged.decision) == (Kind.LONE_JUMP, Decision.ACCEPTED)
+        decision = "✓ seen" if seen else MARKS[judged.decision]
         decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
         confidence = -1.0 if interval.confidence is None else interval.confidence
         cells: tuple[tuple[str, object], ...] = (  # what is shown, and what it is sorted by
