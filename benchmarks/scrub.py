@@ -23,7 +23,8 @@ from pyvistaqt import QtInteractor
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks._frames import Figures, run
-from inspector.session.document import Document, Show
+from inspector.session.document import Document
+from inspector.session.open_clip import Show
 from inspector.session.opening import Analysed, analyse
 from inspector.viewport import opengl
 from inspector.viewport.solid_and_ghost import Style

@@ -12,14 +12,15 @@ from types import MappingProxyType
 import numpy as np
 
 from twistcore.bvh import Clip
-from twistcore.chain import Chain, find_chains
+from twistcore.chain import Chain
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.errors import TwistError
-from twistcore.limb import Limb, find_limbs
+from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody
+from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
 from twistcore.twist_removal import applied_unasked, refine
@@ -32,11 +33,18 @@ REPAIRED = ALL_KINDS - {Kind.LONE_JUMP}
 class ClipAnalysis:
     """What is known of a motion before any decision: it does not change, and is safe in threads.
 
-    motion: what was analysed; chains, limbs: those looked at; name: of the clip, for people.
+    motion: what was analysed; chains, limbs: those looked at; name: of the clip, for people; rig:
+    in what they are otherwise than found.
     """
 
-    def __init__(self, motion: Motion, chains: Sequence[Chain], name: str = "motion") -> None:
-        self.motion, self.name = motion, name
+    def __init__(
+        self,
+        motion: Motion,
+        chains: Sequence[Chain],
+        name: str = "motion",
+        rig: Rig = AS_FOUND,
+    ) -> None:
+        self.motion, self.name, self.rig = motion, name, rig
         self.chains = tuple(c for c in chains if not isinstance(c, Limb))
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
@@ -47,6 +55,15 @@ class ClipAnalysis:
     def __repr__(self) -> str:
         done = ", ".join(self._by_method) or "no detector asked yet"
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
+
+    def with_rig(self, rig: Rig) -> ClipAnalysis:
+        """The same motion with all chains and limbs of a rig; TwistError if they are none."""
+        if rig == self.rig:
+            return self
+        other = ClipAnalysis(self.motion, rig.chains(self.motion), self.name, rig)
+        if "poses" in vars(self):
+            vars(other)["poses"] = self.poses  # which no chain changes
+        return other
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
@@ -225,12 +242,14 @@ class Detection:
         return self.intervals[at]
 
 
-def analyse(clip: Clip | Motion, chains: Sequence[Chain | str] | None = None) -> ClipAnalysis:
+def analyse(
+    clip: Clip | Motion, chains: Sequence[Chain | str] | None = None, rig: Rig = AS_FOUND
+) -> ClipAnalysis:
     """A clip or a motion ready to be asked.
 
     chains: all chains and limbs; or those given, limbs among them; or those named, in the clip's
     order: a chain's name brings the limb along that begins with it, a limb's own that limb alone.
-    TwistError for a name that there is not.
+    rig: which there are. TwistError for a name that there is not.
     """
     if isinstance(clip, Clip):
         motion, name, where = clip.motion, clip.name, str(clip.path)
@@ -240,15 +259,15 @@ def analyse(clip: Clip | Motion, chains: Sequence[Chain | str] | None = None) ->
         raise TypeError(f"expected a clip or a motion, found {type(clip).__name__} {clip!r:.80}")
     given = [c for c in chains or () if isinstance(c, Chain)]
     if chains is not None and len(given) == len(chains):
-        return ClipAnalysis(motion, given, name)
-    found = find_chains(motion)
-    limbs = find_limbs(motion, found)
+        return ClipAnalysis(motion, given, name, rig)
+    every = rig.chains(motion)
     if chains is None:
-        return ClipAnalysis(motion, (*found, *limbs), name)
-    wanted = {_named((*found, *limbs), str(c), where).name for c in chains}
-    names = motion.skeleton.names
-    along = [limb for limb in limbs if not wanted.isdisjoint((limb.name, names[limb.parent]))]
-    return ClipAnalysis(motion, [*(c for c in found if c.name in wanted), *along], name)
+        return ClipAnalysis(motion, every, name, rig)
+    wanted = {_named(every, str(c), where).name for c in chains}
+    first = {c.name: {c.name, motion.skeleton.names[c.parent]} for c in every}
+    return ClipAnalysis(
+        motion, [c for c in every if not wanted.isdisjoint(first[c.name])], name, rig
+    )
 
 
 def detect(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,8 +12,10 @@ import numpy as np
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
 from twistcore.detection import DEFAULT_METHOD, Interval
+from twistcore.motion import Motion
 from twistcore.processes import each, reason
 from twistcore.refinement import applied_unasked
+from twistcore.rig import AS_FOUND, Rig
 from twistcore.tuning import Profile
 
 
@@ -32,10 +34,15 @@ class ClipSurvey:
     problem: str = ""
 
 
-def survey(path: Path, profile: Profile | None = None) -> ClipSurvey:
-    """Read and analyse a clip, at a profile's τ where there is one; raises TwistError."""
+def survey(
+    path: Path, profile: Profile | None = None, rig_of: Callable[[Motion], Rig] | None = None
+) -> ClipSurvey:
+    """Read and analyse a clip, at a profile's τ where there is one; raises TwistError.
+
+    rig_of: which chains a motion gets, if not those found.
+    """
     clip, profile = read_bvh(path), profile or Profile({})
-    analysis = analyse(clip)
+    analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps

@@ -20,7 +20,7 @@ SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
 _ZERO = 1e-6  # of the skeleton's height: shorter offsets have no direction
 _DELTA = 1e-2  # of OFFSET's length: positions so short are deltas from it or rounding, no bone
 _COLLINEAR = np.cos(np.radians(20.0))
-_VARYING = np.cos(np.radians(1.0))
+VARYING = np.cos(np.radians(1.0))  # bones that do so have an axis a frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +161,7 @@ def _direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
             return None
         directions = normalise(offset)
         mean = normalise(directions.mean(axis=0))
-        if (directions @ mean).min() >= _VARYING:
+        if (directions @ mean).min() >= VARYING:
             return mean
         warnings.append(f"{skeleton.names[joint]}: the bone's direction varies by more than 1°.")
         return directions

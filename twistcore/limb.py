@@ -69,8 +69,8 @@ def find_limbs(motion: Motion, chains: Sequence[Chain]) -> tuple[Limb, ...]:
         if any(c.segment for c in line):
             own = [c for c in own if c.segment in _SEGMENTS]
         elif own:
-            own = [max(own, key=lambda c: sum(_bones(motion, c)))]
-        found += [_limb(motion, c) for c in own]
+            own = [max(own, key=lambda c: sum(bones(motion, c)))]
+        found += [as_limb(motion, c) for c in own]
     order = {c.name: k for k, c in enumerate(chains)}
     names = motion.skeleton.names
     return tuple(sorted(found, key=lambda limb: order[names[limb.parent]]))
@@ -88,15 +88,15 @@ def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
     """Where C and E are from P, in the frame of P's parent: two of (frames, 3), file's unit."""
     upper = path(motion.skeleton, limb.parent, limb.child)
     lower = path(motion.skeleton, limb.child, limb.end)
-    to_end = _along(motion, lower)
-    to_child = _along(motion, upper)
+    to_end = along(motion, lower)
+    to_child = along(motion, upper)
     for joint in upper[::-1]:
         to_end = motion.translation(joint) + rotate(motion.rotations[:, joint], to_end)
     hip = motion.rotations[:, limb.parent]
     return rotate(hip, to_child), rotate(hip, to_end)
 
 
-def _along(motion: Motion, joints: Sequence[int]) -> Array:
+def along(motion: Motion, joints: Sequence[int]) -> Array:
     """Place of the last joint in the frame that the first one hangs in, (frames, 3)."""
     place = np.zeros((motion.frames, 3))
     for joint in joints[::-1]:
@@ -106,14 +106,15 @@ def _along(motion: Motion, joints: Sequence[int]) -> Array:
     return place
 
 
-def _limb(motion: Motion, chain: Chain) -> Limb:
+def as_limb(motion: Motion, chain: Chain) -> Limb:
+    """The three joints of a chain looked at as a whole."""
     names = motion.skeleton.names
     name = f"{names[chain.parent]}-{names[chain.grandchild]}"
     fields = {k: v for k, v in vars(chain).items() if k != "name"}
     return Limb(name=name, **fields)
 
 
-def _bones(motion: Motion, chain: Chain) -> tuple[float, float]:
+def bones(motion: Motion, chain: Chain) -> tuple[float, float]:
     """Lengths of P to C and of C to E."""
     upper = path(motion.skeleton, chain.parent, chain.child)
     lower = path(motion.skeleton, chain.child, chain.grandchild)
@@ -125,5 +126,5 @@ def _length(motion: Motion, joints: Sequence[int]) -> float:
 
 
 def _has_two_bones(motion: Motion, chain: Chain) -> bool:
-    upper, lower = _bones(motion, chain)
+    upper, lower = bones(motion, chain)
     return min(upper, lower) > _SHORTEST * max(upper, lower)

@@ -125,6 +125,7 @@ class ChainsPanel(QWidget):
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
         document.opened.connect(self._reset)
         document.method_changed.connect(self._reset)
+        document.chains_changed.connect(self._reset)
         document.hidden_changed.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
         document.chain_changed.connect(self._select_row)

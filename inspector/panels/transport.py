@@ -8,7 +8,8 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QSlider, QSpinBox, QWidget
 
-from inspector.session.document import Document, Show
+from inspector.session.document import Document
+from inspector.session.open_clip import Show
 from inspector.session.player import SPEEDS, Player
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.letter_keys import LetterKeys

@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
+from twistcore.chain import find_chains
 from twistcore.detection.cuts import leading_frames
 from twistcore.figure import guess_up
 from twistcore.quality.figure_quality import Quality, quality_before_and_after
@@ -139,7 +140,7 @@ class Evidence(QObject):
 
 
 def _work(data: Analysed) -> Known:
-    up = int(np.argmax(guess_up(data.positions, data.chains, data.motion.skeleton)))
+    up = int(np.argmax(guess_up(data.positions, find_chains(data.motion), data.motion.skeleton)))
     joints = joint_quality(data.clip, data.positions, up)
     # A T-pose in the first frames is no capture: the leap out of it is no jitter.
     capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
@@ -15,6 +15,7 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.progress import Tell
 from twistcore.tuning import Profile
 
+_Made = TypeVar("_Made")
 _WONDER_S = 1.0  # seconds until a person begins to wonder how far it is
 
 
@@ -56,6 +57,12 @@ class ClipOpener(QObject):
         else:
             what = f"Detecting in {clip.name}"
             self._start(what, lambda tell: clip.by(method, tell), lambda _: then())
+
+    def prepare(
+        self, what: str, work: Callable[[Tell], _Made], then: Callable[[_Made], object]
+    ) -> None:
+        """Work for the open clip in the background, which changes nothing until it is done."""
+        self._start(what, work, then)
 
     def cancel(self) -> None:
         """Give up what is being opened."""

@@ -4,73 +4,61 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
-from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.keeper import Keeper, PutAside
+from inspector.session.open_clip import OpenClip
 from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
-from twistcore.chain import Chain
-from twistcore.detection import Analysis, Interval
-from twistcore.detection.limb_flips import LimbFlips
+from inspector.session.rigs import Rigs
+from twistcore.detection import Interval
 from twistcore.refinement import Corrected
-from twistcore.review import Command, Decide, Decision, Edit, Insert, Judged, Redetect, Review
+from twistcore.review import (
+    ChangeChains,
+    Command,
+    Decide,
+    Decision,
+    Edit,
+    Insert,
+    Redetect,
+    Review,
+)
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
-from twistcore.rotation import Array
+from twistcore.rig import Rig
 from twistcore.tuning import Profile
 
 
-class Show(StrEnum):
-    """Which poses the 3D view shows."""
-
-    BEFORE = "before"
-    AFTER = "after"
-    BOTH = "both"
-
-
-class Document(QObject):
+class Document(OpenClip):
     """State of the program. Every change goes through a method here and ends in a signal."""
 
     opened = Signal()  # another clip, or none: everything is new
     leaving = Signal()  # the open clip is about to be replaced: what is half typed is kept now
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
     method_changed = Signal()  # another detector: other curves
-    chain_changed = Signal()  # the selected chain
-    interval_changed = Signal()  # the selected interval
-    frame_changed = Signal(int)
-    show_changed = Signal()
-    hidden_changed = Signal()  # which chains are shown
-    numbering_changed = Signal()  # frames are counted from another number
+    chains_changed = Signal()  # the clip has other chains now
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is no longer one
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.data: Analysed | None = None  # what does not change while the clip is open
-        self.method = ""  # the detector in use
-        self.chain = ""
-        self.interval_id: int | None = None
-        self.frame = 0
-        self.show = Show.BOTH
         self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
         self.opener = ClipOpener(self.message, self.question, self)
         self.opener.analysed.connect(self.show_clip)
         self.keeper = Keeper(self.message, self)
-        self.recovery = Recovery(self.keeper, self.do, self._use_review, self)
+        self.rigs = Rigs(self.opener)
+        when_ready = self.rigs.when_ready
+        self.recovery = Recovery(self.keeper, self.do, self._use_review, when_ready, self)
         self.recovery.question.connect(self.question)
         self.recovery.withdrawn.connect(self.withdrawn)
         self.reviewer = ""
-        self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
-        self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
-        self._review: Review | None = None
-        self._corrected: Corrected | None = None
         self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
 
     # -- one clip after the other ------------------------------------------------------------------
@@ -98,6 +86,7 @@ class Document(QObject):
 
     def _hold(self, data: Analysed, review: Review) -> None:
         self.data, self._review, self.method = data, review, review.state.method
+        self.rigs.begin(data)
         self._corrected = Corrected(data.analysis)
         self._corrected.take(review.state.chosen(undecided=True))
 
@@ -115,126 +104,6 @@ class Document(QObject):
         """Let the clip's journal and lock go; the program is about to end."""
         self.opener.cancel()
         self.keeper.end()
-
-    # -- what views read ----------------------------------------------------------------------
-
-    @property
-    def review(self) -> Review:
-        """The review of the open clip."""
-        assert self._review is not None
-        return self._review
-
-    @property
-    def detector(self) -> Analysis:
-        """What the detector in use knows of the open clip, and that of flips of its limbs."""
-        assert self.data is not None
-        return self.data.analysis.detector(self.method)
-
-    @property
-    def intervals(self) -> tuple[Judged, ...]:
-        """All intervals of the open clip, by chain and start; empty without a clip."""
-        return self.review.state.intervals if self.data else ()
-
-    @property
-    def interval(self) -> Judged | None:
-        """The selected interval."""
-        return next((j for j in self.intervals if j.id == self.interval_id), None)
-
-    @property
-    def frames(self) -> int:
-        """Number of frames; 0 without a clip."""
-        return self.data.motion.frames if self.data else 0
-
-    def find_chain(self, name: str) -> Chain:
-        """A chain or limb of the open clip by name; KeyError where there is none."""
-        for chain in self.data.chains_and_limbs if self.data else ():
-            if chain.name == name:
-                return chain
-        raise KeyError(name)
-
-    @property
-    def limb(self) -> LimbFlips | None:
-        """What is known of the selected limb; None where a chain is selected."""
-        return self.data.limb(self.chain) if self.data else None
-
-    def offset(self, chain: str) -> Array:
-        """Twist error of a chain's parent by all intervals not rejected, radians, (frames,)."""
-        return self._corrected.offset(chain) if self._corrected else np.zeros(0)
-
-    @property
-    def corrected(self) -> Corrected:
-        """The clip with every interval corrected that is not rejected.
-
-        So that an undecided one can be judged by what accepting it would do.
-        """
-        assert self._corrected is not None
-        return self._corrected
-
-    def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
-        """Global rotations (joints, 4) and positions (joints, 3) of a frame; after: `corrected`."""
-        assert self.data is not None
-        if after:
-            return self.corrected.pose(frame)
-        return self.data.rotations[frame], self.data.positions[frame]
-
-    # -- cursor and selection -----------------------------------------------------------------
-
-    def go_to(self, frame: int) -> None:
-        """Move the playhead; frames outside the clip become its first or last."""
-        frame = max(0, min(int(frame), self.frames - 1))
-        if self.data and frame != self.frame:
-            self.frame = frame
-            self.frame_changed.emit(frame)
-
-    def select_chain(self, name: str) -> None:
-        """Select a chain; a selected interval of another chain is let go."""
-        if name == self.chain:
-            return
-        self.find_chain(name)
-        self.chain = name
-        self.chain_changed.emit()
-        if (selected := self.interval) and selected.interval.chain != name:
-            self.select_interval(None)
-
-    def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
-        """Select an interval and its chain; with `jump` the playhead goes to its start."""
-        judged = None if interval_id is None else self.review.state.find(interval_id)
-        changed, self.interval_id = interval_id != self.interval_id, interval_id
-        if judged is not None and judged.interval.chain != self.chain:
-            self.chain = judged.interval.chain
-            self.chain_changed.emit()
-        if changed:
-            self.interval_changed.emit()
-        if judged is not None and jump:
-            self.go_to(judged.interval.start)
-
-    def step_interval(
-        self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
-    ) -> None:
-        """Select the next (+1) or previous (−1) interval, round the end; order: see `decide`."""
-        if self.data is None:
-            return
-        state = self.review.state
-        found = state.neighbour(self.interval_id, direction, undecided=undecided, order=order)
-        if found is not None:
-            self.select_interval(found, jump=True)
-
-    def set_first_frame(self, first: int) -> None:
-        """Call the clip's first frame 0 or 1, as the person's other software does."""
-        if first != self.first_frame:
-            self.first_frame = first
-            self.numbering_changed.emit()
-
-    def set_hidden(self, chain: str, hidden: bool) -> None:
-        """Leave a chain's intervals out of the table and the strip, or show them again."""
-        self.hidden = self.hidden | {chain} if hidden else self.hidden - {chain}
-        self.hidden_changed.emit()
-
-    def set_show(self, show: Show) -> None:
-        """Show before, after or both."""
-        if show != self.show:
-            self.show = show
-            self.show_changed.emit()
 
     # -- the review ---------------------------------------------------------------------------
 
@@ -265,16 +134,22 @@ class Document(QObject):
     def undo(self) -> None:
         """Take the last command back."""
         if self.data and self.review.undo_text and self._may_change():
-            self.review.undo()
-            self.keeper.journal.record_step(UNDO)
-            self._review_changed()
+            self.rigs.when_ready(self.review.state_before_last, self._undo)
+
+    def _undo(self) -> None:
+        self.review.undo()
+        self.keeper.journal.record_step(UNDO)
+        self._review_changed()
 
     def redo(self) -> None:
         """Do the last undone command again."""
         if self.data and self.review.redo_text and self._may_change():
-            self.review.redo()
-            self.keeper.journal.record_step(REDO)
-            self._review_changed()
+            self.rigs.when_ready(self.review.state_after_next, self._redo)
+
+    def _redo(self) -> None:
+        self.review.redo()
+        self.keeper.journal.record_step(REDO)
+        self._review_changed()
 
     def decide(
         self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
@@ -342,6 +217,19 @@ class Document(QObject):
             found = tuple(i for name, t in tau.items() for i in self.detector.intervals(name, t))
             self.do(Redetect(dict(tau), found, drag=drag))
 
+    def change_chains(self, rig: Rig, what: str, told: str = "") -> None:
+        """Have other chains, once they are analysed: one step of the history, called `what`.
+
+        told: what is said when it is done.
+        """
+
+        def change(command: ChangeChains) -> None:
+            if self.do(command) and told:
+                self.message.emit(told, False)
+
+        if self.data and rig != self.review.state.rig and self._may_change():
+            self.rigs.change(self.review.state, rig, what, change)
+
     def use_profile(self, profile: Profile) -> None:
         """Detect with a profile's τ, and with its detector if it names one: one step."""
         if self.data is None or not self._may_change():
@@ -370,11 +258,29 @@ class Document(QObject):
         self._review_changed()
 
     def _review_changed(self) -> None:
+        others = self._take_chains()
         self.corrected.take(self.review.state.chosen(undecided=True))
+        for signal in others:
+            signal.emit()
         self._follows_review()
         if self.interval is None:
             self.select_interval(None)
         self.intervals_changed.emit()
+
+    def _take_chains(self) -> Sequence[SignalInstance]:
+        """Have the chains that the review has; the signals that say so."""
+        state, data = self.review.state, self.data
+        if data is None or data.analysis.rig == state.rig:
+            return ()
+        self.data = replace(data, analysis=self.rigs.take(state.rig))
+        self._corrected = Corrected(self.data.analysis)
+        self.method = state.method
+        names, before = ([c.name for c in d.chains_and_limbs] for d in (self.data, data))
+        self.hidden &= frozenset(names)
+        new = [name for name in names if name not in before]
+        if len(new) == 1 or self.chain not in names:
+            self.chain = (*new, *names, "")[0]
+        return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
         """Whether the detector in use is the one that the review names; if not, it will be.

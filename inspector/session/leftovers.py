@@ -12,6 +12,7 @@ from inspector.session.session_files import set_aside
 from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip
 from twistcore.errors import FormatError, TwistError
+from twistcore.limb import Limb
 from twistcore.review import Judged, Recovered, Review, ReviewState, recover
 from twistcore.review.session import session_document
 
@@ -53,16 +54,27 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
     told = ""
     if recovered.damaged:
         told = f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
-    began = recovered.session.state
-    chains, limbs = ({c.name for c in some} for some in (analysis.chains, analysis.limbs))
-    same = recovered.session.sha256 == clip.sha256 and chains == began.tau.keys() - limbs
-    complete = with_every_kind(recovered.review.state, analysis) if same else recovered.review.state
-    if complete is recovered.review.state:
-        return Leftover(recovered, same), told
+    began, left = recovered.session.state, recovered.review.state
+    if recovered.session.sha256 != clip.sha256 or not _has_chains(began, clip):
+        return Leftover(recovered, False), told
+    complete = with_every_kind(left, analysis.with_rig(left.rig))
+    if complete is left:
+        return Leftover(recovered, True), told
     review = Review(complete)
     review.mark_unsaved()
-    session = replace(recovered.session, state=with_every_kind(began, analysis))
-    return Leftover(replace(recovered, session=session, review=review), same, True), told
+    began = with_every_kind(began, analysis.with_rig(began.rig))
+    session = replace(recovered.session, state=began)
+    return Leftover(replace(recovered, session=session, review=review), True, True), told
+
+
+def _has_chains(state: ReviewState, clip: Clip) -> bool:
+    """Whether the clip has the chains of a review and no others, with limbs or without."""
+    try:
+        every = state.rig.chains(clip.motion)
+    except TwistError:
+        return False
+    limbs = {c.name for c in every if isinstance(c, Limb)}
+    return {c.name for c in every} - limbs == state.tau.keys() - limbs
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
@@ -85,7 +97,7 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
     has = {_work(judged) for judged in state.intervals}
     lost = sum(_work(judged) not in has for judged in kept)
     began = leftover.recovered.session.state
-    others = [(s.method, dict(s.tau), s.tracking) for s in (left, state, began)]
+    others = [(s.method, dict(s.tau), s.tracking, s.rig) for s in (left, state, began)]
     if others[0] not in others[1:]:
         return lost + 1, len(kept) + 1
     return lost, len(kept)

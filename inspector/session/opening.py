@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import REPLAY_SUFFIX, kept_sessions, set_aside
 from twistcore import analysis as core
 from twistcore.analysis import ClipAnalysis
@@ -16,13 +17,14 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
-from twistcore.export.replay import check_belongs
+from twistcore.export.replay import chains_of
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.model import as_written
 from twistcore.review.proposal import proposed_flip, proposed_interval
 from twistcore.review.session import read_session_file
+from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
 from twistcore.tuning import Profile
@@ -119,8 +121,8 @@ _READ, _DETECTED = 0.1, 0.9
 def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
     """Read and analyse a clip, with the session kept of it; raises TwistError.
 
-    profile: τ for a clip without a session, which has its own; tell: how far it is. Safe to call
-    in any thread.
+    profile: τ for a clip without a session, which has its own, as it has its own chains: else those
+    kept of the rig; tell: how far it is. Safe to call in any thread.
     """
     sessions = kept_sessions(path)
     if not sessions:
@@ -132,22 +134,42 @@ def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> 
     except TwistError as error:
         damaged = isinstance(error, FormatError)
         why = set_aside(session, str(error)) if damaged else f"{error}: its review is not shown."
-        return replace(_read(path, profile, tell), notes=(*notes, why))
-    return replace(_with_session(session, sha256, kept, path, tell), notes=tuple(notes))
+        found, notes = _read(path, profile, tell), [*notes, why]
+    else:
+        found = _with_session(session, sha256, kept, path, tell)
+    return replace(found, notes=(*notes, *found.notes))
 
 
-def _read(path: Path, profile: Profile | None, tell: Tell) -> Analysed:
+def _read(
+    path: Path, profile: Profile | None, tell: Tell, session: Session | None = None
+) -> Analysed:
+    """A clip with a review of its own; session: whose chains it gets if that belongs to it."""
     stamp = stamp_of(path)
     clip = read_bvh(path, tell=part(tell, 0.0, _READ))
-    return replace(analysed(clip, profile, part(tell, _READ, 1.0)), stamp=stamp)
+    if session is not None and _belongs(session, clip):
+        rig, told = session.state.rig, ""
+    else:
+        rig, told = kept_rig(clip.motion)
+    found = analysed(clip, profile, part(tell, _READ, 1.0), rig)
+    return replace(found, stamp=stamp, notes=(told,) if told else ())
 
 
-def analysed(clip: Clip, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
+def _belongs(session: Session, clip: Clip) -> bool:
+    try:
+        chains_of(session, clip)
+    except ClipMismatchError:
+        return False
+    return True
+
+
+def analysed(
+    clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
+) -> Analysed:
     """Analyse a clip that is in memory already; tell: how far it is."""
     profile = profile or Profile({})
     method = profile.method or DEFAULT_METHOD
     tell(0.0)
-    analysis = core.analyse(clip)
+    analysis = core.analyse(clip, rig=rig)
     analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
@@ -177,10 +199,8 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
 
 def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:
     method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
-    found = _read(clip, Profile({}, method), tell)
-    try:
-        check_belongs(session, found.clip, found.chains_and_limbs)
-    except ClipMismatchError:
+    found = _read(clip, Profile({}, method), tell, session)
+    if not _belongs(session, found.clip):
         return replace(found, earlier=session.state.intervals)
     own = found.review.state
     known = {name: t for name, t in session.state.tau.items() if name in own.tau}
@@ -229,6 +249,8 @@ def opening_notes(
             told += " Flips of limbs and lone jumps, of which it knew nothing, were looked for as "
             told += f"well: {found}."
         yield told, False
+    if rig := data.analysis.rig:
+        yield f"Chains of this rig: {rig.summary()}.", False
     chain_notes = dict.fromkeys(w for c in data.chains_and_limbs for w in c.warnings)
     name, notices = data.clip.name, []
     if away is not None:

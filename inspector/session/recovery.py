@@ -12,7 +12,7 @@ from inspector.session.keeper import Keeper
 from inspector.session.leftovers import Leftover, missing
 from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
 from inspector.session.session_files import session_path, written
-from twistcore.review import CarryOver, Command, Judged, Review
+from twistcore.review import CarryOver, Command, Judged, Review, ReviewState
 
 
 class Recovery(QObject):
@@ -28,11 +28,12 @@ class Recovery(QObject):
         keeper: Keeper,
         do: Callable[[Command], bool],
         use: Callable[[Review], None],
+        when_ready: Callable[[ReviewState, Callable[[], object]], None],
         parent: QObject,
     ) -> None:
-        """`do`: carries out a command; use: makes a review the open one."""
+        """`do`: carries out a command; use: makes a review the open one, once it is ready."""
         super().__init__(parent)
-        self._keeper, self._do, self._use = keeper, do, use
+        self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
         self._data: Analysed | None = None  # the open clip
         self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
         self._changed = ""  # what is to be said about it
@@ -126,12 +127,16 @@ class Recovery(QObject):
         if leftover not in self._keeper.leftovers:
             return
         if self._touched or not leftover.same_clip:
-            if not self._add(leftover):
-                return
+            if self._add(leftover):
+                self._ask_next()
         else:
+            self._when_ready(leftover.recovered.review.state, lambda: self._go_on_with(leftover))
+
+    def _go_on_with(self, leftover: Leftover) -> None:
+        if leftover in self._keeper.leftovers:
             self._keeper.continue_with(leftover)
             self._use(leftover.recovered.review)
-        self._ask_next()
+            self._ask_next()
 
     def _add(self, leftover: Leftover) -> bool:
         """Add what it holds to the open review; True once that is on disk and it is answered."""

@@ -6,6 +6,7 @@ import sys
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from inspector.session.rig_profiles import kept_rig
 from twistcore.batch import survey
 from twistcore.errors import TwistError
 
@@ -22,7 +23,7 @@ def work(pipe: Connection) -> None:
             return
         try:
             _limit_memory(path)
-            pipe.send(survey(path, profile))
+            pipe.send(survey(path, profile, lambda motion: kept_rig(motion)[0]))
         except TwistError as error:
             pipe.send(str(error))
         except MemoryError:

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QWidget
 from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
-from inspector.session.document import Show
+from inspector.session.open_clip import Show
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Part, Sketch, sketch
 from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import MARKS, colour

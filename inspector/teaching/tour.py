@@ -11,10 +11,11 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QPushButton
 
-from inspector.session.opening import Analysed, analyse
+from inspector.session.opening import Analysed, analysed
 from inspector.teaching.guide_card import leave_button
 from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import OneTask
+from twistcore.bvh import read_bvh
 from twistcore.detection import Kind
 from twistcore.review import Decision
 
@@ -75,7 +76,7 @@ class Tour(QObject):
         """Read the copies in the background, then the first page."""
         folder = self._program.aside.folder()
         copies = [Path(shutil.copy(clip, folder)) for clip in self._clips]
-        self._task.run(lambda _: [analyse(copy) for copy in copies], self._ready)
+        self._task.run(lambda _: [analysed(read_bvh(copy)) for copy in copies], self._ready)
 
     def end(self) -> None:
         """Back to the person's clip."""

@@ -73,6 +73,7 @@ class Timeline(QWidget):
         document.chain_changed.connect(self._stale.mark_all)
         document.intervals_changed.connect(self._stale.mark)
         document.method_changed.connect(self._method_changed)
+        document.chains_changed.connect(self._method_changed)
         document.numbering_changed.connect(self._renumber)
         document.hidden_changed.connect(self._stale.mark)
         document.interval_changed.connect(self._interval_changed)

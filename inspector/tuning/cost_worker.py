@@ -9,6 +9,7 @@ from pathlib import Path
 
 from twistcore.bvh import read_bvh
 from twistcore.errors import TwistError
+from twistcore.rig import Rig
 from twistcore.tuning import Verdicts, clip_tuning
 
 _NICE = 5  # the window comes first, also on one core
@@ -16,13 +17,17 @@ _NICE = 5  # the window comes first, also on one core
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """Which clip, as it was opened (its SHA-256), by which detector, judged how, which chains."""
+    """Which clip, as it was opened (its SHA-256), by which detector, judged how, which chains.
+
+    rig: of which set of chains.
+    """
 
     path: Path
     sha256: str
     method: str
     verdicts: Verdicts
     wanted: tuple[str, ...]
+    rig: Rig
 
 
 def measure(pipe: Connection, request: Request) -> None:
@@ -38,7 +43,11 @@ def measure(pipe: Connection, request: Request) -> None:
             pipe.send(f"{clip.name} has changed on disk: open it again to measure what τ costs.")
             return
         tuning = clip_tuning(
-            clip.motion, clip.name, method=request.method, verdicts=request.verdicts
+            clip.motion,
+            clip.name,
+            method=request.method,
+            verdicts=request.verdicts,
+            rig=request.rig,
         )
         left = [name for name in request.wanted if name in tuning.names]
         while left:

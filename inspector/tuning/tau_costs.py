@@ -17,6 +17,7 @@ from twistcore.bvh import Clip
 from twistcore.chain import uncorrectable_joints
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged, ReviewState
+from twistcore.rig import Rig
 from twistcore.tuning import TauCurve, Verdicts
 
 _POLL_MS = 30
@@ -52,7 +53,7 @@ class Costs(QObject):
         document.opened.connect(self._check)
         document.intervals_changed.connect(self._check)
         document.chain_changed.connect(self._prefer)
-        self._judged: tuple[Clip, str, tuple[Judged, ...]] | None = (
+        self._judged: tuple[Clip, str, Rig, tuple[Judged, ...]] | None = (
             None  # what the key was made of: τ moves far more often than it
         )
 
@@ -106,14 +107,14 @@ class Costs(QObject):
             return
         state = self._document.review.state
         said = _said(state)
-        judged = (data.clip, state.method, said)
+        judged = (data.clip, state.method, state.rig, said)
         if judged == self._judged:
             return
         another = self._judged is None or self._judged[0] is not data.clip
         self._judged = judged
         spans = [(j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in said]
         offsets = [j.interval.offset.tobytes() for j in said if j.decision == Decision.ACCEPTED]
-        self._key = (data.clip.sha256, state.method, *spans, *offsets)
+        self._key = (data.clip.sha256, state.method, state.rig, *spans, *offsets)
         if self._running is not None and self._running != self._key:
             self.stop()
         self.trouble = ""
@@ -143,7 +144,7 @@ class Costs(QObject):
         left.sort(key=lambda name: name != self._document.chain)
         state = self._document.review.state
         request = Request(
-            data.clip.path, data.clip.sha256, state.method, self._verdicts(), tuple(left)
+            data.clip.path, data.clip.sha256, state.method, self._verdicts(), tuple(left), state.rig
         )
         # Spawned, not forked: a fork of a program with threads and an X connection may hang.
         context = multiprocessing.get_context("spawn")

@@ -79,6 +79,7 @@ class TuningPanel(QWidget):
         for signal in (document.opened, document.chain_changed, document.method_changed):
             signal.connect(self._stale.mark_all)
         document.opened.connect(self.model.reset)
+        document.chains_changed.connect(self.model.reset)
         document.intervals_changed.connect(self._stale.mark)
         self.costs.changed.connect(self._stale.mark_all)
         self._enable(False)

@@ -7,7 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from inspector.session.document import Document, Show
+from inspector.session.document import Document
+from inspector.session.open_clip import Show
 from inspector.viewport.bodies import Bone
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import OrbitCamera

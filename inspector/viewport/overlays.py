@@ -9,7 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QWidget
 
-from inspector.session.document import Show
+from inspector.session.open_clip import Show
 from inspector.viewport.bone_colours import scale_colour
 from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme

@@ -21,7 +21,7 @@ from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
-from twistcore.chain import Chain
+from twistcore.chain import Chain, find_chains
 from twistcore.figure import figure_size, guess_up, heading
 from twistcore.limb import Limb
 from twistcore.rotation import Array, matrix_from_quaternion
@@ -39,7 +39,8 @@ class Scene:
         self._document = document
         self.data: Analysed = data
         self._theme = theme
-        self.up = guess_up(data.positions, data.chains, data.motion.skeleton)
+        self._limbs = find_chains(data.motion)  # whatever chains a person wants
+        self.up = guess_up(data.positions, self._limbs, data.motion.skeleton)
         self.height = figure_size(data.positions, data.motion.skeleton)
         self.bones: tuple[Bone, ...] = find_bones(data.motion, self.up, self.height)
         self.ground: Ground = lowest(data.positions, self.up, self.height)
@@ -77,6 +78,13 @@ class Scene:
             self._undress()
             self._dress(style)
             self._restore()
+
+    def take_chains(self, data: Analysed) -> None:
+        """The clip has other chains: a skin goes along other bones."""
+        self.data = data
+        self._undress()
+        self._dress(self.style)
+        self._restore()
 
     def set_split(self, on: bool) -> None:
         """Two pictures with one camera, before on the left, or one."""
@@ -174,7 +182,7 @@ class Scene:
 
     def facing(self, positions: Array) -> Array:
         """The level unit vector (3,) that the figure's front shows to, from places of joints."""
-        return heading(positions, self.data.chains, self.up)
+        return heading(positions, self._limbs, self.up)
 
     def show_from(self, camera: OrbitCamera) -> None:
         """Look through the camera."""

@@ -13,7 +13,7 @@ from inspector.session.document import Document
 from inspector.viewport.bone_colours import mix, rgb
 from inspector.viewport.mesh_actor import Piece, segments
 from inspector.widgets.theme import Theme
-from twistcore.chain import Chain
+from twistcore.chain import Chain, find_chains
 from twistcore.motion import Motion
 from twistcore.rotation import Array
 
@@ -38,7 +38,7 @@ class Trails:
         assert data is not None
         self._document, self._data = document, data
         self._length = max(1, round(REACH * data.motion.fps))  # frames on either side
-        self._joints = end_effectors(data.motion, data.chains)
+        self._joints = end_effectors(data.motion, find_chains(data.motion))
         self._stops = 2 * self._length + 1
         count = len(self._joints) * self._stops
         lines = segments(np.arange(count).reshape(-1, self._stops))

@@ -61,6 +61,7 @@ class Viewport(Steering):
         self.overlays = Overlays(self)  # made after what they lie over
         self.setMinimumSize(160, 120)
         document.opened.connect(self._opened)
+        document.chains_changed.connect(self._take_chains)
         document.intervals_changed.connect(self._reviewed)
         document.frame_changed.connect(self._schedule)
         document.chain_changed.connect(self._schedule)
@@ -160,6 +161,11 @@ class Viewport(Steering):
         if data is not None and usable:
             self._builder.start()
         self._place_overlays()
+        self._schedule()
+
+    def _take_chains(self) -> None:
+        if self._scene is not None and self.document.data is not None:
+            self._scene.take_chains(self.document.data)
         self._schedule()
 
     def _build(self) -> None:

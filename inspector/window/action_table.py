@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from inspector.bundled import SAMPLE
-from inspector.session.document import Show
+from inspector.session.open_clip import Show
 from inspector.tuning.tuning_panel import Scope
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
@@ -20,6 +20,7 @@ OF_THE_FIGURE = (
     "colour_by_offset", "bone_names", "view_iso", "view_front", "view_side", "view_back",
     "view_top",
 )  # fmt: skip
+OF_CHAINS = ("add_chain", "remove_chain")  # also with the right button, in their list
 _NEXT = {Show.BEFORE: Show.AFTER, Show.AFTER: Show.BOTH, Show.BOTH: Show.BEFORE}
 
 
@@ -180,6 +181,22 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
                turn=lambda p, on: p.presentation.enter() if on else p.presentation.leave()),
         Switch("full_screen", "Full screen", ("F11",),
                turn=lambda p, on: p.presentation.set_full_screen(on)),
+    ),
+    "Chains": (
+        ActionSpec("add_chain", "Add chain…", ("Ctrl+Shift+C",),
+                   "Two or three joints: of the spine, the neck, a finger",
+                   do=lambda p: p.chain_actions.add_chain()),
+        ActionSpec("remove_chain", "Remove chain", (),
+                   "The selected chain and its intervals; undo brings them back",
+                   do=lambda p: p.chain_actions.remove_chain()),
+        ActionSpec("restore_chains", "Chains as found", (), "None added, none removed",
+                   do=lambda p: p.chain_actions.restore_chains()),
+        None,
+        ActionSpec("keep_rig", "Save as rig profile", (),
+                   "Clips of this skeleton that have no session open with these chains",
+                   do=lambda p: p.chain_actions.keep_rig()),
+        ActionSpec("use_rig", "Use the rig profile", (), "The chains kept for this skeleton",
+                   do=lambda p: p.chain_actions.use_rig()),
     ),
     "Tuning": (
         ActionSpec("show_tuning", "Tuning tab", ("Ctrl+T",), "What every τ costs this clip",

@@ -44,8 +44,9 @@ from inspector.widgets.building import Part, bring_to_front, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface
-from inspector.window.action_table import MENUS, OF_THE_FIGURE
+from inspector.window.action_table import MENUS, OF_CHAINS, OF_THE_FIGURE
 from inspector.window.actions import build_actions
+from inspector.window.chain_actions import ChainActions
 from inspector.window.file_actions import FileActions
 from inspector.window.parts import Parts
 from inspector.window.presentation import Presentation
@@ -184,6 +185,9 @@ class MainWindow(Parts):
         )  # fmt: skip
         look = actions["focus_chain"].trigger
         self.review_actions = ReviewActions(document, self.intervals, bar, look, self)
+        self.chain_actions = ChainActions(document, bar, docks["chains"], self)
+        self.chains.table.addActions([actions[name] for name in OF_CHAINS])
+        self.chains.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.tuning_actions = TuningActions(
             document, self.queue, bar, self.tuning, docks["tuning"], self
         )

@@ -22,6 +22,7 @@ from inspector.video.video_actions import VideoActions
 from inspector.video.video_panel import VideoPanel
 from inspector.viewport.viewport import Viewport
 from inspector.window.actions import Row
+from inspector.window.chain_actions import ChainActions
 from inspector.window.file_actions import FileActions
 from inspector.window.presentation import Presentation
 from inspector.window.program_actions import ProgramActions
@@ -44,6 +45,7 @@ class Parts(QMainWindow):
     program: ProgramActions
     files: FileActions
     review_actions: ReviewActions
+    chain_actions: ChainActions
     tuning_actions: TuningActions
     teaching_actions: TeachingActions
     record_actions: RecordActions

@@ -31,6 +31,7 @@ from twistcore.rotation import multiply, quaternion_from_axis_angle
 def nothing_left_over(tmp_path, monkeypatch):
     """No window on the screen, no thread of ours, no journal beside the samples."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("TWIST_INSPECTOR_SETTINGS", str(tmp_path / "config" / "settings.json"))
     threads = set(threading.enumerate())
     yield
     for pattern in ("*.journal*", "*.twist.json*", "*.replay.json"):

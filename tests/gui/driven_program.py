@@ -2,8 +2,9 @@
 
 Reads a command a line from standard input and answers each with a line of JSON: what the window
 says and offers, and the review. Commands: accept [N] (the first undecided), note SIZE, undo, save,
-export [replace], tour, leave, tour_and_leave, open NAME, select (the first), press TEXT, close
-ANSWER, limit BYTES (of any file it writes; 'none' lifts it), front, state.
+export [replace], add JOINTS (a chain), remove CHAIN, wait_for_chains, tour, leave, tour_and_leave,
+open NAME, select (the first), press TEXT, close ANSWER, limit BYTES (of any file it writes; 'none'
+lifts it), front, state.
 """
 
 import json
@@ -21,6 +22,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from twistcore.review import Annotate, Decision
+from twistcore.rig import OwnChain
 
 
 class Driver:
@@ -57,6 +59,21 @@ class Driver:
         path = clip.with_name(f"{clip.stem}_refined.bvh")
         self.window.files.export(ExportChoice(path, replace=bool(replace)))
         self.window.exporter.finish()
+
+    def add(self, joints: str) -> None:
+        document = self.window.document
+        own, state = OwnChain(tuple(joints.split())), document.review.state
+        document.change_chains(state.rig.with_chain(document.data.motion, own), f"Add {own.name}")
+        self.wait_for_chains()
+
+    def remove(self, chain: str) -> None:
+        self.window.document.select_chain(chain)
+        self.window.actions_by_id["remove_chain"].trigger()
+        self.wait_for_chains()
+
+    def wait_for_chains(self) -> None:
+        while self.window.document.opener.busy:
+            QTest.qWait(5)
 
     def tour(self) -> None:
         self.window.actions_by_id["tour"].trigger()
@@ -122,6 +139,7 @@ class Driver:
             "offers": [b.text() for b in window.bar.buttons()],
             "decisions": [j.decision.value for j in document.intervals],
             "note": max((len(j.note) for j in document.intervals), default=0),
+            "chains": [c.name for c in document.data.chains],
             "saved": document.data is None or document.review.saved,
             "open": window.isVisible(),
         }

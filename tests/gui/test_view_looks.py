@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QToolTip
 
 from benchmarks.many_clips import alive, is_level, look, measure
 from inspector.app import main
-from inspector.session.document import Show
+from inspector.session.open_clip import Show
 from inspector.viewport import opengl
 from inspector.viewport.bodies import find_bones
 from inspector.viewport.bone_colours import Role, rgb

@@ -12,7 +12,8 @@ from PySide6.QtGui import QMouseEvent, QSurface, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from inspector.session.document import Document, Show
+from inspector.session.document import Document
+from inspector.session.open_clip import Show
 from inspector.viewport import opengl
 from inspector.viewport.bodies import build_soup, find_bones, place
 from inspector.viewport.bone_colours import Role

@@ -10,8 +10,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QTextBrowser
 
 from inspector.panels.history_panel import HistoryPanel
-from inspector.session.document import Show
 from inspector.session.export_files import ExportChoice
+from inspector.session.open_clip import Show
 from inspector.window.action_table import MENUS
 from inspector.window.keyboard_page import shortcuts_markdown
 from inspector.window.palette import CommandPalette

@@ -6,7 +6,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from twistcore.analysis import analyse
 from twistcore.bvh import Clip, read_bvh, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.cli.detect_commands import detected
@@ -14,7 +13,7 @@ from twistcore.cli.output import by_kind, print_json, refuse_overwrite, tell_jum
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
-from twistcore.export.replay import accepted_motion, check_belongs
+from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.export.report import Report, check_report, write_report
 from twistcore.refinement import children_off_axis
 from twistcore.review import Review, read_session
@@ -23,7 +22,9 @@ from twistcore.review import Review, read_session
 def refine(arguments: argparse.Namespace) -> int:
     """Write a corrected BVH, and a report if asked."""
     clip = read_bvh(arguments.clip, fps=arguments.fps)
-    refuse_overwrite([arguments.output], [p for p in (arguments.clip, arguments.profile) if p])
+    refuse_overwrite(
+        [arguments.output], [p for p in (arguments.clip, arguments.profile, arguments.rig) if p]
+    )
     if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     if arguments.report:
@@ -47,8 +48,7 @@ def apply(arguments: argparse.Namespace) -> int:
     session = read_session(arguments.session)
     clip = read_bvh(arguments.clip, fps=session.fps)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
-    chains = analyse(clip).chains_and_limbs
-    check_belongs(session, clip, chains)
+    chains = chains_of(session, clip)
     refined = accepted_motion(clip, chains, session.state)
     tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
     chosen, every = session.state.chosen(), [j.interval for j in session.state.intervals]

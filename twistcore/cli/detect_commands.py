@@ -12,17 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis import Detection, analyse
+from twistcore.analysis import ClipAnalysis, Detection, analyse
 from twistcore.atomic import write_atomically
 from twistcore.bvh import Clip, read_bvh
-from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.cli.output import by_kind, print_json, refuse_overwrite, tell_no_chain
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
-from twistcore.limb import Limb, find_limbs
+from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
+from twistcore.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import read_profile
 from twistcore.why_not import peaks_without_interval
 
@@ -35,8 +36,8 @@ _SIGNAL_COLUMNS = (
 def info(arguments: argparse.Namespace) -> int:
     """What a clip holds."""
     clip = read_bvh(arguments.clip)
-    motion, chains = clip.motion, find_chains(clip.motion)
-    limbs = find_limbs(motion, chains)
+    analysis = analysed(arguments, clip)
+    motion, chains = clip.motion, analysis.chains
     document = {
         "schema": "twistcore.info/1",
         "clip": str(arguments.clip),
@@ -48,7 +49,7 @@ def info(arguments: argparse.Namespace) -> int:
         "channels": clip.values.shape[1],
         "height": motion.skeleton.height,
         "chains": [_chain_to_json(clip, chain) for chain in chains],
-        "limbs": [_limb_to_json(clip, limb) for limb in limbs],
+        "limbs": [_limb_to_json(clip, limb) for limb in analysis.limbs],
         "leading_frames": leading_frames(motion),
         "trailing_frames": trailing_frames(motion),
         "warnings": [
@@ -232,9 +233,9 @@ def _detection_to_json(
 
 def signals(arguments: argparse.Namespace) -> int:
     """Signals as CSV: one line a chain and frame, degrees."""
-    refuse_overwrite([arguments.csv], [arguments.clip])
+    refuse_overwrite([arguments.csv], [p for p in (arguments.clip, arguments.rig) if p])
     clip = read_bvh(arguments.clip)
-    analysis = analyse(clip, arguments.chain)
+    analysis = analysed(arguments, clip)
     if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
         raise TwistError(f"{arguments.clip}: expected a chain, found the limb {named[0].name}")
     out = io.StringIO()
@@ -249,9 +250,24 @@ def signals(arguments: argparse.Namespace) -> int:
     return tell_no_chain(arguments.clip, analysis.chains)
 
 
+def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
+    """The clip with the chains of --rig, or those of them that --chain names."""
+    rig = chosen_rig(arguments)
+    try:
+        rig.chains(clip.motion)
+    except TwistError as error:
+        raise TwistError(f"{arguments.rig}: {error}, as {arguments.clip} has it") from None
+    return analyse(clip, getattr(arguments, "chain", None), rig)
+
+
+def chosen_rig(arguments: argparse.Namespace) -> Rig:
+    """That of --rig."""
+    return read_rig(arguments.rig) if arguments.rig else AS_FOUND
+
+
 def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
     """The intervals by --chain, --kinds, --method, --tau and --profile, which goes before --tau."""
-    analysis, method, kinds = analyse(clip, arguments.chain), arguments.method, arguments.kinds
+    analysis, method, kinds = analysed(arguments, clip), arguments.method, arguments.kinds
     if not arguments.profile:
         return analysis.detect(method, kinds=kinds, tau_radians=arguments.tau)
     profile = read_profile(arguments.profile)

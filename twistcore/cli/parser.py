@@ -79,6 +79,7 @@ def _parser() -> argparse.ArgumentParser:
 
     info = subparsers.add_parser("info", help="what is in a clip")
     _clip(info)
+    _rig(info)
     _json(info)
     info.set_defaults(run=detect_commands.info)
 
@@ -144,6 +145,7 @@ def _parser() -> argparse.ArgumentParser:
     tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
     tune.add_argument("-o", "--output", type=target, required=True, metavar="PROFILE.toml")
     tune.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
+    _rig(tune)
     tune.add_argument("--seeds", type=int, default=3, metavar="N")
     tune.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N")
     tune.set_defaults(run=tune_command.tune)
@@ -267,11 +269,18 @@ def _json(parser: argparse.ArgumentParser) -> None:
 
 
 def _chains(parser: argparse.ArgumentParser) -> None:
+    _rig(parser)
     parser.add_argument(
         "--chain",
         action="append",
         metavar="NAME",
         help="only this chain, with the limb that it begins, or this limb (again for more)",
+    )
+
+
+def _rig(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rig", type=Path, metavar="FILE", help="chains added and removed, TOML (docs/formats.md)"
     )
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from twistcore.cli.output import refuse_overwrite, tell_problems
 from twistcore.errors import TwistError
 from twistcore.processes import each, reason
+from twistcore.rig import AS_FOUND, read_rig
 from twistcore.tuning import TauCurve, clip_curves, tuned, write_profile
 
 
@@ -19,8 +20,9 @@ def tune(arguments: argparse.Namespace) -> int:
     paths = sorted(source.glob("*.bvh")) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a BVH or a folder with some")
-    refuse_overwrite([arguments.output], paths)
-    work = partial(clip_curves, method=arguments.method, seeds=arguments.seeds)
+    refuse_overwrite([arguments.output], [*paths, *([arguments.rig] if arguments.rig else [])])
+    rig = read_rig(arguments.rig) if arguments.rig else AS_FOUND
+    work = partial(clip_curves, method=arguments.method, seeds=arguments.seeds, rig=rig)
     found: dict[Path, dict[str, TauCurve]] = {}
     problems: list[str] = []
     for path, result in each(work, paths, arguments.workers):

@@ -28,15 +28,31 @@ def accepted_motion(
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
 
 
+def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
+    """The clip's chains and limbs, by the session's rig; raises as :func:`check_belongs`."""
+    check_bytes(session, clip)
+    try:
+        chains = session.state.rig.chains(clip.motion)
+    except TwistError as error:
+        raise ClipMismatchError(f"{clip.path}: the session has other chains: {error}") from None
+    check_belongs(session, clip, chains)
+    return chains
+
+
+def check_bytes(session: Session, clip: Clip) -> None:
+    """Raise ClipMismatchError unless the session was made on these very bytes."""
+    if session.sha256 != clip.sha256:
+        raise ClipMismatchError(
+            f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"
+        )
+
+
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
     """Raise ClipMismatchError unless the session was made on these very bytes.
 
     chains: the chains and limbs that the clip has.
     """
-    if session.sha256 != clip.sha256:
-        raise ClipMismatchError(
-            f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"
-        )
+    check_bytes(session, clip)
     by_name = {chain.name: chain for chain in chains}
     for judged in session.state.intervals:
         interval = judged.interval

@@ -3,6 +3,7 @@
 from twistcore.review.commands import (
     Annotate,
     CarryOver,
+    ChangeChains,
     Command,
     Decide,
     Edit,
@@ -24,6 +25,7 @@ from twistcore.review.session import (
 __all__ = [
     "Annotate",
     "CarryOver",
+    "ChangeChains",
     "Command",
     "Decide",
     "Decision",

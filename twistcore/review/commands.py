@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
 from twistcore.detection import Interval, Kind
-from twistcore.review.model import Decision, Judged, ReviewState, Tracking, as_written, carried_over
+from twistcore.review.model import (
+    Decision,
+    Judged,
+    ReviewState,
+    Tracking,
+    as_written,
+    carried_over,
+    in_order,
+)
+from twistcore.rig import Rig
 
 
 class Command(ABC):
@@ -160,16 +169,9 @@ class Redetect(Command):
 
     def apply(self, state: ReviewState) -> ReviewState:
         """The state after the command."""
-        chains = set(self.tau)
-        out = [j for j in state.intervals if j.interval.chain not in chains]
-        next_id = state.next_id
-        for chain in self.tau:
-            found = [as_written(i) for i in self.found if i.chain == chain]
-            merged, next_id = _match(state.of_chain(chain), found, next_id)
-            out += merged
         tau = MappingProxyType({**state.tau, **self.tau})
-        state = replace(state, tau=tau, method=self.method or state.method)
-        return state.with_intervals(out, next_id=next_id)
+        known = replace(state, tau=tau, method=self.method or state.method)
+        return _redetected(known, self.tau, self.found)
 
     def continues(self, earlier: Command) -> bool:
         """The same drag of the same τ line."""
@@ -179,6 +181,40 @@ class Redetect(Command):
             and earlier.drag == self.drag
             and set(earlier.tau) == set(self.tau)
         )
+
+
+@dataclass(frozen=True, eq=False)
+class ChangeChains(Command):
+    """Other chains and limbs: with those that go, all their intervals go.
+
+    rig: which there are; tau: radians of them all, in their order; found: what the detector finds
+    in those named in `again`, new ones and those that others beside them change, by `Redetect`'s
+    rules.
+    """
+
+    rig: Rig
+    tau: Mapping[str, float]
+    again: tuple[str, ...]
+    found: tuple[Interval, ...]
+    what: str = ""
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        return self.what or "Change the chains"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        if missing := [name for name in self.again if name not in self.tau]:
+            raise ValueError(f"no chain {missing[0]!r}")
+        tau = MappingProxyType(dict(self.tau))
+        kept = [
+            j
+            for j in state.intervals
+            if (name := j.interval.chain) in tau and state.rig.own(name) == self.rig.own(name)
+        ]
+        state = replace(state, rig=self.rig, tau=tau, chain_order=in_order(tau))
+        return _redetected(state.with_intervals(kept), self.again, self.found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,6 +253,20 @@ class Track(Command):
         if self.tracking is not None and not self.tracking.joints:
             raise ValueError("expected a joint to track")
         return replace(state, tracking=self.tracking)
+
+
+def _redetected(
+    state: ReviewState, chains: Iterable[str], found: Iterable[Interval]
+) -> ReviewState:
+    """What is found in these chains in the place of what was."""
+    chains, found = tuple(chains), tuple(found)
+    out = [j for j in state.intervals if j.interval.chain not in chains]
+    next_id = state.next_id
+    for chain in chains:
+        own = [as_written(i) for i in found if i.chain == chain]
+        merged, next_id = _match(state.of_chain(chain), own, next_id)
+        out += merged
+    return state.with_intervals(out, next_id=next_id)
 
 
 def _match(

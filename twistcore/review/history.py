@@ -33,7 +33,7 @@ class Review:
     def of(cls, found: Detection) -> Review:
         """A review of what was detected, in which nothing is decided yet."""
         names = [c.name for c in found.chains_and_limbs]
-        return cls(start_review(found.method, found.tau, found, names))
+        return cls(start_review(found.method, found.tau, found, names, found.analysis.rig))
 
     @property
     def accepted(self) -> tuple[Interval, ...]:
@@ -93,6 +93,11 @@ class Review:
     def state_before_last(self) -> ReviewState:
         """The state before the last command that is done; the present one if there is none."""
         return self._done[-1].before if self._done else self.state
+
+    @property
+    def state_after_next(self) -> ReviewState:
+        """The state that redo leads to; the present one if there is nothing to redo."""
+        return self._undone[-1].after if self._undone else self.state
 
     @property
     def history(self) -> tuple[str, ...]:

@@ -23,7 +23,16 @@ from twistcore.detection import DETECTORS, Interval
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_lock import is_held, lock
-from twistcore.review.commands import CarryOver, Command, Edit, Insert, Redetect
+from twistcore.limb import Limb
+from twistcore.motion import Motion
+from twistcore.review.commands import (
+    CarryOver,
+    ChangeChains,
+    Command,
+    Edit,
+    Insert,
+    Redetect,
+)
 from twistcore.review.history import Review
 from twistcore.review.model import Decision, ReviewState
 from twistcore.review.session import (
@@ -39,6 +48,7 @@ from twistcore.review.session import (
     tracking_from_json,
     tracking_to_json,
 )
+from twistcore.rig import Rig, rig_from_json, rig_to_json
 
 SCHEMA = "twistcore.journal/1"
 _DAMAGE = (
@@ -200,10 +210,10 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
     # Behind the last newline stands nothing, or a line that a crash cut short.
     whole = lines[1:-1]
     own = clip is not None and clip.sha256 == session.sha256
-    frames = clip.motion.frames if clip is not None and own else None
+    motion = clip.motion if clip is not None and own else None
     for line in whole:
         try:
-            review = _replayed(review, json.loads(line), frames)
+            review = _replayed(review, json.loads(line), motion)
         except _DAMAGE:
             break  # later commands may refer to what this one did
         entries += 1
@@ -211,9 +221,13 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
     return Recovered(path, session, review, entries, steps + entries, size, len(whole) - entries)
 
 
-def _replayed(review: Review, entry: Mapping[str, Any], frames: int | None) -> Review:
+def _replayed(review: Review, entry: Mapping[str, Any], motion: Motion | None) -> Review:
+    frames = None if motion is None else motion.frames
     if "session" in entry:
         state = session_from_document(entry["session"]).state
+        if state.rig != review.state.rig:  # an undo leads back to other chains
+            _check_chains(state.rig, state.tau, motion)
+            review = Review(state)
         _check(tuple(state.tau), (j.interval for j in state.intervals), review.state, frames)
         review = Review(state)
         review.mark_unsaved()
@@ -230,6 +244,9 @@ def _replayed(review: Review, entry: Mapping[str, Any], frames: int | None) -> R
                 _check(tuple(command.tau), command.found, review.state, frames)
                 if command.method and command.method not in DETECTORS:
                     raise FormatError(f"a detector {command.method!r}")
+            case ChangeChains():
+                _check_chains(command.rig, command.tau, motion)
+                _check((), command.found, None, frames)
             case CarryOver():
                 _check((), (j.interval for j in command.earlier), None, frames)
         review.do(command)
@@ -251,6 +268,19 @@ def _check(
         raise FormatError("an interval behind the last frame")
 
 
+def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
+    """FormatError where τ is not that of the rig's chains, with some limbs or none."""
+    if motion is None:
+        return
+    try:
+        every = rig.chains(motion)
+    except TwistError as error:
+        raise FormatError(str(error)) from None
+    chains = {c.name for c in every if not isinstance(c, Limb)}
+    if not chains <= tau.keys() <= {c.name for c in every}:
+        raise FormatError("τ of other chains than the rig's")
+
+
 def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
     """An entry with the whole session."""
     return {"session": session_document(clip, state)}
@@ -260,6 +290,8 @@ _KINDS: Mapping[str, Callable[..., Command]] = {k.__name__: k for k in Command._
 # How fields of commands are written and read, where not as they are, and their names if others.
 _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "ids": (list, tuple),
+    "again": (list, tuple),
+    "rig": (rig_to_json, rig_from_json),
     "decision": (str, Decision),
     "interval": (interval_to_json, interval_from_json),
     "tau": (tau_to_json, tau_from_json),

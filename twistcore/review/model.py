@@ -12,6 +12,7 @@ import numpy as np
 
 from twistcore.detection import Interval, Kind
 from twistcore.refinement import applied_unasked
+from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array, wrap
 
 
@@ -75,7 +76,8 @@ class Judged:
 class ReviewState:
     """method: detector; tau: radians by chain or limb; intervals by chain order and start.
 
-    tracking: what is tracked once the twist errors are out; None: nothing, as ever unless asked.
+    tracking: what is tracked once the twist errors are out; None: nothing, as ever unless asked;
+    rig: which chains and limbs there are, and so whose names these are.
     """
 
     method: str
@@ -84,6 +86,7 @@ class ReviewState:
     next_id: int = 1
     chain_order: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     tracking: Tracking | None = None
+    rig: Rig = AS_FOUND
 
     def __repr__(self) -> str:
         decided = sum(j.decision != Decision.UNDECIDED for j in self.intervals)
@@ -152,13 +155,21 @@ class ReviewState:
 
 
 def start_review(
-    method: str, tau: Mapping[str, float], found: Iterable[Interval], chains: Iterable[str]
+    method: str,
+    tau: Mapping[str, float],
+    found: Iterable[Interval],
+    chains: Iterable[str],
+    rig: Rig = AS_FOUND,
 ) -> ReviewState:
     """A review in which nothing is decided yet."""
-    order = MappingProxyType({name: k for k, name in enumerate(chains)})
     judged = [Judged(k, as_written(interval)) for k, interval in enumerate(found, start=1)]
-    state = ReviewState(method, MappingProxyType(dict(tau)), chain_order=order)
+    state = ReviewState(method, MappingProxyType(dict(tau)), chain_order=in_order(chains), rig=rig)
     return state.with_intervals(judged, next_id=len(judged) + 1)
+
+
+def in_order(chains: Iterable[str]) -> Mapping[str, int]:
+    """Places by the names of chains."""
+    return MappingProxyType({name: k for k, name in enumerate(chains)})
 
 
 @lru_cache(maxsize=16_384)  # while τ is dragged most intervals come again, the same objects

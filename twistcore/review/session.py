@@ -18,12 +18,14 @@ from twistcore.bvh import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
-from twistcore.review.model import Decision, Judged, ReviewState, Tracking
+from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
+from twistcore.rig import AS_FOUND, rig_from_json, rig_to_json
 
 SCHEMA = "twistcore.session/1"
 # A session that tracks: a program that knows nothing of it must not replay the rest.
 TRACKING_SCHEMA = "twistcore.session/2"
-# A session with limbs: a program that knows none would take their flips for twists.
+# A session with limbs: a program that knows none would take their flips for twists. Or with other
+# chains than found, whose intervals it would not know.
 LIMBS_SCHEMA = "twistcore.session/3"
 _SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA)
 # What an interval under review has beside the interval, its id and the decision, as files list it.
@@ -49,7 +51,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
     The oldest schema that can say it: older programs read what has nothing new in it.
     """
-    kinds = _needs_kinds(clip, state)
+    kinds = bool(state.rig) or _needs_kinds(clip, state)
     document = {
         "schema": LIMBS_SCHEMA if kinds else SCHEMA,
         "clip": str(clip.path.absolute()),
@@ -60,6 +62,8 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
         "next_id": state.next_id,
         "intervals": [judged_to_json(j, kinds=kinds) for j in state.intervals],
     }
+    if state.rig:
+        document["rig"] = rig_to_json(state.rig)
     if state.tracking is not None:
         document["tracking"] = tracking_to_json(state.tracking)
         if not kinds:
@@ -128,8 +132,9 @@ def session_from_document(document: Any) -> Session:
             tau=MappingProxyType(tau),
             intervals=intervals,
             next_id=int(document["next_id"]),
-            chain_order=MappingProxyType({name: k for k, name in enumerate(tau)}),
+            chain_order=in_order(tau),
             tracking=tracking,
+            rig=rig_from_json(document["rig"]) if kinds and "rig" in document else AS_FOUND,
         )
         return Session(str(document["clip"]), str(document["sha256"]), fps, state)
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:

@@ -8,10 +8,11 @@ from pathlib import Path
 
 from twistcore.analysis import ClipAnalysis, analyse
 from twistcore.bvh import read_bvh
-from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.motion import Motion
+from twistcore.rig import AS_FOUND, Rig
 from twistcore.tuning.cleaning import Verdicts, cleaned
 from twistcore.tuning.tau_curve import TauCurve, tau_curve
 
@@ -49,9 +50,10 @@ def clip_tuning(
     method: str = DEFAULT_METHOD,
     seeds: Sequence[int] = range(SEEDS),
     verdicts: Verdicts | None = None,
+    rig: Rig = AS_FOUND,
 ) -> ClipTuning:
     """Take a clip's own errors out and analyse the rest, without blends at its ends."""
-    given = analyse(motion, find_chains(motion))
+    given = analyse(motion, analyse(motion, rig=rig).chains)
     clean = ClipAnalysis(*_capture(cleaned(given, verdicts), given.chains), name)
     clean.by(method)
     return ClipTuning(name, clean, method, seeds)
@@ -66,7 +68,10 @@ def _capture(motion: Motion, chains: Sequence[Chain]) -> tuple[Motion, tuple[Cha
     return motion.sliced(first, stop), tuple(c.sliced(first, stop) for c in chains)
 
 
-def clip_curves(path: Path, method: str, seeds: int = SEEDS) -> dict[str, TauCurve]:
+def clip_curves(
+    path: Path, method: str, seeds: int = SEEDS, rig: Rig = AS_FOUND
+) -> dict[str, TauCurve]:
     """The curves of all correctable chains of a clip, by name; raises TwistError."""
-    tuning = clip_tuning(read_bvh(path).motion, path.name, method=method, seeds=range(seeds))
+    motion = read_bvh(path).motion
+    tuning = clip_tuning(motion, path.name, method=method, seeds=range(seeds), rig=rig)
     return {name: tuning.curve(name) for name in tuning.names}

@@ -1,0 +1,169 @@
+"""What is open, and where in it a person is; nothing here changes a review."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from inspector.session.opening import Analysed
+from twistcore.chain import Chain
+from twistcore.detection import Analysis
+from twistcore.detection.limb_flips import LimbFlips
+from twistcore.refinement import Corrected
+from twistcore.review import Judged, Review
+from twistcore.rotation import Array
+
+
+class Show(StrEnum):
+    """Which poses the 3D view shows."""
+
+    BEFORE = "before"
+    AFTER = "after"
+    BOTH = "both"
+
+
+class OpenClip(QObject):
+    """A clip, its review as it is, the playhead and what is selected."""
+
+    chain_changed = Signal()  # the selected chain
+    interval_changed = Signal()  # the selected interval
+    frame_changed = Signal(int)
+    show_changed = Signal()
+    hidden_changed = Signal()  # which chains are shown
+    numbering_changed = Signal()  # frames are counted from another number
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.data: Analysed | None = None  # what does not change while the clip is open
+        self.method = ""  # the detector in use
+        self.chain = ""
+        self.interval_id: int | None = None
+        self.frame = 0
+        self.show = Show.BOTH
+        self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
+        self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
+        self._review: Review | None = None
+        self._corrected: Corrected | None = None
+
+    # -- what views read ----------------------------------------------------------------------
+
+    @property
+    def review(self) -> Review:
+        """The review of the open clip."""
+        assert self._review is not None
+        return self._review
+
+    @property
+    def detector(self) -> Analysis:
+        """What the detector in use knows of the open clip, and that of flips of its limbs."""
+        assert self.data is not None
+        return self.data.analysis.detector(self.method)
+
+    @property
+    def intervals(self) -> tuple[Judged, ...]:
+        """All intervals of the open clip, by chain and start; empty without a clip."""
+        return self.review.state.intervals if self.data else ()
+
+    @property
+    def interval(self) -> Judged | None:
+        """The selected interval."""
+        return next((j for j in self.intervals if j.id == self.interval_id), None)
+
+    @property
+    def frames(self) -> int:
+        """Number of frames; 0 without a clip."""
+        return self.data.motion.frames if self.data else 0
+
+    def find_chain(self, name: str) -> Chain:
+        """A chain or limb of the open clip by name; KeyError where there is none."""
+        for chain in self.data.chains_and_limbs if self.data else ():
+            if chain.name == name:
+                return chain
+        raise KeyError(name)
+
+    @property
+    def limb(self) -> LimbFlips | None:
+        """What is known of the selected limb; None where a chain is selected."""
+        return self.data.limb(self.chain) if self.data else None
+
+    def offset(self, chain: str) -> Array:
+        """Twist error of a chain's parent by all intervals not rejected, radians, (frames,)."""
+        return self._corrected.offset(chain) if self._corrected else np.zeros(0)
+
+    @property
+    def corrected(self) -> Corrected:
+        """The clip with every interval corrected that is not rejected.
+
+        So that an undecided one can be judged by what accepting it would do.
+        """
+        assert self._corrected is not None
+        return self._corrected
+
+    def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
+        """Global rotations (joints, 4) and positions (joints, 3) of a frame; after: `corrected`."""
+        assert self.data is not None
+        if after:
+            return self.corrected.pose(frame)
+        return self.data.rotations[frame], self.data.positions[frame]
+
+    # -- cursor and selection -----------------------------------------------------------------
+
+    def go_to(self, frame: int) -> None:
+        """Move the playhead; frames outside the clip become its first or last."""
+        frame = max(0, min(int(frame), self.frames - 1))
+        if self.data and frame != self.frame:
+            self.frame = frame
+            self.frame_changed.emit(frame)
+
+    def select_chain(self, name: str) -> None:
+        """Select a chain; a selected interval of another chain is let go."""
+        if name == self.chain:
+            return
+        self.find_chain(name)
+        self.chain = name
+        self.chain_changed.emit()
+        if (selected := self.interval) and selected.interval.chain != name:
+            self.select_interval(None)
+
+    def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
+        """Select an interval and its chain; with `jump` the playhead goes to its start."""
+        judged = None if interval_id is None else self.review.state.find(interval_id)
+        changed, self.interval_id = interval_id != self.interval_id, interval_id
+        if judged is not None and judged.interval.chain != self.chain:
+            self.chain = judged.interval.chain
+            self.chain_changed.emit()
+        if changed:
+            self.interval_changed.emit()
+        if judged is not None and jump:
+            self.go_to(judged.interval.start)
+
+    def step_interval(
+        self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
+    ) -> None:
+        """Select the next (+1) or previous (−1) interval, round the end; order: see `decide`."""
+        if self.data is None:
+            return
+        state = self.review.state
+        found = state.neighbour(self.interval_id, direction, undecided=undecided, order=order)
+        if found is not None:
+            self.select_interval(found, jump=True)
+
+    def set_first_frame(self, first: int) -> None:
+        """Call the clip's first frame 0 or 1, as the person's other software does."""
+        if first != self.first_frame:
+            self.first_frame = first
+            self.numbering_changed.emit()
+
+    def set_hidden(self, chain: str, hidden: bool) -> None:
+        """Leave a chain's intervals out of the table and the strip, or show them again."""
+        self.hidden = self.hidden | {chain} if hidden else self.hidden - {chain}
+        self.hidden_changed.emit()
+
+    def set_show(self, show: Show) -> None:
+        """Show before, after or both."""
+        if show != self.show:
+            self.show = show
+            self.show_changed.emit()

@@ -1,0 +1,51 @@
+"""The chains that a person wants of a rig: a file for every skeleton, read when its clips open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from inspector.session.session_files import set_aside
+from inspector.session.settings import settings_path
+from twistcore.errors import FormatError, TwistError
+from twistcore.motion import Motion, Skeleton
+from twistcore.rig import AS_FOUND, Rig, read_rig, skeleton_mark, write_rig
+
+
+def rig_path(skeleton: Skeleton) -> Path:
+    """Where the rig profile of a skeleton lies: beside the settings."""
+    return settings_path().parent / "rigs" / f"{skeleton_mark(skeleton)[:24]}.toml"
+
+
+def kept_rig(motion: Motion) -> tuple[Rig, str]:
+    """The rig profile of a motion's skeleton and a sentence to show, '' if all is well.
+
+    A damaged file is set aside; the chains are then as found.
+    """
+    path = rig_path(motion.skeleton)
+    if not path.exists():
+        return AS_FOUND, ""
+    try:
+        rig = read_rig(path)
+        _fit(path, rig, motion)
+    except FormatError as error:
+        return AS_FOUND, set_aside(path, str(error))
+    except TwistError as error:
+        return AS_FOUND, f"{error}: the chains are as found."
+    return rig, ""
+
+
+def keep_rig(rig: Rig, skeleton: Skeleton, source: str) -> None:
+    """Make it the rig profile of a skeleton; raises OSError. Chains as found need no file."""
+    path = rig_path(skeleton)
+    if not rig:
+        path.unlink(missing_ok=True)
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_rig(path, rig, skeleton, source)
+
+
+def _fit(path: Path, rig: Rig, motion: Motion) -> None:
+    try:
+        rig.chains(motion)
+    except TwistError as error:
+        raise FormatError(f"{path}: {error}") from None

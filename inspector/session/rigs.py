@@ -1,0 +1,70 @@
+"""Other chains for the open clip: what a detector knows of them, made off the GUI thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from inspector.session.clip_opener import ClipOpener
+from inspector.session.opening import Analysed
+from twistcore.analysis import ClipAnalysis
+from twistcore.progress import Tell
+from twistcore.review import ChangeChains, ReviewState
+from twistcore.review.other_chains import changed_chains
+from twistcore.rig import Rig
+
+
+class Rigs:
+    """The open clip's analyses by rig; each is made once."""
+
+    def __init__(self, opener: ClipOpener) -> None:
+        self._opener = opener
+        self._known: dict[Rig, ClipAnalysis] = {}
+        self.present: ClipAnalysis | None = None
+
+    def begin(self, data: Analysed) -> None:
+        """Another clip."""
+        self.present = data.analysis
+        self._known = {data.analysis.rig: data.analysis}
+
+    def take(self, rig: Rig) -> ClipAnalysis:
+        """That of a rig, which is the clip's from now on; it has been made ready."""
+        self.present = self._known[rig]
+        return self.present
+
+    def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
+        """Go on once the chains of a state are analysed; at once where they have been."""
+        present = self.present
+        assert present is not None
+        known = self._known.get(state.rig)
+        if state.rig == present.rig or (known is not None and known.kept(state.method)):
+            then()
+            return
+        self._opener.prepare(
+            f"Analysing the chains of {present.name}",
+            lambda tell: self._made(present, state.rig, state.method, tell),
+            lambda _: then(),
+        )
+
+    def change(
+        self, state: ReviewState, rig: Rig, what: str, do: Callable[[ChangeChains], object]
+    ) -> None:
+        """Analyse other chains for a review as it is now, then do what takes it to them."""
+        present = self.present
+        assert present is not None
+
+        def work(tell: Tell) -> ChangeChains:
+            analysis = self._made(present, rig, state.method, tell)
+            return changed_chains(present, analysis, state, what)
+
+        self._opener.prepare(f"Analysing the chains of {present.name}", work, do)
+
+    def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
+        """In another thread: nothing changes the review or the clip meanwhile."""
+        known = self._known.get(rig)
+        if known is None:
+            known = present.with_rig(rig)
+        known.by(method, tell)
+        _ = known.signals, known.reliability, known.flips, known.jumps(method)
+        if present is self.present:
+            self._known[rig] = known
+        return known

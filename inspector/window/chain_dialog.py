@@ -1,0 +1,158 @@
+"""The form in which a person says which joints make a chain."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QCompleter,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QLabel,
+    QWidget,
+)
+
+from inspector.session.document import Document
+from inspector.widgets.building import soft, vbox
+from twistcore.errors import TwistError
+from twistcore.motion import Motion, Skeleton
+from twistcore.rig import OwnChain, Rig
+
+_NONE = "–"
+_ROLES = ("Parent", "Child", "Below it")
+_TIPS = (
+    "The joint whose twist may be wrong; the chain has its name",
+    "The child that turns back where the parent is twisted wrongly",
+    "A joint below the child, which shows the child's azimuth; it may be left out",
+)
+
+
+class ChainDialog(QDialog):
+    """Parent, child and perhaps a joint below it; what is wrong with them is said at once.
+
+    It lies beside the window, which goes on, and closes with the clip.
+    """
+
+    chosen = Signal(object, str)  # the rig with the chain in it, and the chain's name
+
+    def __init__(self, document: Document, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._rig: Rig | None = None
+        self.setWindowTitle("Add chain")
+        self.joints = tuple(_joint_box(tip) for tip in _TIPS)
+        self.limb = QCheckBox("A limb: look for flips about the line from the first to the last")
+        self.told = soft(QLabel(wordWrap=True))
+        self.told.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
+        self.buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
+        )
+        self._add = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
+        self._add.setText("Add chain")
+        self.buttons.accepted.connect(self.accept)
+        self.buttons.rejected.connect(self.reject)
+        form = QFormLayout()
+        for role, box in zip(_ROLES, self.joints, strict=True):
+            form.addRow(role, box)
+        form.addRow("", self.limb)
+        vbox(form, self.told, None, self.buttons, owner=self)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._fill(0, [j for j, below in enumerate(self._skeleton.children) if below])
+        for place, box in enumerate(self.joints):
+            box.currentTextChanged.connect(lambda _, k=place: self._changed(k))
+        self._start()
+        self.limb.toggled.connect(lambda: self._changed(0))
+        document.opened.connect(self.reject)
+        document.chains_changed.connect(self._check)
+
+    def _start(self) -> None:
+        """With the first joint that begins no chain yet."""
+        taken = self._document.review.state.tau
+        names = (box.itemText(k) for box in self.joints[:1] for k in range(box.count()))
+        first = next((name for name in names if name not in taken), "")
+        self.joints[0].setCurrentText(first)
+        self._changed(0)
+
+    @property
+    def _skeleton(self) -> Skeleton:
+        assert self._document.data is not None
+        return self._document.data.motion.skeleton
+
+    def _changed(self, place: int) -> None:
+        """Below another joint there are other joints."""
+        name = self.joints[place].currentText()
+        if place < 2 and name in self._skeleton.names:
+            children = self._skeleton.children
+            below = list(children[self._skeleton.index(name)])
+            if place == 1 or self.limb.isChecked():
+                for joint in below:
+                    below.extend(children[joint])
+            self._fill(place + 1, sorted(below))
+            self._choose_first_good(place + 1)
+            if place == 0:
+                self._changed(1)
+                return
+        self._check()
+
+    def _choose_first_good(self, place: int) -> None:
+        """The first of a list that has a bone of some length above it, as rigs begin with none."""
+        data, box = self._document.data, self.joints[place]
+        assert data is not None
+        above = [upper.currentText() for upper in self.joints[:place]]
+        with QSignalBlocker(box):
+            for k in range(box.count()):
+                if (name := box.itemText(k)) == _NONE or _is_chain(data.motion, (*above, name)):
+                    box.setCurrentIndex(k)
+                    return
+
+    def _fill(self, place: int, joints: list[int]) -> None:
+        box, names = self.joints[place], [self._skeleton.names[j] for j in joints]
+        with QSignalBlocker(box):
+            box.clear()
+            box.addItems([*names, _NONE] if place == 2 else names)
+
+    def _own(self) -> OwnChain:
+        texts = [box.currentText().strip() for box in self.joints]
+        joints = tuple(t for k, t in enumerate(texts) if k < 2 or t not in ("", _NONE))
+        return OwnChain(joints, self.limb.isChecked())
+
+    def _check(self) -> None:
+        data, own = self._document.data, self._own()
+        if data is None:
+            return
+        try:
+            self._rig = self._document.review.state.rig.with_chain(data.motion, own)
+        except TwistError as error:
+            self._rig = None
+            self.told.setText(f"No chain: {error}.")
+        else:
+            self.told.setText(f"It is called {own.name}: {' → '.join(own.joints)}.")
+        self._add.setEnabled(self._rig is not None)
+
+    def accept(self) -> None:
+        """Hand the rig on."""
+        if self._rig is not None:
+            self.chosen.emit(self._rig, self._own().name)
+            super().accept()
+
+
+def _is_chain(motion: Motion, joints: tuple[str, ...]) -> bool:
+    try:
+        OwnChain(joints).made(motion)
+    except TwistError:
+        return False
+    return True
+
+
+def _joint_box(tip: str) -> QComboBox:
+    """A list of joints to choose from or to type a part of a name into."""
+    box = QComboBox(editable=True)
+    box.setToolTip(tip)
+    box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+    completer = QCompleter(box.model(), box)
+    completer.setFilterMode(Qt.MatchFlag.MatchContains)
+    completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+    box.setCompleter(completer)
+    return box

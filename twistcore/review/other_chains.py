@@ -1,0 +1,53 @@
+"""From the chains that a review has to others: which τ they get, and where to look again."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from twistcore.analysis import ClipAnalysis
+from twistcore.detection import Interval
+from twistcore.review.commands import ChangeChains
+from twistcore.review.model import ReviewState
+
+
+def changed_chains(
+    before: ClipAnalysis, after: ClipAnalysis, state: ReviewState, what: str = ""
+) -> ChangeChains:
+    """The command that takes a review of `before` to the chains of `after`; what: its name.
+
+    A chain that stays keeps its τ, or if that was the automatic one, gets the automatic one. Chains
+    of one line are explained together, so a neighbour of a chain that comes or goes may have other
+    intervals now: those are looked at again.
+    """
+    old, new = before.detector(state.method), after.detector(state.method)
+    there = {c.name for c in before.chains_and_limbs} & state.tau.keys()
+    tau: dict[str, float] = {}
+    again: list[str] = []
+    found: list[Interval] = []
+    for name in (c.name for c in after.chains_and_limbs):
+        stays = name in there and before.rig.own(name) == after.rig.own(name)
+        tau[name] = new.automatic_tau(name)
+        if stays and not _was_automatic(state.tau[name], old.automatic_tau(name), tau[name]):
+            tau[name] = state.tau[name]
+        intervals = new.intervals(name, tau[name])
+        if not (stays and _alike(intervals, old.intervals(name, state.tau[name]))):
+            again.append(name)
+            found += intervals
+    return ChangeChains(after.rig, tau, tuple(again), tuple(found), what)
+
+
+def _was_automatic(tau: float, before: float, now: float) -> bool:
+    """Whether τ is one that nobody chose, and is another now."""
+    return math.isclose(tau, before) and not math.isclose(before, now)
+
+
+def _alike(some: tuple[Interval, ...], others: tuple[Interval, ...]) -> bool:
+    """Whether a review would hold the same of both."""
+    return len(some) == len(others) and all(
+        (a.start, a.stop, a.confidence, a.open, a.kind, a.carried)
+        == (b.start, b.stop, b.confidence, b.open, b.kind, b.carried)
+        and np.array_equal(a.offset, b.offset)
+        for a, b in zip(some, others, strict=True)
+    )

@@ -1,0 +1,244 @@
+"""Which chains a skeleton gets: those that are found, without some, and others a person wants."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twistcore.atomic import write_atomically
+from twistcore.chain import VARYING, Chain, find_chains, make_chain
+from twistcore.encoding import encoded, escaped, unescaped
+from twistcore.errors import FormatError, TwistError
+from twistcore.limb import Limb, along, as_limb, bones, find_limbs, path
+from twistcore.motion import Motion, Skeleton
+from twistcore.rotation import normalise
+
+_ZERO = 1e-6  # of the skeleton's height
+_EXPECTED = "expected [[chain]] tables with two or three joints, and remove with names of chains"
+
+
+@dataclass(frozen=True)
+class OwnChain:
+    """A chain by its joints' names: parent, child and perhaps a joint below the child.
+
+    limb: the three joints are looked at as a whole, for flips about the line from the first to the
+    last, as :class:`twistcore.limb.Limb`.
+    """
+
+    joints: tuple[str, ...]
+    limb: bool = False
+
+    @property
+    def name(self) -> str:
+        """The first joint's name; a limb's is that of both its ends."""
+        return f"{self.joints[0]}-{self.joints[-1]}" if self.limb else self.joints[0]
+
+    def made(self, motion: Motion) -> Chain:
+        """The chain or limb in a motion; TwistError says in one sentence why it is none."""
+        if len(self.joints) not in ((3,) if self.limb else (2, 3)):
+            number = "three" if self.limb else "two or three"
+            raise TwistError(f"expected {number} joints, found {len(self.joints)}")
+        skeleton = motion.skeleton
+        joints = [_joint(skeleton, name) for name in self.joints]
+        for above, joint in pairwise(joints):
+            _check_below(skeleton, above, joint)
+        parent, child, below = (*joints, -1)[:3]
+        if not self.limb and skeleton.parents[child] != parent:
+            between = skeleton.names[path(skeleton, parent, child)[0]]
+            raise TwistError(
+                f"{self.joints[1]} is no child of {self.joints[0]}, but {between} is: that turns "
+                "back where an error twists its parent"
+            )
+        chain = make_chain(motion, parent, child, below)
+        if chain is not None and below >= 0 and skeleton.parents[below] != child:
+            chain = _over_joints_between(motion, chain, below)
+        if chain is None or chain.grandchild != below:
+            at = 0 if chain is None else 1
+            raise TwistError(f"{self.joints[at + 1]} lies in the place of {self.joints[at]}")
+        if self.limb and min(bones(motion, chain)) <= _ZERO * skeleton.height:
+            raise TwistError(f"a bone of {self.name} has no length")
+        return as_limb(motion, chain) if self.limb else chain
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What is otherwise than found: chains added, in their order, and names of those removed.
+
+    A limb and the chain that begins it are added and removed each by itself.
+    """
+
+    add: tuple[OwnChain, ...] = ()
+    remove: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Whether there is anything in it."""
+        return bool(self.add or self.remove)
+
+    def chains(self, motion: Motion) -> tuple[Chain, ...]:
+        """The chains of a motion, then its limbs, those found first.
+
+        TwistError where this skeleton has no such joints or chains, or two would have one name.
+        """
+        found = _found(motion)
+        names = {chain.name for chain in found}
+        for name in self.remove:
+            if name not in names:
+                raise TwistError(f"no chain {name!r} to remove in this skeleton")
+        chains = [chain for chain in found if chain.name not in self.remove]
+        for own in self.add:
+            made = own.made(motion)
+            if any(chain.name == made.name for chain in chains):
+                raise TwistError(f"there is a chain {made.name!r} already: remove that first")
+            chains.append(made)
+        return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
+
+    def with_chain(self, motion: Motion, own: OwnChain) -> Rig:
+        """With one more; one that was found and removed comes back as it was.
+
+        TwistError where it is no chain, or its name is taken.
+        """
+        made = own.made(motion)
+        for chain in _found(motion):
+            if chain.name in self.remove and _same(chain, made):
+                return replace(self, remove=tuple(n for n in self.remove if n != chain.name))
+        rig = replace(self, add=(*self.add, own))
+        rig.chains(motion)
+        return rig
+
+    def without(self, name: str) -> Rig:
+        """Without the chain or limb of a name, which it has."""
+        left = tuple(own for own in self.add if own.name != name)
+        if len(left) < len(self.add):
+            return replace(self, add=left)
+        return replace(self, remove=(*self.remove, name))
+
+    def own(self, name: str) -> OwnChain | None:
+        """What was added under a name; None for a chain that is as found."""
+        return next((own for own in self.add if own.name == name), None)
+
+    def summary(self) -> str:
+        """'2 added, 1 removed'."""
+        counts = ((len(self.add), "added"), (len(self.remove), "removed"))
+        return ", ".join(f"{n} {word}" for n, word in counts if n) or "as found"
+
+
+AS_FOUND = Rig()
+
+
+def skeleton_mark(skeleton: Skeleton) -> str:
+    """SHA-256 of the joints' names and parents: the same for all clips of a rig."""
+    text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])
+    return hashlib.sha256(encoded(text)).hexdigest()
+
+
+def rig_to_json(rig: Rig) -> dict[str, Any]:
+    """What is added and removed, as a session keeps it."""
+    entries = [{"joints": list(o.joints)} | ({"kind": "limb"} if o.limb else {}) for o in rig.add]
+    return {"add": entries, "remove": list(rig.remove)}
+
+
+def rig_from_json(entry: Mapping[str, Any]) -> Rig:
+    """The reverse; KeyError, TypeError or ValueError where it is damaged."""
+    add, remove = entry.get("add", []), entry.get("remove", [])
+    if not isinstance(add, list) or not _is_names(remove):
+        raise TypeError("rig")
+    return Rig(tuple(map(_own_from_json, add)), tuple(dict.fromkeys(remove)))
+
+
+def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
+    """A TOML file readable by :func:`read_rig`, the old one or the new one; raises OSError."""
+    lines = [
+        f"# Chains of a rig, for twistcore --rig, made on {source}.",
+        f'skeleton = "{skeleton_mark(skeleton)}"',
+        f"remove = {_toml(rig.remove)}",
+    ]
+    for own in rig.add:
+        lines += ["", "[[chain]]", f"joints = {_toml(own.joints)}"]
+        lines += ['kind = "limb"'] if own.limb else []
+    write_atomically(path, encoded("\n".join(lines) + "\n"))
+
+
+def read_rig(path: Path) -> Rig:
+    """A rig from a TOML file; raises TwistError, FormatError for a damaged file."""
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise FormatError(f"{path}: expected TOML ({error})") from None
+    try:
+        if unknown := sorted(document.keys() - {"skeleton", "remove", "chain"}):
+            raise ValueError(f"found {unknown[0]!r}")
+        entry = {"add": document.get("chain", []), "remove": document.get("remove", [])}
+        rig = rig_from_json(entry)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        told = f"; {error}" if isinstance(error, ValueError) else ""
+        raise FormatError(f"{path}: {_EXPECTED}{told}") from None
+    add = tuple(OwnChain(tuple(map(unescaped, own.joints)), own.limb) for own in rig.add)
+    return Rig(add, tuple(map(unescaped, rig.remove)))
+
+
+def _own_from_json(entry: Mapping[str, Any]) -> OwnChain:
+    joints, kind = entry["joints"], entry.get("kind", "chain")
+    if kind not in ("chain", "limb") or not _is_names(joints):
+        raise TypeError("a chain of the rig")
+    limb = kind == "limb"
+    if len(joints) not in ((3,) if limb else (2, 3)):
+        raise ValueError(f"found {len(joints)} joints")
+    return OwnChain(tuple(joints), limb)
+
+
+def _is_names(thing: object) -> bool:
+    return isinstance(thing, list) and all(isinstance(name, str) for name in thing)
+
+
+def _toml(names: Iterable[str]) -> str:
+    return json.dumps([escaped(name) for name in names], ensure_ascii=False)
+
+
+def _found(motion: Motion) -> tuple[Chain, ...]:
+    chains = find_chains(motion)
+    return *chains, *find_limbs(motion, chains)
+
+
+def _same(one: Chain, other: Chain) -> bool:
+    joints = [(c.name, c.parent, c.child, c.grandchild) for c in (one, other)]
+    return joints[0] == joints[1]
+
+
+def _joint(skeleton: Skeleton, name: str) -> int:
+    try:
+        return skeleton.index(name)
+    except KeyError:
+        raise TwistError(f"no joint {name!r} in this skeleton") from None
+
+
+def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
+    here = joint
+    while (here := int(skeleton.parents[here])) >= 0:
+        if here == above:
+            return
+    names = skeleton.names
+    raise TwistError(f"{names[joint]} does not hang below {names[above]}")
+
+
+def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
+    """With b to a joint that is no child of C, per frame where the joints between them bend.
+
+    Without it where it has no length.
+    """
+    bone = along(motion, path(motion.skeleton, chain.child, grandchild))
+    if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:
+        return replace(chain, grandchild=-1)
+    directions = normalise(bone)
+    mean = normalise(directions.mean(axis=0))
+    steady = (directions @ mean).min() >= VARYING
+    return replace(chain, grandchild=grandchild, arm=mean if steady else directions)
