@@ -81,7 +81,7 @@ def test_flips_are_listed_beside_twists(qtbot, opened):
     assert [cell(opened, row, "Chain") for row in rows] == labels
     chains = opened.chains.table.model()
     assert [chains.index(row, 0).data() for row in (8, 10, 13)] == [
-        "Right UpLeg", "Left arm", "Right leg"
+        "Right UpLeg", "Left arm · limb", "Right leg · limb"
     ]  # fmt: skip
     tip = chains.index(13, 4).data(Qt.ItemDataRole.ToolTipRole)
     assert tip.startswith("RightUpLeg – RightLeg – RightFoot: Median height")
