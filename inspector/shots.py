@@ -21,6 +21,8 @@ from inspector.bundled import FLIPPED, SAMPLE
 from inspector.session.settings import Settings
 from inspector.viewport import opengl
 from twistcore.decomposition import WhatIf
+from twistcore.detection import Kind
+from twistcore.review import Decision
 
 if TYPE_CHECKING:
     from inspector.window.main_window import MainWindow
@@ -93,8 +95,10 @@ def main() -> int:
         window.open_path(Path(shutil.copy(FLIPPED, folder)))
         wait_for(lambda: document.data is not None and document.data.clip.name == FLIPPED.name)
         wait(_SETTLE_MS)
-        act(window, "next_interval", "accept", "accept")
-        document.select_interval(document.intervals[-1].id, jump=True)
+        window.intervals.filter.setCurrentText("Limb flips")
+        flips = [j.id for j in document.intervals if j.interval.kind == Kind.LIMB_FLIP]
+        document.decide(Decision.ACCEPTED, flips[:2])
+        document.select_interval(flips[-1], jump=True)
         document.go_to(document.frame + 1)
 
     pictures: tuple[tuple[str, str, Callable[[MainWindow], None]], ...] = (

@@ -83,8 +83,8 @@ def remove_twist(
     q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X: all global rotations below P stay, and all joint positions but those
     of children beside the axis (:func:`children_off_axis`). Of a limb, q'_P = R_u(−offset) ⊗ q_P
     about its line u in the frame of P's parent; E keeps its place, and its global rotation but for
-    what it was carried; C keeps its own rotation and moves. Corrections commute: they multiply from
-    different sides, and no twist moves a limb's line.
+    what it was carried; C keeps its own rotation and moves. Corrections commute: no twist moves a
+    limb's line in the room.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -120,10 +120,11 @@ def _turn_limb(
 ) -> None:
     """Turn a limb back about its line in the frames `at`, and its end forward by `kept`.
 
-    The line is where the motion has it: no correction of a twist moves a joint. A folded limb,
-    whose end lies on its first joint, has none and stays.
+    The line is told in the frame of P's parent as it is by now: no correction of a twist moves a
+    joint, but one of the chain above turns that frame. A folded limb, whose end lies on its first
+    joint, has no line and stays.
     """
-    _, to_end = places(motion.at(at), limb)
+    _, to_end = places(motion.at(at).with_rotations(rotations[at]), limb)
     length = np.linalg.norm(to_end, axis=1)
     line = to_end / np.maximum(length, 1e-12)[:, None]
     there = length > _FOLDED * motion.skeleton.height

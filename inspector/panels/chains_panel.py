@@ -202,14 +202,17 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     if beside:
         notes.append(f"beside the bone, so a correction moves them: {', '.join(beside)}")
     if flips is None:
-        where, tips = chain.name, _TIPS
+        where, tips, label = chain.name, _TIPS, chain.label
         reliability, least = data.analysis.reliability[chain.name], _RELIABLE
     else:
         where = " – ".join(names[j] for j in (chain.parent, chain.child, chain.grandchild))
+        label = (
+            f"{chain.label} · limb"  # beside the chain 'Right Leg' it is told by more than a letter
+        )
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
     return _Shown(
         chain=chain.name,
-        label=f"{chain.label} (fixed)" if stuck else chain.label,
+        label=f"{label} (fixed)" if stuck else label,
         decided=0,
         found=0,
         peak=float(np.degrees(document.detector.strength(chain.name).max())),

@@ -124,6 +124,8 @@ class DetailCard(QWidget):
             self._show_note(judged)
         for widget in (*self._boxes, self.note, self.reason, *self.buttons.values()):
             widget.setEnabled(judged is not None)
+        for box in self._boxes:
+            box.setEnabled(judged is not None and judged.interval.kind != Kind.LONE_JUMP)
         self.end.setVisible(judged is not None and judged.interval.kind == Kind.LIMB_FLIP)
         if judged is None:
             self._show_reason()
@@ -144,7 +146,7 @@ class DetailCard(QWidget):
             self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
             self.start.setValue(interval.start + first)
             self.stop.setValue(interval.stop + first)
-            self.delta.setValue(float(np.degrees(interval.delta)))
+            self.delta.setValue(float(np.degrees(interval.size)))
         if not self.note.hasFocus() and not self.reason.hasFocus():
             self._show_note(judged)
 
@@ -200,6 +202,8 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     if interval.confidence is not None:
         parts.append(f"Confidence {interval.confidence:.2f}")
     evidence = interval.evidence or {}
+    if interval.kind == Kind.LONE_JUMP:
+        return _lone_jump(interval, evidence, first_frame).replace("-", "−")
     edges = evidence.get("edges", ())
     if isinstance(chain, Limb):
         parts += _flip_evidence(chain, evidence, first_frame)
@@ -215,6 +219,16 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     if not judged.supported:
         parts.append("no longer found at this τ")
     return "; ".join(parts).replace("-", "−")
+
+
+def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int) -> str:
+    """Which joint jumps, how fast, and that nothing is known to take it out."""
+    turn = f"{interval.joint} turns about its own axis by {np.degrees(interval.residual):+.0f}°"
+    told = f"{turn} in a frame, at {interval.start + first_frame}"
+    if evidence:
+        speed, limit = (evidence[k] for k in ("speed_deg_s", "limit_deg_s"))
+        told += f": {speed:.0f}°/s, and no body does more than {limit:.0f}°/s"
+    return f"{told}. Nothing is taken out; Insert makes an interval here, Accept marks it as seen."
 
 
 def _flip_evidence(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> list[str]:

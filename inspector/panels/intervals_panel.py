@@ -61,9 +61,10 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         judged, shared = thing
         interval, document = judged.interval, self._document
         assert document.data is not None
-        delta, first = float(np.degrees(interval.delta)), document.first_frame
+        delta, first = float(np.degrees(interval.size)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
-        decision = MARKS[judged.decision]
+        seen = (interval.kind, judged.decision) == (Kind.LONE_JUMP, Decision.ACCEPTED)
+        decision = "✓ seen" if seen else MARKS[judged.decision]
         decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
         confidence = -1.0 if interval.confidence is None else interval.confidence
         cells: tuple[tuple[str, object], ...] = (  # what is shown, and what it is sorted by
@@ -89,7 +90,9 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
 def _tip(judged: Judged, shared: bool) -> str:
     interval = judged.interval
     parts = [f"{interval.chain}, {interval.kind}, {interval.frames} frames"]
-    if abs(interval.residual) > 1e-9:
+    if interval.kind == Kind.LONE_JUMP:
+        parts.append(f"{interval.joint} jumps about its own axis; nothing is taken out")
+    elif abs(interval.residual) > 1e-9:
         parts.append(f"left over behind the last edge: {np.degrees(interval.residual):+.2f}°")
     if shared:
         parts.append("overlaps another interval of its chain: their offsets add")

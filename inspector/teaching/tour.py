@@ -16,6 +16,7 @@ from inspector.teaching.guide_card import leave_button
 from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import OneTask
 from twistcore.bvh import read_bvh
+from twistcore.detection import Kind
 from twistcore.review import Decision
 
 _CHAIN, _FRAME = "LeftForeArm", 90
@@ -159,7 +160,7 @@ class Tour(QObject):
             ),
             Step("6-singular", self._to_lesson, self._both_met, self._meet_both),
             Step("7-review", self._to_review, self._one_accepted, self._accept_one),
-            Step("8-limb", self._to_limb, self._one_accepted, self._accept_one),
+            Step("8-limb", self._to_limb, self._flip_accepted, self._accept_one),
         )
 
     def _to_start(self) -> None:
@@ -230,6 +231,12 @@ class Tour(QObject):
 
     def _one_accepted(self) -> bool:
         return any(j.decision == Decision.ACCEPTED for j in self._program.document.intervals)
+
+    def _flip_accepted(self) -> bool:
+        return any(
+            j.decision == Decision.ACCEPTED and j.interval.kind == Kind.LIMB_FLIP
+            for j in self._program.document.intervals
+        )
 
     def _accept_one(self) -> None:
         if self._program.document.interval is None:

@@ -271,7 +271,7 @@ class Gestures:
             i, first = judged.interval, self._document.first_frame
             lines = [
                 f"{i.chain}  frames {i.start + first}–{i.stop - 1 + first} ({i.frames})",
-                f"δ {np.degrees(i.delta):+.1f}°, {judged.decision}",
+                f"{i.kind}, δ {np.degrees(i.size):+.1f}°, {judged.decision}",
             ]
             if not judged.supported:
                 lines.append("No longer found at this τ; kept because you decided or edited it.")

@@ -211,6 +211,7 @@ class TuningPanel(QWidget):
         for plot in (self.histogram, self.cost):
             plot.show_floor(self._floor)
         self.cost.show_curve(self.costs.curves.get(chain.name))
+        self.cost.setVisible(document.limb is None)
         if (row := self.model.row_of(chain.name)) is not None:
             self.table.selectRow(row)
 

@@ -37,6 +37,7 @@ from twistcore.rotation import wrap
 from twistcore.tuning import Profile
 
 LEG, CHAIN = "RightUpLeg-RightFoot", "RightUpLeg"
+JUMPS = [14, 31, 34, 174]  # of the foot
 FLIPS = [(14, 31), (34, 37), (38, 42), (45, 52), (73, 76), (174, 177)]
 
 
@@ -50,8 +51,9 @@ def kick(tmp_path):
 
 @pytest.fixture
 def opened(qtbot, window, kick):
-    """It in the window, with the settings that a first start has."""
+    """It in the window, with the settings that a first start has, the first flip selected."""
     open_clip(qtbot, window, kick)
+    window.document.select_interval(flips(window)[0].id, jump=True)
     return window
 
 
@@ -74,18 +76,21 @@ def test_flips_are_listed_beside_twists(qtbot, opened):
     assert [(j.interval.start, j.interval.stop) for j in flips(opened)] == FLIPS
     assert document.chain == LEG
     rows = range(opened.intervals.table.model().rowCount())
-    assert [cell(opened, row, "Kind") for row in rows] == ["flip"] * 6
-    assert [cell(opened, row, "Chain") for row in rows] == ["Right leg"] * 6
+    kinds, labels = (["jump"] * 4 + ["flip"] * 6, ["Right Leg"] * 4 + ["Right leg"] * 6)
+    assert [cell(opened, row, "Kind") for row in rows] == kinds
+    assert [cell(opened, row, "Chain") for row in rows] == labels
     chains = opened.chains.table.model()
     assert [chains.index(row, 0).data() for row in (8, 10, 13)] == [
-        "Right UpLeg", "Left arm", "Right leg"
+        "Right UpLeg", "Left arm · limb", "Right leg · limb"
     ]  # fmt: skip
     tip = chains.index(13, 4).data(Qt.ItemDataRole.ToolTipRole)
     assert tip.startswith("RightUpLeg – RightLeg – RightFoot: Median height")
     assert [chains.index(13, column).data() for column in (1, 2, 3, 4)] == [
         "0 / 6", "179.7°", "55.0°", "16 %"
     ]  # fmt: skip
-    for wanted, count in (("Limb flips", 6), ("Counter-twists", 0), ("All", 6)):
+    for wanted, count in (
+        ("Limb flips", 6), ("Lone jumps", 4), ("Counter-twists", 0), ("All", 10)
+    ):  # fmt: skip
         opened.intervals.filter.setCurrentText(wanted)
         assert len(opened.intervals.shown_ids()) == count
 
@@ -148,7 +153,6 @@ def test_tau_of_a_limb_is_dragged_in_one_step(qtbot, opened):
 def test_judged_by_keys_and_taken_back(qtbot, opened):
     document = opened.document
     state = document.review.state
-    press(qtbot, opened, Qt.Key.Key_N)
     assert document.frame == 14
     press(qtbot, opened, Qt.Key.Key_A)
     press(qtbot, opened, Qt.Key.Key_R)
@@ -175,7 +179,6 @@ def test_judged_by_keys_and_taken_back(qtbot, opened):
 
 def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     document, detail = opened.document, opened.detail
-    act(opened, "next_interval")
     detail.stop.setValue(33)
     detail.delta.setValue(170.0)
     edited = document.interval.interval
@@ -188,6 +191,7 @@ def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     assert np.abs(np.diff(after, n=2)).max() < 1e-6
     ids = tuple(j.id for j in document.intervals)
     document.decide(Decision.REJECTED, ids)
+    document.select_chain(LEG)
     document.go_to(46)
     act(opened, "insert_interval")
     made = document.interval
@@ -203,7 +207,6 @@ def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
 
 
 def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, tmp_path, capsys):
-    act(opened, "next_interval")
     press(qtbot, opened, Qt.Key.Key_C)
     for _ in FLIPS[1:]:
         press(qtbot, opened, Qt.Key.Key_A)
@@ -219,7 +222,7 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     capsys.readouterr()
     document = json.loads(session_path(kick).read_bytes())
     assert document["schema"] == "twistcore.session/3"
-    assert [i["carried"] for i in document["intervals"]] == [False, *[True] * 4, False]
+    assert [i["carried"] for i in document["intervals"][4:]] == [False, *[True] * 4, False]
     state = opened.document.review.state
     open_clip(qtbot, opened, ASSETS / "walk.bvh")
     open_clip(qtbot, opened, kick)
@@ -234,7 +237,7 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
 def reviewed_before(kick):
     """A clip, and a review of its chains alone in which a hand-made twist is accepted."""
     clip = read_bvh(kick)
-    review = Review.of(core.analyse(clip, find_chains(clip.motion)).detect())
+    review = Review.of(core.detect(clip, find_chains(clip.motion), kinds="counter-twist"))
     review.do(Insert(constant(CHAIN, 100, 120, 0.5)))
     review.do(Decide((1,), Decision.ACCEPTED))
     return clip, review.state
@@ -245,26 +248,26 @@ def test_a_session_from_before_gets_the_flips_and_loses_nothing(qtbot, window, k
     assert json.loads(session_path(kick).read_bytes())["schema"] == "twistcore.session/1"
     document = window.document
     open_clip(qtbot, window, kick)
-    assert window.bar.label.text().endswith("were looked for as well: 6 found, undecided.")
+    assert window.bar.label.text().endswith("were looked for as well: 10 found, undecided.")
     first, *others = document.intervals
     assert (first.decision, first.interval.chain, first.by_hand) == (
         Decision.ACCEPTED, CHAIN, True
     )  # fmt: skip
-    assert [(j.interval.start, j.interval.stop) for j in others] == FLIPS
+    assert [(j.interval.start, j.interval.stop) for j in flips(window)] == FLIPS
     assert {j.decision for j in others} == {Decision.UNDECIDED}
     assert np.degrees(document.review.state.tau[LEG]) == pytest.approx(55.0)
     assert document.review.saved
     act(window, "save_session")
-    assert len(read_session(session_path(kick)).state.intervals) == 7
+    assert len(read_session(session_path(kick)).state.intervals) == 11
 
 
 def test_a_journal_from_before_is_restored_with_the_flips(kick, start):
     clip, state = reviewed_before(kick)
     Journal(Path(f"{session_path(kick)}.journal"), clip, state, 2).close()
     first = start(kick)
-    assert first.answer["decisions"] == ["undecided"] * 6
+    assert first.answer["decisions"] == ["undecided"] * 10
     first.tell("press Restore")
-    assert first.answer["decisions"] == ["accepted", *["undecided"] * 6]
+    assert first.answer["decisions"] == ["accepted", *["undecided"] * 10]
     first.tell("accept 2")
     (left,) = journals(session_path(kick))
     first.kill()
@@ -272,7 +275,7 @@ def test_a_journal_from_before_is_restored_with_the_flips(kick, start):
     second = start(kick)
     second.tell("press Restore")
     assert second.answer["decisions"] == [
-        "accepted", "undecided", "accepted", *["undecided"] * 4
+        "accepted", "undecided", "accepted", *["undecided"] * 8
     ]  # fmt: skip
     second.tell("undo", "save")
     assert second.accepted == 1
@@ -282,7 +285,7 @@ def test_a_journal_from_before_is_restored_with_the_flips(kick, start):
 
 def test_killed_with_a_flip_decided(kick, start):
     first = start(kick)
-    first.tell("accept", "accept")
+    first.tell("accept 4", "accept 5")
     first.kill()
     second = start(kick)
     assert second.accepted == 0
@@ -350,3 +353,22 @@ def test_a_clip_without_flips_has_limbs_and_nothing_to_decide(qtbot, window, tmp
     window.document.select_chain(LEG)
     window.timeline.refresh()
     assert not values(window, "offset", "offset").any()
+
+
+def test_lone_jumps_are_listed_and_not_edited(opened):
+    document, detail = opened.document, opened.detail
+    jumps = [j for j in document.intervals if j.interval.kind == Kind.LONE_JUMP]
+    assert [j.interval.start for j in jumps] == JUMPS
+    document.select_interval(jumps[0].id, jump=True)
+    assert detail.title.text() == "<b>Right Leg</b> · jump · 1 frame"
+    assert detail.why.text().startswith(
+        "RightFoot turns about its own axis by −66° in a frame, at 14: 7932°/s"
+    )
+    assert not detail.delta.isEnabled()
+    assert detail.delta.value() == pytest.approx(-66.1, abs=0.01)
+    state = document.review.state
+    act(opened, "make_following")
+    assert "nothing is taken out" in opened.bar.label.text()
+    assert document.review.state is state
+    act(opened, "accept")
+    assert not document.offset("RightLeg").any()
