@@ -14,6 +14,7 @@ from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion, Skeleton
 from twistcore.refinement import refine
 from twistcore.review import Decision, Review, read_session, write_session
+from twistcore.rig import OwnChain, Rig
 from twistcore.signals import TwistSignals, twist_signals
 from twistcore.version import __version__
 
@@ -28,7 +29,9 @@ __all__ = [
     "Kind",
     "Limb",
     "Motion",
+    "OwnChain",
     "Review",
+    "Rig",
     "Skeleton",
     "TwistError",
     "TwistSignals",

@@ -61,8 +61,14 @@ class ClipAnalysis:
         if rig == self.rig:
             return self
         other = ClipAnalysis(self.motion, rig.chains(self.motion), self.name, rig)
-        if "poses" in vars(self):
-            vars(other)["poses"] = self.poses  # which no chain changes
+        if "poses" in vars(self):  # which no chain changes
+            vars(other)["poses"] = self.poses
+        if "signals" in vars(self):  # nor those of another
+            stay = [c for c in other.chains if rig.own(c.name) == self.rig.own(c.name)]
+            known = {c.name: self.signals[c.name] for c in stay if c.name in self.signals}
+            new = [c for c in other.chains if c.name not in known]
+            known |= signals_of_chains(self.motion, new)
+            vars(other)["signals"] = {c.name: known[c.name] for c in other.chains}
         return other
 
     @property

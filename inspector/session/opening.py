@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -143,15 +144,21 @@ def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> 
 def _read(
     path: Path, profile: Profile | None, tell: Tell, session: Session | None = None
 ) -> Analysed:
-    """A clip with a review of its own; session: whose chains it gets if that belongs to it."""
+    """A clip with a review of its own; session: whose chains it gets, if the clip has such."""
     stamp = stamp_of(path)
     clip = read_bvh(path, tell=part(tell, 0.0, _READ))
-    if session is not None and _belongs(session, clip):
-        rig, told = session.state.rig, ""
-    else:
-        rig, told = kept_rig(clip.motion)
+    rig, told = _rig_of(session, clip.motion)
     found = analysed(clip, profile, part(tell, _READ, 1.0), rig)
     return replace(found, stamp=stamp, notes=(told,) if told else ())
+
+
+def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
+    """The session's, else what is kept for the skeleton, and a sentence where that is damaged."""
+    if session is not None:
+        with suppress(TwistError):
+            session.state.rig.chains(motion)
+            return session.state.rig, ""
+    return kept_rig(motion)
 
 
 def _belongs(session: Session, clip: Clip) -> bool:

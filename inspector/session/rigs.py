@@ -12,9 +12,11 @@ from twistcore.review import ChangeChains, ReviewState
 from twistcore.review.other_chains import changed_chains
 from twistcore.rig import Rig
 
+_KEPT = 4  # a long clip's have hundreds of megabytes
+
 
 class Rigs:
-    """The open clip's analyses by rig; each is made once."""
+    """The open clip's analyses by rig; the last few are kept."""
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener
@@ -28,7 +30,10 @@ class Rigs:
 
     def take(self, rig: Rig) -> ClipAnalysis:
         """That of a rig, which is the clip's from now on; it has been made ready."""
-        self.present = self._known[rig]
+        self.present = self._known.pop(rig)
+        self._known[rig] = self.present
+        for oldest in list(self._known)[:-_KEPT]:
+            del self._known[oldest]
         return self.present
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:

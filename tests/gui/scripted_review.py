@@ -19,7 +19,9 @@ from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from twistcore.review import session_bytes
 from twistcore.review.model import resized
+from twistcore.rig import OwnChain
 
+SPINE = OwnChain(("Spine", "Spine1", "Neck1"))
 COMMANDS = [
     "accept",
     "accept",
@@ -33,6 +35,7 @@ COMMANDS = [
     "save",
     "export",
     "turn_end",
+    "chains",
 ]
 
 
@@ -52,6 +55,8 @@ def main() -> None:
             button.click()
 
     def tell() -> None:
+        while document.opener.busy:  # other chains are analysed first
+            QTest.qWait(2)
         document.keeper.journal.flush()
         state = session_bytes(document.data.clip, document.review.state)
         print(hashlib.sha256(state).hexdigest(), flush=True)
@@ -69,6 +74,10 @@ def main() -> None:
                     document.edit(judged.id, resized(judged.interval, start, stop), drag)
         elif what == "tau":
             document.set_tau(rng.uniform(0.02, 0.3))
+        elif what == "chains":
+            rig = document.review.state.rig
+            other = rig.without("Spine") if rig.add else rig.with_chain(document.data.motion, SPINE)
+            document.change_chains(other, "Other chains")
         elif what == "save":
             window.files.save_session()
         elif what == "export":

@@ -195,6 +195,18 @@ def test_tau_that_a_person_set_stays_and_neighbours_are_looked_at_again(dirty_wa
     assert kept == list(command_before.of_chain("LeftForeArm"))
 
 
+def test_another_rig_takes_along_what_it_does_not_change(walk):
+    before = analyse(walk)
+    signals, poses = before.signals, before.poses
+    after = before.with_rig(Rig((SPINE,), ("LeftArm",)))
+    assert after.poses is poses
+    assert after.signals["LeftForeArm"] is signals["LeftForeArm"]
+    assert list(after.signals) == names(after.chains)
+    expected = analyse(walk, rig=after.rig).signals["Spine"]
+    np.testing.assert_array_equal(after.signals["Spine"].theta_p, expected.theta_p)
+    assert after.with_rig(after.rig) is after
+
+
 def test_a_command_that_contradicts_itself_changes_nothing(review):
     with pytest.raises(ValueError, match="no chain 'Tail'"):
         ChangeChains(AS_FOUND, {"LeftArm": 0.1}, ("Tail",), ()).apply(review.state)
