@@ -21,7 +21,7 @@ from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
 
 _HEADS = ("Chain", "Done", "Peak", "τ", "Azimuth")
-_SAMPLES = ("00 / 00", "180.0°", "00.0°", "Azimuth")  # of all columns but the first
+_SAMPLES = ("00 / 00", "180.0°", "180.0°", "Azimuth")  # of all columns but the first
 _TIPS = (
     "Side and segment of the parent joint; the tick shows or hides its intervals",
     "Intervals decided of those found",

@@ -44,9 +44,7 @@ class DetailCard(QWidget):
     """Spin boxes for start, stop and δ, a note, and Accept / Reject / Reset."""
 
     judged = Signal(object)  # Decision
-    end_turned = (
-        Signal()
-    )  # the end of a flipped limb is to be kept if it was carried, or the reverse
+    end_turned = Signal()  # a flipped limb's end is to be kept if it was carried, or the reverse
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -68,7 +66,7 @@ class DetailCard(QWidget):
         assert line is not None
         line.setPlaceholderText("Reason")
         self.why = Caption(soft=True)
-        self.end = QPushButton(flat=False)
+        self.end = QPushButton()
         self.end.clicked.connect(self.end_turned)
         policy = self.end.sizePolicy()
         policy.setRetainSizeWhenHidden(True)  # the form below stays where it is
@@ -122,20 +120,21 @@ class DetailCard(QWidget):
             self.commit()
             self._shown = judged.id if judged else None
             self._show_note(judged)
-        for widget in (*self._boxes, self.note, self.reason, *self.buttons.values()):
-            widget.setEnabled(judged is not None)
+        kind = judged.interval.kind if judged else None
+        for widget in (self.note, self.reason, *self.buttons.values()):
+            widget.setEnabled(kind is not None)
         for box in self._boxes:
-            box.setEnabled(judged is not None and judged.interval.kind != Kind.LONE_JUMP)
-        self.end.setVisible(judged is not None and judged.interval.kind == Kind.LIMB_FLIP)
+            box.setEnabled(kind not in (None, Kind.LONE_JUMP))
+        self.end.setVisible(kind == Kind.LIMB_FLIP)
         if judged is None:
             self._show_reason()
             return
         interval = judged.interval
         chain = self._document.find_chain(interval.chain)
-        kind = "" if interval.kind == Kind.COUNTER_TWIST else f" · {KINDS[interval.kind][0]}"
+        what = "" if kind == Kind.COUNTER_TWIST else f" · {KINDS[interval.kind][0]}"
         varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
-        self.title.setText(f"<b>{chain.label}</b>{kind} · {count}{varies}")
+        self.title.setText(f"<b>{chain.label}</b>{what} · {count}{varies}")
         first = self._document.first_frame
         self.why.set_text(escape(explanation(judged, chain, first)))
         if isinstance(chain, Limb):
@@ -203,7 +202,7 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
         parts.append(f"Confidence {interval.confidence:.2f}")
     evidence = interval.evidence or {}
     if interval.kind == Kind.LONE_JUMP:
-        return _lone_jump(interval, evidence, first_frame).replace("-", "−")
+        return _lone_jump(interval, evidence, first_frame)
     edges = evidence.get("edges", ())
     if isinstance(chain, Limb):
         parts += _flip_evidence(chain, evidence, first_frame)
@@ -223,8 +222,9 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
 
 def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int) -> str:
     """Which joint jumps, how fast, and that nothing is known to take it out."""
-    turn = f"{interval.joint} turns about its own axis by {np.degrees(interval.residual):+.0f}°"
-    told = f"{turn} in a frame, at {interval.start + first_frame}"
+    turn = f"{np.degrees(interval.residual):+.0f}°".replace("-", "−")
+    frame = interval.start + first_frame
+    told = f"{interval.joint} turns about its own axis by {turn} in a frame, at {frame}"
     if evidence:
         speed, limit = (evidence[k] for k in ("speed_deg_s", "limit_deg_s"))
         told += f": {speed:.0f}°/s, and no body does more than {limit:.0f}°/s"

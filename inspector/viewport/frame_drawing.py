@@ -25,7 +25,7 @@ from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 from twistcore.rotation import Array
 
-_NO_CIRCLE = "straight or folded here: no angle about its line"
+_NO_CIRCLE = "straight or folded: no angle"
 
 
 class Guest(Protocol):

@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF
 from PySide6.QtWidgets import QToolTip
 
 from inspector.bundled import FLIPPED
-from inspector.session.document import Show
+from inspector.session.open_clip import Show
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.limb_circle import circle_of, limb_bones
 from inspector.widgets.theme import DARK, LIGHT
