@@ -16,6 +16,7 @@ from twistcore.detection.lone_jumps import limit, lone_jumps
 from twistcore.refinement import applied_unasked, refine
 from twistcore.review import Insert, Redetect, Review, read_session, write_session
 from twistcore.review.model import overlapping
+from twistcore.rotation import multiply, quaternion_from_axis_angle
 from twistcore.synthesis.protocol import PROTOCOLS, prepare
 
 WALK = read_bvh(ASSETS / "walk.bvh")
@@ -147,3 +148,11 @@ def test_a_jump_and_a_twist_in_the_same_frames_are_two_findings():
         Kind.LONE_JUMP,
         Kind.LONE_JUMP,
     ]
+
+
+def test_a_cut_is_no_jump_of_a_joint():
+    motion = WALK.motion
+    rotations = motion.rotations.copy()
+    turn = quaternion_from_axis_angle(np.array([0.0, 1.0, 0.0]), np.radians(140.0))
+    rotations[200:] = multiply(rotations[200:], turn)  # every joint, from one frame to the next
+    assert jumps_of(motion.with_rotations(rotations)) == []

@@ -1,0 +1,76 @@
+"""Limbs of three joints, by names and without them."""
+
+import numpy as np
+
+from tests.conftest import ASSETS
+from tests.twistcore.test_chain import rig
+from twistcore.bvh import read_bvh
+from twistcore.chain import find_chains
+from twistcore.limb import find_limbs, path, places
+from twistcore.motion import forward_kinematics
+
+WALK = read_bvh(ASSETS / "walk.bvh").motion
+
+
+def limbs_of(motion):
+    return find_limbs(motion, find_chains(motion))
+
+
+def test_arms_and_legs_of_a_named_body():
+    limbs = limbs_of(WALK)
+    assert [(x.label, x.name) for x in limbs] == [
+        ("Left arm", "LeftArm-LeftHand"),
+        ("Left leg", "LeftUpLeg-LeftFoot"),
+        ("Right arm", "RightArm-RightHand"),
+        ("Right leg", "RightUpLeg-RightFoot"),
+    ]
+    leg = limbs[1]
+    assert leg.changed_joints(WALK.skeleton) == (leg.parent, leg.end)
+
+
+def test_where_the_knee_and_the_ankle_are_from_the_hip():
+    in_room, positions = forward_kinematics(WALK)
+    for limb in limbs_of(WALK):
+        to_child, to_end = places(WALK, limb)
+        for place, joint in ((to_child, limb.child), (to_end, limb.end)):
+            way = positions[:, joint] - positions[:, limb.parent]
+            assert np.allclose(np.linalg.norm(place, axis=1), np.linalg.norm(way, axis=1))
+        assert np.allclose(
+            np.einsum("ti,ti->t", to_child, to_end),
+            np.einsum(
+                "ti,ti->t",
+                positions[:, limb.child] - positions[:, limb.parent],
+                positions[:, limb.end] - positions[:, limb.parent],
+            ),
+        )
+    assert in_room.shape[1] == len(WALK.skeleton)
+
+
+def spider(lower):
+    """Two lines of five joints from a body, under names that say nothing; lower: length of a bone."""
+    parents = {"body": None}
+    offsets = {}
+    for side, x in (("u", 1), ("w", -1)):
+        above = "body"
+        for k in range(5):
+            parents[f"{side}{k}"] = above
+            above = f"{side}{k}"
+        offsets |= {f"{side}0": (x, 0, 0), f"{side}1": (x, 1, 0), f"{side}2": (x, 3, 0)}
+        offsets |= {f"{side}3": (x, lower, 0), f"{side}4": (x, 1, 0)}
+    return rig(parents, offsets).motion
+
+
+def test_without_names_the_two_longest_bones_of_each_line():
+    motion = spider(4)
+    limbs = limbs_of(motion)
+    assert [x.name for x in limbs] == ["u1-u3", "w1-w3"]
+    assert [x.label for x in limbs] == ["u1-u3", "w1-w3"]
+    assert path(motion.skeleton, limbs[0].parent, limbs[0].end) == (
+        motion.skeleton.index("u2"),
+        motion.skeleton.index("u3"),
+    )
+
+
+def test_a_stump_has_no_knee():
+    """Beside a bone of 20 one of 3 is none, nor is the next one beside it."""
+    assert [x.name for x in limbs_of(spider(20))] == ["u0-u2", "w0-w2"]
