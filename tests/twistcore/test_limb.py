@@ -47,7 +47,7 @@ def test_where_the_knee_and_the_ankle_are_from_the_hip():
 
 
 def spider(lower):
-    """Two lines of five joints from a body, under names that say nothing; lower: length of a bone."""
+    """Two lines of five joints from a body, under names that say nothing."""
     parents = {"body": None}
     offsets = {}
     for side, x in (("u", 1), ("w", -1)):
