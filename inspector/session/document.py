@@ -31,6 +31,7 @@ from twistcore.review import (
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
+from twistcore.review.reasons import found_again
 from twistcore.rig import Rig
 from twistcore.tuning import Profile
 
@@ -254,6 +255,8 @@ class Document(OpenClip):
             self.use_profile(Profile({}, method))
 
     def _use_review(self, review: Review) -> None:
+        if (analysis := self.rigs.known(review.state.rig)) is not None:
+            review.take_reasons(found_again(analysis, review.state))
         self._review = review
         self._review_changed()
 
