@@ -198,11 +198,20 @@ class Document(OpenClip):
             self.do(Edit(interval_id, resized(interval, start, stop), drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
-        """Add a hand-made interval and select it: the one given, or one proposed around a frame."""
+        """Add a hand-made interval and select it: the one given, or one proposed around a frame.
+
+        Where one of the same kind has the very same frames, that one is selected: two would add.
+        """
         if self.data is None or not self.chain:
             return
         if interval is None:
             interval = self.data.proposed(self.chain, frame)
+        if (there := self.review.state.same_frames(interval)) is not None:
+            first, last = (t + self.first_frame for t in (interval.start, interval.stop - 1))
+            frames = f"frame {first}" if first == last else f"frames {first}–{last}"
+            self.select_interval(there.id)
+            self.message.emit(f"There is an interval here already: {frames}.", False)
+            return
         number = self.review.state.next_id
         if self.do(Insert(interval)):
             self.select_interval(number)

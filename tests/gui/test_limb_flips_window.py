@@ -206,6 +206,29 @@ def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     assert opened.detail.end.isHidden()
 
 
+def test_no_second_interval_is_inserted_on_the_same_frames(opened):
+    """Both accepted would undo the correction; where the first is rejected there is room."""
+    document = opened.document
+    there = next(j for j in flips(opened) if (j.interval.start, j.interval.stop) == (45, 52))
+    state = document.review.state
+    document.select_chain(LEG)
+    document.select_interval(None)
+    document.go_to(46)
+    act(opened, "insert_interval")
+    assert opened.bar.label.text() == "There is an interval here already: frames 45–51."
+    assert document.review.state is state
+    assert document.interval_id == there.id
+    document.set_first_frame(1)
+    act(opened, "insert_interval")
+    assert opened.bar.label.text() == "There is an interval here already: frames 46–52."
+    document.decide(Decision.REJECTED, (there.id,))
+    document.select_chain(LEG)
+    document.go_to(46)
+    act(opened, "insert_interval")
+    assert document.interval.by_hand
+    assert len(document.intervals) == len(state.intervals) + 1
+
+
 def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, tmp_path, capsys):
     press(qtbot, opened, Qt.Key.Key_C)
     for _ in FLIPS[1:]:
@@ -215,7 +238,7 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     export(opened, ExportChoice(out))
     told = opened.bar.label.text()
     assert "moved: RightLeg by up to 20.5 % and RightToeBase by up to" in told
-    assert "of the height; no other joint by more than" in told
+    assert "of the height; no other joint moves; every other byte" in told
     assert main(["apply", str(session_path(kick)), str(kick), "-o", str(tmp_path / "a.bvh")]) == 0
     assert out.read_bytes() == (tmp_path / "a.bvh").read_bytes()
     assert out.read_bytes() != kick.read_bytes()

@@ -103,6 +103,15 @@ class ReviewState:
         """Intervals of one chain by start."""
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
+    def same_frames(self, interval: Interval) -> Judged | None:
+        """What is not rejected and has its chain, kind and frames; None where nothing has."""
+        wanted = interval.kind, interval.start, interval.stop
+        for judged in self.of_chain(interval.chain):
+            own = judged.interval
+            if judged.decision != Decision.REJECTED and (own.kind, own.start, own.stop) == wanted:
+                return judged
+        return None
+
     def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
         """Accepted intervals; with `undecided`, those nobody has rejected."""
         wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
