@@ -140,7 +140,7 @@ def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:
     stale = f" {export.changed} This is the version that is open." if export.changed else ""
     change = compare(export.clip.motion, refined)
     if not change.joints:
-        why = export.left_out or "nothing was accepted."
+        why = export.left_out or "no correction was accepted."
         return f"{name}: written byte for byte as the source; {why}{stale}"
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})

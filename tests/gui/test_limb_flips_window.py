@@ -12,6 +12,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import journals, session_path
 from inspector.tuning.tuning_panel import Scope
 from inspector.widgets.axes import root_scale
+from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.test_plots import drag, spot
 from tests.gui.windows import act, export, open_clip, press
@@ -395,3 +396,31 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     assert document.review.state is state
     act(opened, "accept")
     assert not document.offset("RightLeg").any()
+
+
+def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
+    """Nor does an export of what is undecided decide about them."""
+    document = opened.document
+
+    def counted():
+        act(opened, "export_dialog")
+        dialog = opened.findChildren(ExportDialog)[-1]
+        told = dialog.count.text(), dialog.undecided.text()
+        dialog.reject()
+        return told
+
+    assert counted() == (
+        "0 accepted, 0 rejected, 10 undecided", "Correct the 6 undecided ones as well"
+    )  # fmt: skip
+    jumps = [j for j in document.intervals if j.interval.kind == Kind.LONE_JUMP]
+    document.decide(Decision.ACCEPTED, [jumps[0].id])
+    out = tmp_path / "out.bvh"
+    export(opened, ExportChoice(out))
+    assert "as the source; no correction was accepted." in opened.bar.label.text()
+    document.decide(Decision.ACCEPTED, [flips(opened)[0].id])
+    document.decide(Decision.REJECTED, [flips(opened)[1].id])
+    assert counted() == (
+        "1 accepted, 1 seen, 1 rejected, 7 undecided", "Correct the 4 undecided ones as well"
+    )  # fmt: skip
+    assert document.accept_undecided()
+    assert counted()[0] == "5 accepted, 1 seen, 1 rejected, 3 undecided"

@@ -39,7 +39,7 @@ class Review:
 
     @property
     def accepted(self) -> tuple[Interval, ...]:
-        """The intervals that were accepted: those to refine by."""
+        """The intervals that were accepted: those to refine by, and so no lone jumps."""
         return self.state.chosen()
 
     def accept(self, at_least: float = 0.0, *, include_open: bool = False) -> int:
