@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.chain import Chain, uncorrectable_joints
-from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.interval import Interval
 from twistcore.limb import Limb, path, places
 from twistcore.motion import Motion, check_motion
 from twistcore.rotation import (
@@ -38,9 +38,7 @@ def applied_unasked(
     return tuple(
         i
         for i in intervals
-        if i.kind != Kind.LONE_JUMP
-        and (include_open or not i.open)
-        and (i.confidence or 0.0) >= at_least
+        if i.repairable and (include_open or not i.open) and (i.confidence or 0.0) >= at_least
     )
 
 

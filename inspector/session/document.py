@@ -31,6 +31,7 @@ from twistcore.review import (
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
+from twistcore.review.reasons import found_again
 from twistcore.rig import Rig
 from twistcore.tuning import Profile
 
@@ -176,9 +177,15 @@ class Document(OpenClip):
         return datetime.now(UTC).isoformat(timespec="seconds")
 
     def accept_undecided(self) -> bool:
-        """Accept everything nobody has judged, in one step; False if that could not be."""
-        ids = tuple(j.id for j in self.intervals if j.decision == Decision.UNDECIDED)
+        """Accept all to be corrected that nobody has judged, in one step; False if that failed."""
+        ids = self.correctable_undecided
         return not ids or self.do(Decide(ids, Decision.ACCEPTED, self.reviewer, self.now()))
+
+    @property
+    def correctable_undecided(self) -> tuple[int, ...]:
+        """Ids of what nobody has judged; no lone jumps, which nobody has seen, either."""
+        undecided = (j for j in self.intervals if j.decision == Decision.UNDECIDED)
+        return tuple(j.id for j in undecided if j.interval.repairable)
 
     def begin_drag(self) -> int:
         """A number for the commands of one drag, which are undone together."""
@@ -197,11 +204,20 @@ class Document(OpenClip):
             self.do(Edit(interval_id, resized(interval, start, stop), drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
-        """Add a hand-made interval and select it: the one given, or one proposed around a frame."""
+        """Add a hand-made interval and select it: the one given, or one proposed around a frame.
+
+        Where one of the same kind has the very same frames, that one is selected: two would add.
+        """
         if self.data is None or not self.chain:
             return
         if interval is None:
             interval = self.data.proposed(self.chain, frame)
+        if (there := self.review.state.same_frames(interval)) is not None:
+            first, last = (t + self.first_frame for t in (interval.start, interval.stop - 1))
+            frames = f"frame {first}" if first == last else f"frames {first}–{last}"
+            self.select_interval(there.id)
+            self.message.emit(f"There is an interval here already: {frames}.", False)
+            return
         number = self.review.state.next_id
         if self.do(Insert(interval)):
             self.select_interval(number)
@@ -254,6 +270,8 @@ class Document(OpenClip):
             self.use_profile(Profile({}, method))
 
     def _use_review(self, review: Review) -> None:
+        if (analysis := self.rigs.known(review.state.rig)) is not None:
+            review.take_reasons(found_again(analysis, review.state))
         self._review = review
         self._review_changed()
 

@@ -20,6 +20,8 @@ from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
 from twistcore.review import ReviewState, read_session, write_session
 
+_STILL = 1e-9  # of the height: what a joint moves less is rounding
+
 
 @dataclass(frozen=True)
 class ExportChoice:
@@ -138,22 +140,24 @@ def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:
     stale = f" {export.changed} This is the version that is open." if export.changed else ""
     change = compare(export.clip.motion, refined)
     if not change.joints:
-        why = export.left_out or "nothing was accepted."
+        why = export.left_out or "no correction was accepted."
         return f"{name}: written byte for byte as the source; {why}{stale}"
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})
-    moved = "no joint moved"
+    still, moved = change.rest_of_height < _STILL, "no joint moved"
     if change.moved:
         *rest, last = [f"{m.joint} by up to {100.0 * m.of_height:.1f} %" for m in change.moved]
         names = f"{', '.join(rest)} and {last}" if rest else last
         if len(rest) > 2:  # tracked, a whole figure may
             most = max(m.of_height for m in change.moved)
             names = f"{len(change.moved)} joints by up to {100.0 * most:.1f} %"
-        moved = f"moved: {names} of the height; no other joint"
+        moved = f"moved: {names} of the height; no other joint{' moves' if still else ''}"
+    if not still:
+        moved += f" by more than {change.rest_of_height:.0e} of the height"
     return (
         f"{name}: {change.frames} frames of {joints} joints changed by up to "
-        f"{largest:.1f}°; {moved} by more than {change.rest_of_height:.0e} "
-        f"of the height; every other byte is the source's. {export.left_out}"
+        f"{largest:.1f}°; {moved}; "
+        f"every other byte is the source's. {export.left_out}"
         + (f" {len(jumps)} channel steps of more than 180° stay: {jumps[0]}." if jumps else "")
     ).strip() + stale
 

@@ -24,6 +24,7 @@ from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.model import as_written
 from twistcore.review.proposal import proposed_flip, proposed_interval
+from twistcore.review.reasons import found_again
 from twistcore.review.session import read_session_file
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
@@ -219,6 +220,7 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
         added = len(complete.intervals) - len(state.intervals)
         found = replace(found, added=added)
     review = Review(complete)
+    review.take_reasons(found_again(found.analysis, complete))
     if path.name.endswith(REPLAY_SUFFIX):
         review.mark_unsaved()  # in the clip's own session
         return replace(found, review=review)

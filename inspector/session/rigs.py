@@ -36,6 +36,10 @@ class Rigs:
             del self._known[oldest]
         return self.present
 
+    def known(self, rig: Rig) -> ClipAnalysis | None:
+        """That of a rig, if it has been made ready."""
+        return self._known.get(rig)
+
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
         """Go on once the chains of a state are analysed; at once where they have been."""
         present = self.present

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
@@ -11,6 +12,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import replay_path
 from inspector.widgets.write_dialog import WriteDialog
 from twistcore.review import Decision
+from twistcore.review.model import SEEN
 
 
 class ExportDialog(WriteDialog):
@@ -19,10 +21,10 @@ class ExportDialog(WriteDialog):
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         clip = document.data.clip.path if document.data else Path("clip.bvh")
         super().__init__("Export", clip.with_name(f"{clip.stem}_refined.bvh"), parent)
-        intervals = document.intervals
-        accepted = sum(j.decision == Decision.ACCEPTED for j in intervals)
-        rejected = sum(j.decision == Decision.REJECTED for j in intervals)
-        undecided = len(intervals) - accepted - rejected
+        told = Counter(j.verdict for j in document.intervals)
+        words = [f"{told[v]} {v}" for v in (Decision.ACCEPTED, SEEN) if told[v] or v != SEEN]
+        words += [f"{told[v]} {v}" for v in (Decision.REJECTED, Decision.UNDECIDED)]
+        undecided = len(document.correctable_undecided)
         self.undecided = QCheckBox(f"Correct the {undecided} undecided ones as well")
         self.undecided.setEnabled(undecided > 0)
         self.session = QCheckBox("Session beside it, to go on or to replay the export")
@@ -30,13 +32,12 @@ class ExportDialog(WriteDialog):
         for beside in (self.session, self.report):
             beside.setChecked(True)
         self.warning = QLabel(wordWrap=True)
-        told = "They are accepted in one step, which undo takes back."
-        self.undecided.toggled.connect(lambda on: self.warning.setText(told if on else ""))
+        note = "They are accepted in one step, which undo takes back."
+        self.undecided.toggled.connect(lambda on: self.warning.setText(note if on else ""))
         form = self.form
         form.addRow("Write to", self.where)
-        form.addRow(
-            "Intervals", QLabel(f"{accepted} accepted, {rejected} rejected, {undecided} undecided")
-        )
+        self.count = QLabel(", ".join(words))
+        form.addRow("Intervals", self.count)
         tracking = document.review.state.tracking if document.data else None
         if tracking is not None:
             joints, gains = len(tracking.joints), "learned" if tracking.learned else "hand"

@@ -12,6 +12,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import journals, session_path
 from inspector.tuning.tuning_panel import Scope
 from inspector.widgets.axes import root_scale
+from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.test_plots import drag, spot
 from tests.gui.windows import act, export, open_clip, press
@@ -206,6 +207,29 @@ def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     assert opened.detail.end.isHidden()
 
 
+def test_no_second_interval_is_inserted_on_the_same_frames(opened):
+    """Both accepted would undo the correction; where the first is rejected there is room."""
+    document = opened.document
+    there = next(j for j in flips(opened) if (j.interval.start, j.interval.stop) == (45, 52))
+    state = document.review.state
+    document.select_chain(LEG)
+    document.select_interval(None)
+    document.go_to(46)
+    act(opened, "insert_interval")
+    assert opened.bar.label.text() == "There is an interval here already: frames 45–51."
+    assert document.review.state is state
+    assert document.interval_id == there.id
+    document.set_first_frame(1)
+    act(opened, "insert_interval")
+    assert opened.bar.label.text() == "There is an interval here already: frames 46–52."
+    document.decide(Decision.REJECTED, (there.id,))
+    document.select_chain(LEG)
+    document.go_to(46)
+    act(opened, "insert_interval")
+    assert document.interval.by_hand
+    assert len(document.intervals) == len(state.intervals) + 1
+
+
 def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, tmp_path, capsys):
     press(qtbot, opened, Qt.Key.Key_C)
     for _ in FLIPS[1:]:
@@ -215,7 +239,7 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     export(opened, ExportChoice(out))
     told = opened.bar.label.text()
     assert "moved: RightLeg by up to 20.5 % and RightToeBase by up to" in told
-    assert "of the height; no other joint by more than" in told
+    assert "of the height; no other joint moves; every other byte" in told
     assert main(["apply", str(session_path(kick)), str(kick), "-o", str(tmp_path / "a.bvh")]) == 0
     assert out.read_bytes() == (tmp_path / "a.bvh").read_bytes()
     assert out.read_bytes() != kick.read_bytes()
@@ -372,3 +396,31 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     assert document.review.state is state
     act(opened, "accept")
     assert not document.offset("RightLeg").any()
+
+
+def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
+    """Nor does an export of what is undecided decide about them."""
+    document = opened.document
+
+    def counted():
+        act(opened, "export_dialog")
+        dialog = opened.findChildren(ExportDialog)[-1]
+        told = dialog.count.text(), dialog.undecided.text()
+        dialog.reject()
+        return told
+
+    assert counted() == (
+        "0 accepted, 0 rejected, 10 undecided", "Correct the 6 undecided ones as well"
+    )  # fmt: skip
+    jumps = [j for j in document.intervals if j.interval.kind == Kind.LONE_JUMP]
+    document.decide(Decision.ACCEPTED, [jumps[0].id])
+    out = tmp_path / "out.bvh"
+    export(opened, ExportChoice(out))
+    assert "as the source; no correction was accepted." in opened.bar.label.text()
+    document.decide(Decision.ACCEPTED, [flips(opened)[0].id])
+    document.decide(Decision.REJECTED, [flips(opened)[1].id])
+    assert counted() == (
+        "1 accepted, 1 seen, 1 rejected, 7 undecided", "Correct the 4 undecided ones as well"
+    )  # fmt: skip
+    assert document.accept_undecided()
+    assert counted()[0] == "5 accepted, 1 seen, 1 rejected, 3 undecided"

@@ -200,6 +200,44 @@ def test_a_session_with_flips_opens_as_it_is(qtbot, window, path, tmp_path):
     assert window.bar.label.text() == "Going on with walk.twist.json."
 
 
+def test_reasons_are_told_of_what_is_opened_again(qtbot, show_window, tmp_path):
+    path = Path(shutil.copy(ASSETS / "kick.bvh", tmp_path))
+    journal = Path(f"{session_path(path)}.journal")
+
+    def reasons(window):
+        told = []
+        for judged in window.document.intervals:
+            window.document.select_interval(judged.id)
+            told.append(window.detail.why.text())
+        return told
+
+    window = show_window()
+    open_clip(qtbot, window, path)
+    fresh_reasons = reasons(window)
+    assert any("the knee jumps by" in told for told in fresh_reasons)
+    assert any("°/s" in told for told in fresh_reasons)
+    act(window, "accept")
+    assert window.files.save_session()
+    saved = session_path(path).read_bytes()
+    open_clip(qtbot, window, INJECTED)
+    open_clip(qtbot, window, path)
+    assert reasons(window) == fresh_reasons
+    assert not window.isWindowModified()
+    assert window.files.save_session()
+    assert session_path(path).read_bytes() == saved
+    window.document.select_interval(1)
+    act(window, "reject")
+    kept = journal.read_bytes()
+    close_window(qtbot, window)
+    journal.write_bytes(kept)  # as a killed program leaves it
+    window = show_window()
+    open_clip(qtbot, window, path)
+    restore = next(b for b in window.bar.buttons() if b.text() == "Restore")
+    qtbot.mouseClick(restore, Qt.MouseButton.LeftButton)
+    assert Decision.REJECTED in decisions(window)
+    assert reasons(window) == fresh_reasons
+
+
 def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, monkeypatch, path, tmp_path):
     open_clip(qtbot, window, path)
     act(window, "next_interval")

@@ -1,5 +1,6 @@
 """Jumps that no body makes: told with their speed, whatever else is wrong, and never taken out."""
 
+import csv
 import json
 
 import numpy as np
@@ -13,10 +14,24 @@ from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import limit, lone_jumps
+from twistcore.export.report import Report, write_report
 from twistcore.refinement import applied_unasked, refine
+<<<<<<< HEAD
 from twistcore.review import Insert, Redetect, Review, read_session, write_session
 from twistcore.review.model import overlapping
 from twistcore.rotation import multiply, quaternion_from_axis_angle
+=======
+from twistcore.review import (
+    Decide,
+    Decision,
+    Insert,
+    Redetect,
+    Review,
+    read_session,
+    write_session,
+)
+from twistcore.review.model import constant, overlapping
+>>>>>>> fixp
 from twistcore.synthesis.protocol import PROTOCOLS, prepare
 
 WALK = read_bvh(ASSETS / "walk.bvh")
@@ -131,6 +146,60 @@ def test_the_command_tells_the_speed_and_the_limit(tmp_path, capsys):
     assert first["speed_deg_s"] > first["limit_deg_s"] == pytest.approx(7500.0)
     assert main(["detect", str(path), "--kinds", "counter-twist,limb-flip"]) == 0
     assert capsys.readouterr().out.startswith("0 intervals")
+
+
+def test_seen_ones_are_in_no_count_of_what_was_corrected(tmp_path, capsys):
+    path, session, out = tmp_path / "spun.bvh", tmp_path / "s.json", tmp_path / "o.bvh"
+    write_motion(spun("LeftFoot", 100, 110, 140.0), path)
+    clip = read_bvh(path)
+    review = Review.of(analyse(clip).detect())
+    review.do(Decide((1,), Decision.ACCEPTED))
+    review.do(Insert(constant("LeftForeArm", 10, 20, 0.5)))
+    review.do(Insert(constant("LeftForeArm", 30, 40, 0.5)))
+    review.do(Decide((3,), Decision.ACCEPTED))
+    write_session(session, clip, review.state)
+    assert [(i.chain, i.start) for i in review.accepted] == [("LeftForeArm", 10)]
+    assert main(["apply", str(session), str(path), "-o", str(out)]) == 0
+    told = capsys.readouterr().out
+    assert told == f"{out}: 1 of 2 intervals applied (1 counter-twist), 1 lone jump seen\n"
+    review.do(Decide((1,), Decision.UNDECIDED))
+    write_session(session, clip, review.state)
+    assert main(["apply", str(session), str(path), "-o", str(out)]) == 0
+    assert capsys.readouterr().out == f"{out}: 1 of 2 intervals applied (1 counter-twist)\n"
+    assert main(["refine", str(path), "-o", str(out), "--report", str(tmp_path)]) == 0
+    assert capsys.readouterr().out == f"{out}: 0 of 0 intervals corrected, 2 lone jumps\n"
+
+
+def test_the_report_tells_the_turn_the_speed_and_that_it_was_seen(tmp_path):
+    path = tmp_path / "spun.bvh"
+    write_motion(spun("LeftFoot", 100, 110, 140.0), path)
+    clip, analysis = read_bvh(path), analyse(read_bvh(path))
+    review = Review.of(analysis.detect())
+    review.do(Decide((1,), Decision.ACCEPTED))
+    review.do(Insert(constant("LeftForeArm", 10, 20, 0.5)))
+    chains = analysis.chains_and_limbs
+    page, table, markers, listing = write_report(
+        tmp_path, Report(clip, chains, review.state, clip.motion)
+    )
+    document = json.loads(listing.read_bytes())
+    assert document["decisions"] == {"undecided": 2, "accepted": 0, "rejected": 0, "seen": 1}
+    seen = next(i for i in document["intervals"] if i["decision"] == "seen")
+    jump = review.state.find(1).interval
+    assert seen["delta_deg"] == pytest.approx(np.degrees(jump.size), abs=1e-4)
+    assert abs(seen["delta_deg"]) > 130.0
+    assert seen["speed_deg_s"] == pytest.approx(jump.evidence["speed_deg_s"], abs=0.1)
+    assert seen["joint"] == "LeftFoot"
+    twist = next(i for i in document["intervals"] if i["kind"] == "counter-twist")
+    assert (twist["joint"], twist["speed_deg_s"]) == ("", None)
+    rows = {row["id"]: row for row in csv.DictReader(table.read_text("utf-8").splitlines())}
+    assert float(rows["1"]["speed_deg_s"]) == seen["speed_deg_s"]
+    assert (rows["1"]["decision"], rows[str(twist["id"])]["speed_deg_s"]) == ("seen", "")
+    text = page.read_text("utf-8")
+    assert f"<td>lone jump of LeftFoot, {seen['speed_deg_s']:,.0f}°/s</td>" in text
+    assert f'<td class="n">{seen["delta_deg"]:+.2f}°</td><td class="seen">seen</td>' in text
+    assert "<b>1</b> lone jump seen<" in text
+    told = f"LeftLeg lone jump {np.degrees(jump.size):+.1f}° seen"
+    assert json.dumps(told) in markers.read_text("utf-8")
 
 
 def test_a_jump_and_a_twist_in_the_same_frames_are_two_findings():

@@ -7,7 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, TAU, flip, fresh
+from twistcore.analysis import analyse
+from twistcore.bvh import read_bvh
 from twistcore.detection import Kind
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.export.replay import accepted_motion, check_belongs
@@ -31,6 +34,7 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.model import constant, levelled
+from twistcore.review.reasons import found_again
 
 
 def with_flips():
@@ -136,3 +140,40 @@ def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
     assert b"kind" not in (tmp_path / "old").read_bytes()  # as it was before there were any
     old = recover(tmp_path / "old", CLIP)
     assert {j.interval.kind for j in old.review.state.intervals} == {Kind.COUNTER_TWIST}
+
+
+def test_a_session_read_again_is_told_why_without_a_change(tmp_path):
+    """Reasons are in no file: what is found alike at the session's τ has them, in every state."""
+    clip = read_bvh(ASSETS / "kick.bvh")
+    analysis = analyse(clip)
+    found = analysis.detect()
+    review = Review.of(found)
+    write_session(tmp_path / "s.json", clip, review.state)
+    written = (tmp_path / "s.json").read_bytes()
+    back = Review(read_session(tmp_path / "s.json").state)
+    begin = back.state
+    assert [j.interval.evidence for j in begin.intervals] == [None] * len(begin.intervals)
+    back.do(Insert(constant("RightUpLeg", 14, 31, 0.5)))
+    back.do(Decide((1,), Decision.ACCEPTED))
+    back.mark_saved()
+    *_, moved = begin.intervals
+    back.do(Edit(moved.id, replace(moved.interval, start=moved.interval.start - 1,
+                                   offset=np.ones(moved.interval.frames + 1))))  # fmt: skip
+    assert found_again(analysis, back.state) == found.intervals
+    back.take_reasons(found_again(analysis, back.state))
+    evidence = {j.id: j.interval.evidence for j in review.state.intervals}
+    none = {moved.id, begin.next_id}
+    assert {j.id: j.interval.evidence for j in back.state.intervals} == {
+        k: None if k in none else evidence.get(k) for k in (*evidence, begin.next_id)
+    }
+    assert not back.saved
+    back.undo()
+    assert (back.saved, back.position) == (True, 2)
+    back.undo()
+    back.undo()
+    assert [j.interval.evidence for j in back.state.intervals] == list(evidence.values())
+    assert session_bytes(clip, back.state) == written
+    same = back.state
+    back.take_reasons(found)
+    assert back.state is same
+    assert found_again(analyse(clip), begin)[0].kind == Kind.LIMB_FLIP  # nothing long is started

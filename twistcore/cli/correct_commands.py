@@ -9,7 +9,14 @@ from collections.abc import Sequence
 from twistcore.bvh import Clip, read_bvh, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.cli.detect_commands import detected
-from twistcore.cli.output import by_kind, print_json, refuse_overwrite, tell_jumps, tell_no_chain
+from twistcore.cli.output import (
+    lone_jumps,
+    print_json,
+    refuse_overwrite,
+    tell_jumps,
+    tell_no_chain,
+    told_of,
+)
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
@@ -17,6 +24,7 @@ from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.export.report import Report, check_report, write_report
 from twistcore.refinement import children_off_axis
 from twistcore.review import Review, read_session
+from twistcore.review.model import SEEN
 
 
 def refine(arguments: argparse.Namespace) -> int:
@@ -37,8 +45,8 @@ def refine(arguments: argparse.Namespace) -> int:
     tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
     if arguments.report:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
-    count = f"{len(applied)} of {len(found)} intervals corrected{by_kind(applied, found)}"
-    print(f"{arguments.output}: {count}")
+    count = told_of(applied, found, "corrected")
+    print(f"{arguments.output}: {count}{lone_jumps(found)}")
     skipped = _tell_uncorrected(clip, chains, applied)
     return int(skipped or bool(tell_no_chain(arguments.clip, found.analysis.chains_and_limbs)))
 
@@ -51,9 +59,10 @@ def apply(arguments: argparse.Namespace) -> int:
     chains = chains_of(session, clip)
     refined = accepted_motion(clip, chains, session.state)
     tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
-    chosen, every = session.state.chosen(), [j.interval for j in session.state.intervals]
-    count = f"{len(chosen)} of {len(every)} intervals applied{by_kind(chosen, every)}"
-    print(f"{arguments.output}: {count}")
+    chosen, judged = session.state.chosen(), session.state.intervals
+    count = told_of(chosen, [j.interval for j in judged], "applied")
+    seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
+    print(f"{arguments.output}: {count}{seen}")
     return int(_tell_uncorrected(clip, chains, chosen))
 
 

@@ -49,6 +49,22 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
     return f" ({', '.join(words)})"
 
 
+def told_of(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
+    """'5 of 7 intervals corrected (5 limb flips)', of those in which there is anything to take out.
+
+    applied: those of them of which it was taken out; verb: what was done, 'corrected'.
+    """
+    every = tuple(every)
+    repairable = sum(i.repairable for i in every)
+    return f"{len(applied)} of {repairable} intervals {verb}{by_kind(applied, every)}"
+
+
+def lone_jumps(intervals: Iterable[Interval], mark: str = "") -> str:
+    """', 6 lone jumps' where there are any; mark: what is said of them."""
+    count = sum(not i.repairable for i in intervals)
+    return f", {count} {Kind.LONE_JUMP}{'' if count == 1 else 's'}{mark}" if count else ""
+
+
 def tell_problems(problems: Sequence[str], done: int) -> int:
     """List what could not be processed beside so many that could; the exit code."""
     for problem in problems:

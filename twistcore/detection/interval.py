@@ -77,6 +77,11 @@ class Interval:
         """What a table shows of it: the offset's median, or the turn of a lone jump, radians."""
         return self.residual if self.kind == Kind.LONE_JUMP else self.delta
 
+    @property
+    def repairable(self) -> bool:
+        """Whether there is anything to take out: of a lone jump there is not, it is only shown."""
+        return self.kind != Kind.LONE_JUMP
+
     def with_offset(self, start: int, offset: Array) -> Interval:
         """The same interval over other frames and offsets."""
         return replace(self, start=start, stop=start + len(offset), offset=offset)

@@ -29,7 +29,7 @@ def blender_markers(clip: str, intervals: Iterable[Judged]) -> str:
     """A Python script for Blender that sets two markers an interval; rejected ones are left out."""
     rows = [
         (
-            f"{_what(j)} {np.degrees(j.interval.delta):+.1f}° {j.decision.value}",
+            f"{_what(j)} {np.degrees(j.interval.size):+.1f}° {j.verdict}",
             j.interval.start,
             j.interval.stop - 1,
         )

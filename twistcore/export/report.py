@@ -23,7 +23,7 @@ from twistcore.export.markers import blender_markers
 from twistcore.limb import Limb
 from twistcore.motion import Motion
 from twistcore.refinement import children_off_axis
-from twistcore.review.model import Decision, Judged, ReviewState
+from twistcore.review.model import SEEN, Decision, Judged, ReviewState
 from twistcore.review.session import tracking_to_json
 
 SCHEMA = "twistcore.report/1"
@@ -35,15 +35,17 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "stop": lambda j, _: j.interval.stop,
     "frames": lambda j, _: j.interval.frames,
     "start_s": lambda j, fps: round(j.interval.start / fps, 4),
-    "delta_deg": lambda j, _: round(float(np.degrees(j.interval.delta)), 4),
+    "delta_deg": lambda j, _: round(float(np.degrees(j.interval.size)), 4),
     "confidence": lambda j, _: j.interval.confidence,
     "open": lambda j, _: j.interval.open,
-    "decision": lambda j, _: j.decision.value,
+    "decision": lambda j, _: j.verdict,
     "reviewer": lambda j, _: j.reviewer,
     "decided_at": lambda j, _: j.decided_at,
     "note": lambda j, _: j.note,
     "kind": lambda j, _: j.interval.kind.value,
     "end": lambda j, _: _end(j.interval),
+    "joint": lambda j, _: j.interval.joint,
+    "speed_deg_s": lambda j, fps: _speed(j.interval, fps),
 }
 
 
@@ -138,7 +140,10 @@ def report_to_json(report: Report) -> dict[str, Any]:
         "fps": motion.fps,
         "seconds": motion.frames * motion.frame_time,
         "method": state.method,
-        "decisions": {d.value: sum(j.decision == d for j in state.intervals) for d in Decision},
+        "decisions": {
+            verdict: sum(j.verdict == verdict for j in state.intervals)
+            for verdict in (*(d.value for d in Decision), SEEN)
+        },
         "chains": [
             {
                 "chain": chain.name,
@@ -193,6 +198,11 @@ def _end(interval: Interval) -> str:
     if interval.kind != Kind.LIMB_FLIP:
         return ""
     return "carried" if interval.carried else "kept"
+
+
+def _speed(interval: Interval, fps: float) -> float | None:
+    """How fast a lone jump is; None for what is none."""
+    return None if interval.repairable else round(abs(float(np.degrees(interval.size))) * fps, 1)
 
 
 def _why_moved(report: Report, joint: str) -> str:

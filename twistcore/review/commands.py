@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from twistcore.detection import Interval, Kind
+from twistcore.detection import Interval
 from twistcore.review.model import (
     Decision,
     Judged,
@@ -82,7 +82,7 @@ class Edit(Command):
             raise ValueError("an interval has at least one frame")
         if self.interval.chain != old.interval.chain:
             raise ValueError("an edit does not move an interval to another chain")
-        if old.interval.kind == Kind.LONE_JUMP:
+        if not old.interval.repairable:
             raise ValueError("of a lone jump nothing is taken out; Insert makes an interval there")
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 

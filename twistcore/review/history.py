@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from twistcore.analysis import Detection
 from twistcore.detection import Interval
 from twistcore.review.commands import Command, Decide
 from twistcore.review.model import Decision, ReviewState, start_review
+from twistcore.review.reasons import with_reasons
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +39,7 @@ class Review:
 
     @property
     def accepted(self) -> tuple[Interval, ...]:
-        """The intervals that were accepted: those to refine by."""
+        """The intervals that were accepted: those to refine by, and so no lone jumps."""
         return self.state.chosen()
 
     def accept(self, at_least: float = 0.0, *, include_open: bool = False) -> int:
@@ -113,6 +115,13 @@ class Review:
     def saved(self) -> bool:
         """True if nothing has changed since the session was written or opened."""
         return self.state is self._saved
+
+    def take_reasons(self, found: Iterable[Interval]) -> None:
+        """Give intervals the reasons of those found alike, in every state; no step, no change."""
+        told = with_reasons(found)
+        self.state, self._saved = told(self.state), self._saved and told(self._saved)
+        for steps in (self._done, self._undone):
+            steps[:] = [_Step(s.command, told(s.before), told(s.after)) for s in steps]
 
     def mark_saved(self) -> None:
         """The present state is now on disk."""

@@ -10,10 +10,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from twistcore.detection import Interval, Kind
+from twistcore.detection import Interval
 from twistcore.refinement import applied_unasked
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array, wrap
+
+SEEN = "seen"  # what a lone jump is told to be where it is accepted
 
 
 class Decision(StrEnum):
@@ -62,6 +64,12 @@ class Judged:
     reason: str = ""
 
     @property
+    def verdict(self) -> str:
+        """The decision as it is told: a lone jump that is accepted is 'seen', not corrected."""
+        seen = self.decision == Decision.ACCEPTED and not self.interval.repairable
+        return SEEN if seen else self.decision.value
+
+    @property
     def kept(self) -> bool:
         """A person has put work into it: re-detection must not take it away."""
         return (
@@ -103,10 +111,24 @@ class ReviewState:
         """Intervals of one chain by start."""
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
+    def same_frames(self, interval: Interval) -> Judged | None:
+        """What is not rejected and has its chain, kind and frames; None where nothing has."""
+        wanted = interval.kind, interval.start, interval.stop
+        for judged in self.of_chain(interval.chain):
+            own = judged.interval
+            if judged.decision != Decision.REJECTED and (own.kind, own.start, own.stop) == wanted:
+                return judged
+        return None
+
     def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
-        """Accepted intervals; with `undecided`, those nobody has rejected."""
+        """What is taken out: accepted intervals; with `undecided`, those nobody has rejected.
+
+        No lone jumps: an accepted one was seen, and of it nothing is taken out.
+        """
         wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
-        return tuple(j.interval for j in self.intervals if j.decision in wanted)
+        return tuple(
+            j.interval for j in self.intervals if j.decision in wanted and j.interval.repairable
+        )
 
     def unasked(self, at_least: float = 0.0, *, include_open: bool = False) -> tuple[int, ...]:
         """Ids of undecided intervals that :func:`applied_unasked` lets pass."""
@@ -270,11 +292,7 @@ def overlapping(intervals: Sequence[Judged]) -> frozenset[int]:
     """Ids of the intervals not rejected that share frames with another of their chain: they add."""
     out: set[int] = set()
     reach: Judged | None = None  # of those before, the one that reaches furthest
-    wanted = (
-        j
-        for j in intervals
-        if j.decision != Decision.REJECTED and j.interval.kind != Kind.LONE_JUMP
-    )
+    wanted = (j for j in intervals if j.decision != Decision.REJECTED and j.interval.repairable)
     for judged in sorted(wanted, key=_frames):
         if reach is None or reach.interval.chain != judged.interval.chain:
             reach = judged
