@@ -16,11 +16,6 @@ from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import limit, lone_jumps
 from twistcore.export.report import Report, write_report
 from twistcore.refinement import applied_unasked, refine
-<<<<<<< HEAD
-from twistcore.review import Insert, Redetect, Review, read_session, write_session
-from twistcore.review.model import overlapping
-from twistcore.rotation import multiply, quaternion_from_axis_angle
-=======
 from twistcore.review import (
     Decide,
     Decision,
@@ -31,7 +26,7 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.model import constant, overlapping
->>>>>>> fixp
+from twistcore.rotation import multiply, quaternion_from_axis_angle
 from twistcore.synthesis.protocol import PROTOCOLS, prepare
 
 WALK = read_bvh(ASSETS / "walk.bvh")
