@@ -20,7 +20,7 @@ _HEADS = ("Chain", "Kind", "Decision", "Start", "Stop", "Frames", "δ", "Time", 
 _SAMPLES = (
     "Right Shoulder",
     "twist",
-    "✗ rejected",
+    "✓ accepted +",
     "00000",
     "00000",
     "Frames",
@@ -68,7 +68,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
         confidence = -1.0 if interval.confidence is None else interval.confidence
         cells: tuple[tuple[str, object], ...] = (  # what is shown, and what it is sorted by
-            (document.find_chain(interval.chain).label, interval.chain),
+            (document.find_chain(interval.chain).list_label, interval.chain),
             (KINDS[interval.kind][0], interval.kind.value),
             (decision, judged.decision.value),
             (str(interval.start + first), interval.start),

@@ -55,7 +55,7 @@ from inspector.window.review_actions import ReviewActions
 from twistcore.review import Decision
 
 _STATE_VERSION = 2
-_LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
+_LEFT_WIDTH, _RIGHT_WIDTH = 350, 545
 _Area = Qt.DockWidgetArea
 
 

@@ -76,7 +76,7 @@ def test_flips_are_listed_beside_twists(qtbot, opened):
     assert [(j.interval.start, j.interval.stop) for j in flips(opened)] == FLIPS
     assert document.chain == LEG
     rows = range(opened.intervals.table.model().rowCount())
-    kinds, labels = (["jump"] * 4 + ["flip"] * 6, ["Right Leg"] * 4 + ["Right leg"] * 6)
+    kinds, labels = (["jump"] * 4 + ["flip"] * 6, ["Right Leg"] * 4 + ["Right leg · limb"] * 6)
     assert [cell(opened, row, "Kind") for row in rows] == kinds
     assert [cell(opened, row, "Chain") for row in rows] == labels
     chains = opened.chains.table.model()
