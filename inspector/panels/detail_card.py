@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from inspector.panels.intervals_panel import KINDS
 from inspector.session.document import Document
-from inspector.session.why_here import peak_near, reason_here, told
+from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption
 from inspector.widgets.later import Burst
@@ -32,6 +32,7 @@ from twistcore.detection import Interval, Kind
 from twistcore.limb import Limb
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
+from twistcore.why_not import Why
 
 _END_TIPS = (  # kept, carried
     "The {0} keeps its rotation in the correction. Turn it along with the limb (C)",
@@ -126,7 +127,13 @@ class DetailCard(QWidget):
         for box in self._boxes:
             box.setEnabled(kind not in (None, Kind.LONE_JUMP))
         self.end.setVisible(kind == Kind.LIMB_FLIP)
+        for box in self._boxes:  # a number that is about nothing is not shown
+            box.setSpecialValueText("" if judged else " ")
         if judged is None:
+            for box in self._boxes:
+                with QSignalBlocker(box):
+                    box.setValue(box.minimum())
+            self.why.setToolTip("")
             self._show_reason()
             return
         interval = judged.interval
@@ -154,14 +161,15 @@ class DetailCard(QWidget):
         document = self._document
         if document.interval is not None:
             return
-        peak = peak_near(document, document.frame)
-        reason = None if peak is None else reason_here(document, peak)
-        if reason is None:
-            self.title.setText("No interval selected")
-            self.why.set_text("N goes to the next one.")
-        else:
-            self.title.setText("Why is nothing found here?")
-            self.why.set_text(escape(told(document, reason)))
+        reason = reason_near(document, document.frame)
+        outside = reason is not None and reason.why != Why.INTERVAL
+        self.title.setText("Why is nothing found here?" if outside else "No interval selected")
+        text = told(document, reason) if reason else "N goes to the next one."
+        self.why.set_text(escape(text))
+
+    def says(self, text: str) -> bool:
+        """Whether a sentence is to be read here."""
+        return self.why.text() == escape(text) and not self.visibleRegion().isEmpty()
 
     def _show_note(self, judged: Judged | None) -> None:
         self.note.setText(judged.note if judged else "")
