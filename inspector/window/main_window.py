@@ -174,6 +174,7 @@ class MainWindow(Parts):
             guide=self.guide,
             aside=Aside(document),
             actions=actions,
+            filter=self.intervals.filter,
             show_intervals=docks["intervals"].raise_,
             show_teaching=partial(bring_to_front, docks["teaching"]),
         )
@@ -184,9 +185,7 @@ class MainWindow(Parts):
             self._review_changed, self,
         )  # fmt: skip
         look = actions["focus_chain"].trigger
-        self.review_actions = ReviewActions(
-            document, self.intervals, bar, self.detail, look, self
-        )
+        self.review_actions = ReviewActions(document, self.intervals, bar, self.detail, look, self)
         self.chain_actions = ChainActions(document, bar, docks["chains"], self)
         self.chains.table.addActions([actions[name] for name in OF_CHAINS])
         self.chains.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)

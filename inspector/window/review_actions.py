@@ -24,7 +24,8 @@ from twistcore.why_not import Reason, Why
 class ReviewActions:
     """Verdicts, edges, hand-made intervals, what was missed, and the way from one to the next.
 
-    card: says of the playhead's place what it has room for; look: turns the camera to where the selected limb's roll shows best.
+    card: where a reason may be read already; look: turns the camera to where the selected limb's
+    roll shows best.
     """
 
     document: Document

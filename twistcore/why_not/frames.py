@@ -72,9 +72,7 @@ def _covers(interval: Interval, frame: int) -> bool:
 def _at(found: Detection, name: str, frame: int) -> Interval | None:
     """The interval of a chain or limb that a frame is in, else beside; the shortest of several."""
     there = [i for i in found if i.chain == name and _covers(i, frame)]
-    return min(
-        there, key=lambda i: (not i.start <= frame < i.stop, i.frames), default=None
-    )
+    return min(there, key=lambda i: (not i.start <= frame < i.stop, i.frames), default=None)
 
 
 def _in_interval(place: Place, interval: Interval) -> Reason:
@@ -88,7 +86,8 @@ def _in_interval(place: Place, interval: Interval) -> Reason:
         called = place.called(place.frame).capitalize()
         size = signed(interval.residual if lone else interval.delta)
         joint = f" of {interval.joint}" if lone else ""
-        text = f"{called} lies in an interval: {interval.kind} {frames}{joint} ({size}). {text} is {side} τ."
+        what = f"{interval.kind} {frames}{joint} ({size})"
+        text = f"{called} lies in an interval: {what}. {text} is {side} τ."
     else:
         where = "beside" if lone else "at an edge of"
         text = f"{text}, {side} τ, is {where} {place.named(interval)}."
