@@ -185,7 +185,9 @@ class MainWindow(Parts):
             self._review_changed, self,
         )  # fmt: skip
         look = actions["focus_chain"].trigger
-        self.review_actions = ReviewActions(document, self.intervals, bar, self.detail, look, self)
+        self.review_actions = ReviewActions(
+            document, self.intervals, bar, self.detail, look, self.viewport.sees_chain, self
+        )
         self.chain_actions = ChainActions(document, bar, docks["chains"], self)
         self.chains.table.addActions([actions[name] for name in OF_CHAINS])
         self.chains.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)

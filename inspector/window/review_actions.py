@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QInputDialog, QWidget
 
 from inspector.panels.detail_card import DetailCard
@@ -25,7 +26,7 @@ class ReviewActions:
     """Verdicts, edges, hand-made intervals, what was missed, and the way from one to the next.
 
     card: where a reason may be read already; look: turns the camera to where the selected limb's
-    roll shows best.
+    roll shows best; sees: whether that limb is in the picture as it is.
     """
 
     document: Document
@@ -33,6 +34,7 @@ class ReviewActions:
     bar: MessageBar
     card: DetailCard
     look: Callable[[], None]
+    sees: Callable[[], bool]
     window: QWidget
     _faint: Interval | None = field(default=None, init=False)
     _answer: str = field(default="", init=False)
@@ -42,6 +44,17 @@ class ReviewActions:
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
+        find = QTimer(self.window, singleShot=True, interval=0)  # the playhead is there by then
+        find.timeout.connect(self._find)
+        document.interval_changed.connect(
+            lambda: find.stop() if document.interval is None else find.start()
+        )
+        document.chains_changed.connect(find.start)
+
+    def _find(self) -> None:
+        """The camera stays, unless what was selected is out of the picture."""
+        if not self.sees():
+            self.look()
 
     def judge(self, decision: Decision) -> None:
         """Judge the selected intervals; the camera stays."""
