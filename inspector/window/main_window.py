@@ -56,6 +56,7 @@ from twistcore.review import Decision
 
 _STATE_VERSION = 2
 _LEFT_WIDTH, _RIGHT_WIDTH = 350, 545
+_FRAME = 40  # pixels: more than a title bar is high
 _Area = Qt.DockWidgetArea
 
 
@@ -226,7 +227,8 @@ class MainWindow(Parts):
         self._review_changed()
 
     def _restore(self) -> None:
-        self.resize(1440, 900)
+        room = self.screen().availableSize()  # of it the frame takes some
+        self.resize(min(1440, room.width()), min(900, room.height() - _FRAME))
         self.resizeDocks([self.docks["curves"]], [330], Qt.Orientation.Vertical)
         if self.settings.geometry:
             self.restoreGeometry(QByteArray.fromHex(self.settings.geometry.encode()))
@@ -295,10 +297,11 @@ class MainWindow(Parts):
         limb, chain = self.document.limb, self.document.chain
         size = data.signals[chain].strength if limb is None else np.abs(limb.departures)
         names = ("θp", "m") if limb is None else ("φ", "Δφ")
-        off = np.degrees(self.document.offset(self.document.chain)[frame])
+        angles = data.angle(chain)[frame], self.document.offset(chain)[frame]
+        angle, off = (float(np.round(np.degrees(a), 1)) + 0.0 for a in angles)  # no minus zero
         label = self.document.find_chain(self.document.chain).label
         self.position.setText(
-            f"{label}   {names[0]} {np.degrees(data.angle(chain)[frame]):+7.1f}°   "
+            f"{label}   {names[0]} {angle:+7.1f}°   "
             f"{names[1]} {np.degrees(size[frame]):6.2f}°   offset {off:+7.1f}°"
         )
 
