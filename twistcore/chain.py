@@ -52,6 +52,11 @@ class Chain:
         """What a table shows: 'Left ForeArm', or the joint's name where the limb is unknown."""
         return f"{self.side} {self.segment}" if self.segment else self.name
 
+    @property
+    def list_label(self) -> str:
+        """The label in a list of chains and limbs."""
+        return self.label
+
     def sliced(self, start: int, stop: int) -> Chain:
         """The chain in frames [start, stop)."""
         axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))

@@ -47,6 +47,11 @@ class Limb(Chain):
         return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
 
     @property
+    def list_label(self) -> str:
+        """Beside the chain 'Right Leg' it is told by more than a letter: 'Right leg · limb'."""
+        return f"{self.label} · limb"
+
+    @property
     def middle_word(self) -> str:
         """What a person calls C: 'knee', 'elbow', or 'middle joint' where the limb is unknown."""
         return _MIDDLES.get(self.segment, "middle joint")

@@ -139,7 +139,7 @@ class ChainsPanel(QWidget):
     def _fit_columns(self) -> None:
         last = len(_HEADS) - 1
         figures = sum(self.table.columnWidth(k) for k in range(1, last))
-        room = self.width() - figures - self.table.sizeHintForColumn(0)
+        room = self.table.viewport().width() - figures - self.table.sizeHintForColumn(0)
         width = self.fontMetrics().horizontalAdvance(_SAMPLES[-1]) + _PAD
         self.table.setColumnHidden(last, room < width)
 
@@ -202,17 +202,14 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     if beside:
         notes.append(f"beside the bone, so a correction moves them: {', '.join(beside)}")
     if flips is None:
-        where, tips, label = chain.name, _TIPS, chain.label
+        where, tips = chain.name, _TIPS
         reliability, least = data.analysis.reliability[chain.name], _RELIABLE
     else:
         where = " – ".join(names[j] for j in (chain.parent, chain.child, chain.grandchild))
-        label = (
-            f"{chain.label} · limb"  # beside the chain 'Right Leg' it is told by more than a letter
-        )
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
     return _Shown(
         chain=chain.name,
-        label=f"{label} (fixed)" if stuck else label,
+        label=f"{chain.list_label} (fixed)" if stuck else chain.list_label,
         decided=0,
         found=0,
         peak=float(np.degrees(document.detector.strength(chain.name).max())),

@@ -20,9 +20,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.panels.end_choice import EndChoice
 from inspector.panels.intervals_panel import KINDS
 from inspector.session.document import Document
-from inspector.session.why_here import peak_near, reason_here, told
+from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption
 from inspector.widgets.later import Burst
@@ -32,11 +33,9 @@ from twistcore.detection import Interval, Kind
 from twistcore.limb import Limb
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
+from twistcore.why_not import Why
 
-_END_TIPS = (  # kept, carried
-    "The {0} keeps its rotation in the correction. Turn it along with the limb (C)",
-    "The {0} turned along with the limb, and is turned back with it. Keep its rotation (C)",
-)
+_RARE, _RARER = 0.7, 3.0  # logarithms of odds: a side where a limb is half as often, hardly ever
 REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
 
 
@@ -66,11 +65,8 @@ class DetailCard(QWidget):
         assert line is not None
         line.setPlaceholderText("Reason")
         self.why = Caption(soft=True)
-        self.end = QPushButton()
-        self.end.clicked.connect(self.end_turned)
-        policy = self.end.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)  # the form below stays where it is
-        self.end.setSizePolicy(policy)
+        self.end = EndChoice()
+        self.end.turned.connect(self.end_turned)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         edges = hbox((self.start, 1), "to", (self.stop, 1), 8, "δ", (self.delta, 1))
@@ -126,7 +122,14 @@ class DetailCard(QWidget):
         for box in self._boxes:
             box.setEnabled(kind not in (None, Kind.LONE_JUMP))
         self.end.setVisible(kind == Kind.LIMB_FLIP)
+        for box in self._boxes:  # a number that is about nothing is not shown
+            box.setSpecialValueText("" if judged else " ")
         if judged is None:
+            with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
+                self.start.setValue(self.start.minimum())
+                self.stop.setValue(self.stop.minimum())
+                self.delta.setValue(self.delta.minimum())
+            self.why.setToolTip("")
             self._show_reason()
             return
         interval = judged.interval
@@ -137,9 +140,9 @@ class DetailCard(QWidget):
         self.title.setText(f"<b>{chain.label}</b>{what} · {count}{varies}")
         first = self._document.first_frame
         self.why.set_text(escape(explanation(judged, chain, first)))
+        self.why.setToolTip(_flip_figures(judged, chain) if isinstance(chain, Limb) else "")
         if isinstance(chain, Limb):
-            self.end.setText(end_state(chain, interval))
-            self.end.setToolTip(_END_TIPS[interval.carried].format(chain.end_word))
+            self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
             self.start.setRange(first, interval.stop - 1 + first)
             self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
@@ -154,14 +157,15 @@ class DetailCard(QWidget):
         document = self._document
         if document.interval is not None:
             return
-        peak = peak_near(document, document.frame)
-        reason = None if peak is None else reason_here(document, peak)
-        if reason is None:
-            self.title.setText("No interval selected")
-            self.why.set_text("N goes to the next one.")
-        else:
-            self.title.setText("Why is nothing found here?")
-            self.why.set_text(escape(told(document, reason)))
+        reason = reason_near(document, document.frame)
+        outside = reason is not None and reason.why != Why.INTERVAL
+        self.title.setText("Why is nothing found here?" if outside else "No interval selected")
+        text = told(document, reason) if reason else "N goes to the next one."
+        self.why.set_text(escape(text))
+
+    def says(self, text: str) -> bool:
+        """Whether a sentence is to be read here."""
+        return self.why.text() == escape(text) and not self.visibleRegion().isEmpty()
 
     def _show_note(self, judged: Judged | None) -> None:
         self.note.setText(judged.note if judged else "")
@@ -188,11 +192,6 @@ class DetailCard(QWidget):
             self._document.do(Annotate(judged.id, note, reason))
 
 
-def end_state(limb: Limb, interval: Interval) -> str:
-    """What became of the limb's end in a flip: 'Foot kept' or 'Foot turned along'."""
-    return f"{limb.end_word.capitalize()} {'turned along' if interval.carried else 'kept'}"
-
-
 def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     """Why the interval of a chain is there, in a line or two."""
     if judged.by_hand:
@@ -203,10 +202,9 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     evidence = interval.evidence or {}
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame)
-    edges = evidence.get("edges", ())
     if isinstance(chain, Limb):
-        parts += _flip_evidence(chain, evidence, first_frame)
-        edges = ()
+        return _flip(judged, chain, first_frame)
+    edges = evidence.get("edges", ())
     for name, edge in zip(("opens", "closes"), edges, strict=False):
         parts.append(
             f"{name} with x {edge['residual_x_deg']:+.1f}° against y {edge['residual_y_deg']:+.1f}°"
@@ -231,16 +229,40 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
     return f"{told}. Nothing is taken out; Insert makes an interval here, Accept marks it as seen."
 
 
-def _flip_evidence(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> list[str]:
-    """The jumps about the limb's line, and what speaks for the flip."""
-    edges = evidence.get("edges", ())
-    if not edges:
-        return []
-    *others, last = [f"{e['jump_deg']:+.0f}° at {e['start'] + first_frame}" for e in edges]
-    middle, unsteady = limb.middle_word, max(e["sigma_deg"] for e in edges)
-    jumps = f"{', '.join(others)} and {last}" if others else last
-    return [
-        f"the {middle} jumps by {jumps}, otherwise by {unsteady:.1f}° or less",
-        f"for a flip speak the {middle}'s side elsewhere ({evidence['side']:.1f}) and the price of "
-        f"all other explanations ({evidence['odds']:.1f}, logarithms of odds)",
-    ]
+def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
+    """The jumps about the limb's line, and where it is between them."""
+    interval, evidence = judged.interval, judged.interval.evidence or {}
+    sentences, middle = [], limb.middle_word
+    if edges := evidence.get("edges", ()):
+        jumps = [f"by {e['jump_deg']:+.0f}° at {e['start'] + first_frame}" for e in edges]
+        *before, last = jumps
+        told = f"{', '.join(before)} and back {last}" if before else last
+        where, side = "between them" if before else "in the interval", evidence["side"]
+        if side > _RARE:
+            seldom = "hardly ever" if side > _RARER else "less often"
+            told += f"; {where} it stands on the side where it {seldom} is in this clip"
+        sentences.append(f"The {middle} jumps {told}.")
+    if interval.confidence is not None:
+        sentences.append(f"Confidence {interval.confidence:.2f}.")
+    if interval.open:
+        sentences.append("Open: the other side of the clip may be the wrong one.")
+    if not judged.supported:
+        sentences.append("No longer found at this τ.")
+    return " ".join(sentences).replace("-", "−")
+
+
+def _flip_figures(judged: Judged, limb: Limb) -> str:
+    """What speaks for a flip in figures, for who wants to know."""
+    interval, evidence = judged.interval, judged.interval.evidence or {}
+    told = []
+    if edges := evidence.get("edges", ()):
+        middle, unsteady = limb.middle_word, max(e["sigma_deg"] for e in edges)
+        told += [
+            f"Otherwise the {middle} jumps by {unsteady:.1f}° or less.",
+            f"For a flip speak the {middle}'s side elsewhere ({evidence['side']:.1f})",
+            f"and the price of all other explanations ({evidence['odds']:.1f}),",
+            "logarithms of odds.",
+        ]
+    if abs(interval.residual) > np.radians(0.005):
+        told.append(f"Left over: {np.degrees(interval.residual):+.2f}°.")
+    return "\n".join(told).replace("-", "−")

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtCore import (
+    QItemSelectionModel,
+    QModelIndex,
+    QSortFilterProxyModel,
+    Qt,
+    QTimer,
+    Signal,
+)
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHeaderView, QStackedWidget, QWidget
 
@@ -20,7 +27,7 @@ _HEADS = ("Chain", "Kind", "Decision", "Start", "Stop", "Frames", "δ", "Time", 
 _SAMPLES = (
     "Right Shoulder",
     "twist",
-    "✗ rejected",
+    "✓ accepted +",
     "00000",
     "00000",
     "Frames",
@@ -68,7 +75,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
         confidence = -1.0 if interval.confidence is None else interval.confidence
         cells: tuple[tuple[str, object], ...] = (  # what is shown, and what it is sorted by
-            (document.find_chain(interval.chain).label, interval.chain),
+            (document.find_chain(interval.chain).list_label, interval.chain),
             (KINDS[interval.kind][0], interval.kind.value),
             (decision, judged.decision.value),
             (str(interval.start + first), interval.start),
@@ -120,6 +127,15 @@ class _Filter(QSortFilterProxyModel):
     def filterAcceptsRow(self, row: int, parent: Index) -> bool:
         del parent
         judged, _ = self._model.things[row]
+        return judged.id == self._document.interval_id or self.passes(judged)
+
+    @property
+    def narrow(self) -> bool:
+        """Whether it may keep something back."""
+        return self.chosen != FILTERS[0] or bool(self._document.hidden)
+
+    def passes(self, judged: Judged) -> bool:
+        """Whether an interval is listed that is not selected: what one works on always is."""
         if judged.interval.chain in self._document.hidden:
             return False
         if self.chosen == "This chain":
@@ -137,7 +153,9 @@ class IntervalsPanel(QWidget):
     def __init__(self, document: Document, theme: Theme) -> None:
         super().__init__()
         self._document = document
-        self._refreshing = False
+        self._refreshing = self._clicked = False
+        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later.timeout.connect(self._filter_anew)
         self._model = _IntervalModel(document, theme)
         self._proxy = _Filter(self._model, document)
         self.table = self._make_table()
@@ -157,7 +175,7 @@ class IntervalsPanel(QWidget):
         document.intervals_changed.connect(self._refresh)
         document.numbering_changed.connect(self._model.redraw)
         document.hidden_changed.connect(self._filter_anew)
-        document.interval_changed.connect(self._select_row)
+        document.interval_changed.connect(self._interval_changed)
         document.chain_changed.connect(self._chain_changed)
         self._refresh()
 
@@ -244,9 +262,9 @@ class IntervalsPanel(QWidget):
 
     def _filter_changed(self, text: str) -> None:
         self._proxy.chosen = text
+        if (judged := self._document.interval) and not self._proxy.passes(judged):
+            self._document.select_interval(None)  # A and R never judge what is not asked for
         self._filter_anew()
-        if self._document.interval_id not in self.shown_ids():
-            self._document.select_interval(None)  # A and R never judge what is not listed
 
     def _chain_changed(self) -> None:
         if self._proxy.chosen == "This chain":
@@ -256,6 +274,15 @@ class IntervalsPanel(QWidget):
         self._refreshing = True
         self._proxy.invalidate()
         self._refresh()
+
+    def _interval_changed(self) -> None:
+        """Under a filter the selected row is listed, and the last one no longer for being that."""
+        if not self._proxy.narrow:
+            self._select_row()
+        elif self._clicked:
+            self._later.start()  # no row goes while the table still deals with the click
+        else:
+            self._filter_anew()
 
     def _select_row(self) -> None:
         at = self._model.row_of(self._document.interval_id)
@@ -272,4 +299,6 @@ class IntervalsPanel(QWidget):
 
     def _row_selected(self, current: QModelIndex) -> None:
         if current.isValid() and not self._refreshing:
+            self._clicked = True
             self._document.select_interval(self._judged(current.row()).id, jump=True)
+            self._clicked = False

@@ -45,6 +45,7 @@ class Document(OpenClip):
     method_changed = Signal()  # another detector: other curves
     chains_changed = Signal()  # the clip has other chains now
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
+    answered = Signal(str)  # a sentence about where the playhead is: until it moves
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is no longer one
 

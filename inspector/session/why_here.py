@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from inspector.session.document import Document
 from twistcore.analysis import Detection
-from twistcore.why_not import Reason, peaks_without_interval, unexplained_peaks, why_not
+from twistcore.why_not import Reason, Why, peaks_without_interval, unexplained_peaks, why_not
 
 NEAR = 3  # frames from the playhead: it means the peak there
 
@@ -36,6 +36,16 @@ def reason_here(document: Document, frame: int) -> Reason | None:
     if (found := reviewed(document)) is None or document.chain not in found.tau:
         return None
     return why_not(found, document.chain, frame, first=document.first_frame)
+
+
+def reason_near(document: Document, frame: int) -> Reason | None:
+    """Why nothing is found at a frame in an interval or past τ, else at the peak next to it."""
+    if (reason := reason_here(document, frame)) is None:
+        return None
+    if reason.why == Why.INTERVAL or reason.strength >= reason.tau:
+        return reason
+    near = peak_near(document, frame)
+    return None if near is None else reason_here(document, near)
 
 
 def told(document: Document, reason: Reason) -> str:

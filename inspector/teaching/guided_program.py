@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QComboBox
 
 from inspector.session.document import Document
 from inspector.session.settings import Settings
@@ -19,7 +20,8 @@ from inspector.viewport.viewport import Viewport
 class GuidedProgram:
     """The parts that a guided page reads and drives.
 
-    show_intervals, show_teaching: bring the tab to the front; actions: by their ids.
+    filter: of the list of intervals; show_intervals, show_teaching: bring the tab to the front;
+    actions: by their ids.
     """
 
     document: Document
@@ -29,5 +31,6 @@ class GuidedProgram:
     guide: GuideCard
     aside: Aside
     actions: Mapping[str, QAction]
+    filter: QComboBox
     show_intervals: Callable[[], None]
     show_teaching: Callable[[], None]

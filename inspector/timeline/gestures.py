@@ -230,7 +230,7 @@ class Gestures:
         if near is None or (reason := reason_here(self._document, near)) is None:
             return False
         self._document.go_to(near)
-        self._document.message.emit(told(self._document, reason), False)
+        self._document.answered.emit(told(self._document, reason))
         return True
 
     def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:

@@ -11,7 +11,14 @@ from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
 from inspector.viewport.bodies import place
-from inspector.viewport.camera import OrbitCamera, between, circle_direction, preset, roll_direction
+from inspector.viewport.camera import (
+    VIEW_ANGLE,
+    OrbitCamera,
+    between,
+    circle_direction,
+    preset,
+    roll_direction,
+)
 from inspector.viewport.frame_drawing import selected_chain
 from inspector.viewport.limb_circle import circle_of
 from inspector.viewport.scene import Scene
@@ -19,6 +26,10 @@ from inspector.viewport.solid_and_ghost import Style
 from twistcore.chain import Chain
 from twistcore.limb import Limb
 from twistcore.rotation import Array, normalise, rotate
+
+_EDGE = 0.03  # of the picture's width or height: as good as outside
+_TINY = 0.03  # of the picture's height
+_HALF_VIEW = float(np.tan(VIEW_ANGLE / 2.0))
 
 
 class Steering(QWidget):
@@ -101,6 +112,20 @@ class Steering(QWidget):
         else:
             self.camera = goal
         self._schedule()
+
+    def sees_chain(self) -> bool:
+        """Whether the selected chain's joints are all well in the picture, and not tiny in it."""
+        chain, camera, scene = selected_chain(self.document), self.camera, self.scene
+        if chain is None or camera is None or scene is None or self.turning:
+            return True
+        poses = [self.document.pose(self.document.frame, after=a)[1] for a in (False, True)]
+        joints = np.vstack([self._limb(chain, positions) for positions in poses])
+        size = np.array(self.picture_size())
+        pixels, depth = camera.project(joints, *self.picture_size())
+        ahead = (camera.position - joints) @ camera.direction
+        inside = (pixels > _EDGE * size) & (pixels < (1.0 - _EDGE) * size)
+        reach = np.linalg.norm(np.ptp(joints, axis=0)) / (2.0 * depth.mean() * _HALF_VIEW)
+        return bool(inside.all() and (ahead > 0.0).all() and reach > _TINY)
 
     def take_view(self, other: Steering) -> None:
         """Look from where another view of the same clip and frame looks, and go along alike."""

@@ -45,6 +45,11 @@ class MessageBar(QFrame):
         else:
             self._timer.start(_SHOWN_MS)
 
+    def withdraw(self, text: str) -> None:
+        """No longer show this sentence, if it is what is shown."""
+        if text == self.label.text() and not self._answers.count():
+            self._close()
+
     def ask(self, text: str, answers: Answers) -> None:
         """Show a sentence with buttons; it stays until one is pressed or it is closed."""
         self._asked = (text, answers)

@@ -55,7 +55,8 @@ from inspector.window.review_actions import ReviewActions
 from twistcore.review import Decision
 
 _STATE_VERSION = 2
-_LEFT_WIDTH, _RIGHT_WIDTH = 335, 545
+_LEFT_WIDTH, _RIGHT_WIDTH = 350, 545
+_FRAME = 40  # pixels: more than a title bar is high
 _Area = Qt.DockWidgetArea
 
 
@@ -174,6 +175,7 @@ class MainWindow(Parts):
             guide=self.guide,
             aside=Aside(document),
             actions=actions,
+            filter=self.intervals.filter,
             show_intervals=docks["intervals"].raise_,
             show_teaching=partial(bring_to_front, docks["teaching"]),
         )
@@ -184,7 +186,9 @@ class MainWindow(Parts):
             self._review_changed, self,
         )  # fmt: skip
         look = actions["focus_chain"].trigger
-        self.review_actions = ReviewActions(document, self.intervals, bar, look, self)
+        self.review_actions = ReviewActions(
+            document, self.intervals, bar, self.detail, look, self.viewport.sees_chain, self
+        )
         self.chain_actions = ChainActions(document, bar, docks["chains"], self)
         self.chains.table.addActions([actions[name] for name in OF_CHAINS])
         self.chains.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
@@ -223,7 +227,8 @@ class MainWindow(Parts):
         self._review_changed()
 
     def _restore(self) -> None:
-        self.resize(1440, 900)
+        room = self.screen().availableSize()  # of it the frame takes some
+        self.resize(min(1440, room.width()), min(900, room.height() - _FRAME))
         self.resizeDocks([self.docks["curves"]], [330], Qt.Orientation.Vertical)
         if self.settings.geometry:
             self.restoreGeometry(QByteArray.fromHex(self.settings.geometry.encode()))
@@ -292,10 +297,11 @@ class MainWindow(Parts):
         limb, chain = self.document.limb, self.document.chain
         size = data.signals[chain].strength if limb is None else np.abs(limb.departures)
         names = ("θp", "m") if limb is None else ("φ", "Δφ")
-        off = np.degrees(self.document.offset(self.document.chain)[frame])
+        angles = data.angle(chain)[frame], self.document.offset(chain)[frame]
+        angle, off = (float(np.round(np.degrees(a), 1)) + 0.0 for a in angles)  # no minus zero
         label = self.document.find_chain(self.document.chain).label
         self.position.setText(
-            f"{label}   {names[0]} {np.degrees(data.angle(chain)[frame]):+7.1f}°   "
+            f"{label}   {names[0]} {angle:+7.1f}°   "
             f"{names[1]} {np.degrees(size[frame]):6.2f}°   offset {off:+7.1f}°"
         )
 

@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QInputDialog, QWidget
 
+from inspector.panels.detail_card import DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.document import Document
-from inspector.session.why_here import peak_near, peaks, reason_here, told
+from inspector.session.why_here import peaks, reason_here, reason_near, told
 from inspector.widgets.message_bar import MessageBar
 from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval, Kind
@@ -23,15 +25,36 @@ from twistcore.why_not import Reason, Why
 class ReviewActions:
     """Verdicts, edges, hand-made intervals, what was missed, and the way from one to the next.
 
-    look: turns the camera to where the selected limb's roll shows best.
+    card: where a reason may be read already; look: turns the camera to where the selected limb's
+    roll shows best; sees: whether that limb is in the picture as it is.
     """
 
     document: Document
     intervals: IntervalsPanel
     bar: MessageBar
+    card: DetailCard
     look: Callable[[], None]
+    sees: Callable[[], bool]
     window: QWidget
     _faint: Interval | None = field(default=None, init=False)
+    _answer: str = field(default="", init=False)
+
+    def __post_init__(self) -> None:
+        document = self.document
+        document.answered.connect(self.answer)
+        for moved in (document.frame_changed, document.chain_changed, document.opened):
+            moved.connect(self._withdraw)
+        find = QTimer(self.window, singleShot=True, interval=0)  # the playhead is there by then
+        find.timeout.connect(self._find)
+        document.interval_changed.connect(
+            lambda: find.stop() if document.interval is None else find.start()
+        )
+        document.chains_changed.connect(find.start)
+
+    def _find(self) -> None:
+        """The camera stays, unless what was selected is out of the picture."""
+        if not self.sees():
+            self.look()
 
     def judge(self, decision: Decision) -> None:
         """Judge the selected intervals; the camera stays."""
@@ -153,11 +176,21 @@ class ReviewActions:
 
     def why_not(self) -> None:
         """Say why nothing is found at the playhead, or at the peak past τ next to it."""
-        frame = self.document.frame
-        near = peak_near(self.document, frame)
-        reason = reason_here(self.document, frame if near is None else near)
-        if reason is not None:
-            self.document.message.emit(told(self.document, reason), False)
+        document, frame = self.document, self.document.frame
+        if reason := reason_near(document, frame) or reason_here(document, frame):
+            document.answered.emit(told(document, reason))
+
+    def answer(self, text: str) -> None:
+        """Say why nothing is found, where the card does not, until the playhead moves."""
+        self._withdraw()
+        if not self.card.says(text):
+            self._answer = text
+            self.bar.show_message(text, False)
+
+    def _withdraw(self) -> None:
+        if self._answer:
+            self.bar.withdraw(self._answer)
+            self._answer = ""
 
     def go_to_frame(self) -> None:
         """Ask for a frame."""

@@ -77,7 +77,7 @@ def test_flips_are_listed_beside_twists(qtbot, opened):
     assert [(j.interval.start, j.interval.stop) for j in flips(opened)] == FLIPS
     assert document.chain == LEG
     rows = range(opened.intervals.table.model().rowCount())
-    kinds, labels = (["jump"] * 4 + ["flip"] * 6, ["Right Leg"] * 4 + ["Right leg"] * 6)
+    kinds, labels = (["jump"] * 4 + ["flip"] * 6, ["Right Leg"] * 4 + ["Right leg · limb"] * 6)
     assert [cell(opened, row, "Kind") for row in rows] == kinds
     assert [cell(opened, row, "Chain") for row in rows] == labels
     chains = opened.chains.table.model()
@@ -162,16 +162,20 @@ def test_judged_by_keys_and_taken_back(qtbot, opened):
     ]  # fmt: skip
     title, why = opened.detail.title.text(), opened.detail.why.text()
     assert title == "<b>Right leg</b> · flip · 4 frames, follows"
-    assert "the knee jumps by +179° at 38 and −180° at 42" in why
-    assert opened.detail.end.text() == "Foot turned along"
+    assert why.startswith("The knee jumps by +179° at 38 and back by −180° at 42")
+    assert "logarithms of odds" in opened.detail.why.toolTip()
+    assert (opened.detail.end.name.text(), opened.detail.end.shown) == ("Foot:", "turned along")
     moved = document.corrected.pose(40)[0]
     press(qtbot, opened, Qt.Key.Key_C)
     assert not document.interval.interval.carried
     assert document.interval.edited
-    assert opened.detail.end.text() == "Foot kept"
+    assert opened.detail.end.shown == "kept"
+    assert opened.detail.end.choices[False].isChecked()
+    opened.detail.end.choices[False].click()  # it is already
+    assert not document.interval.interval.carried
     foot = document.find_chain(LEG).end
     assert not np.allclose(document.corrected.pose(40)[0][foot], moved[foot])
-    opened.detail.end.click()
+    opened.detail.end.choices[True].click()
     assert document.interval.interval.carried
     for _ in range(4):
         press(qtbot, opened, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)

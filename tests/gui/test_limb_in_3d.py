@@ -14,6 +14,7 @@ from inspector.viewport.limb_circle import circle_of, limb_bones
 from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import changed, picture, settle
 from tests.gui.windows import act, open_clip
+from twistcore.detection import Kind
 
 LEG, ARM = "RightUpLeg-RightFoot", "RightArm-RightHand"
 FRAME = 20  # within a flip
@@ -199,6 +200,31 @@ def test_the_camera_sees_the_circle_open_and_the_knee_at_its_side(document, show
         circle.at(np.linspace(0.0, 2.0 * np.pi, 24)), view.width(), view.height()
     )
     assert np.linalg.norm(seen[0] - seen[1]) > 0.7 * np.ptp(apart, axis=0).max()
+
+
+def test_a_selected_interval_is_brought_into_the_picture_and_else_the_camera_stays(
+    qtbot, window, tmp_path
+):
+    open_clip(qtbot, window, shutil.copy(FLIPPED, tmp_path / "mine.bvh"))
+    document, view = window.document, window.viewport
+    flips = [j.id for j in document.intervals if j.interval.kind == Kind.LIMB_FLIP]
+    view.set_view("front")
+
+    def pick(number):
+        rows = window.intervals.shown_ids()
+        window.intervals.table.selectRow(rows.index(number))
+        qtbot.wait(20)
+        qtbot.waitUntil(lambda: not view.turning)
+        assert view.sees_chain()
+
+    side = view.camera.azimuth, view.camera.elevation, view.camera.distance
+    pick(flips[0])
+    assert (view.camera.azimuth, view.camera.elevation, view.camera.distance) == side
+    for move in (lambda c: c.panned(3000.0, 0.0, 500), lambda c: c.zoomed(0.01)):
+        view.steer(move)
+        assert not view.sees_chain()
+        pick(flips[1])
+        pick(flips[0])
 
 
 def test_clicks_on_a_bone_select_its_chain_then_the_limb(qtbot, document, show_view):

@@ -34,12 +34,36 @@ def test_the_reason_is_told_at_the_playhead_or_at_the_peak_next_to_it(qtbot, alo
     for frame in (FRAME - 3, FRAME, FRAME + 2):
         document.go_to(frame)
         act(alone, "why_not")
-        assert alone.bar.label.text().startswith("Left Arm: ")
-        assert SENTENCE in alone.bar.label.text()
+        assert alone.detail.why.text().startswith("Left Arm: ")
+        assert SENTENCE in alone.detail.why.text()
+        assert not alone.bar.isVisible()  # said once
+    act(alone, "show_tuning")
+    act(alone, "why_not")
+    assert SENTENCE in alone.bar.label.text()
     document.go_to(FRAME + 40)
+    assert not alone.bar.isVisible()  # it was about another frame
     press(qtbot, alone, Qt.Key.Key_Y)
     assert "at frame 240 is below τ = 1.5°" in alone.bar.label.text()
     assert document.frame == FRAME + 40
+
+
+def test_in_an_interval_the_answer_is_about_it_and_not_about_a_peak_beside(opened):
+    document, card = opened.document, opened.detail
+    act(opened, "next_interval")
+    own, number = document.interval.interval, document.interval_id
+    boxes = (card.start, card.stop, card.delta)
+    frame = own.stop - 1
+    document.go_to(frame)
+    act(opened, "why_not")
+    said = f"Frame {frame} lies in an interval: counter-twist {own.start}–{own.stop} ("
+    assert said in opened.bar.label.text()
+    document.select_interval(None)
+    assert said in card.why.text()
+    assert [box.text().strip() for box in boxes] == ["", "", ""]  # numbers of no interval
+    assert document.interval is None
+    document.select_interval(number)
+    assert [box.value() for box in boxes[:2]] == [own.start, own.stop]
+    assert "" not in [box.text().strip() for box in boxes]
 
 
 def test_nothing_is_asked_without_a_clip(window):

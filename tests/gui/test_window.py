@@ -108,6 +108,30 @@ def test_the_filter_lists_what_is_left(opened):
     assert opened.intervals.table.model().rowCount() == 1
 
 
+def test_what_is_selected_is_listed_whatever_the_filter(qtbot, opened):
+    panel, document = opened.intervals, opened.document
+    panel.filter.setCurrentText("Accepted")
+    document.go_to(200)
+    press(qtbot, opened, Qt.Key.Key_Insert)
+    number = document.interval_id
+    assert panel.shown_ids() == panel.selected_ids() == (number,)
+    act(opened, "accept")
+    panel.filter.setCurrentText("Undecided")
+    assert document.interval is None
+    document.select_interval(number)
+    assert len(panel.shown_ids()) == 9
+    table = panel.table
+    row = next(k for k, other in enumerate(panel.shown_ids()) if other != number)
+    centre = table.visualRect(table.model().index(row, 0)).center()
+    qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=centre)
+    qtbot.waitUntil(lambda: number not in panel.shown_ids())
+    assert panel.selected_ids() == (document.interval_id,)
+    act(opened, "tour")
+    assert panel.filter.currentText() == "All"
+    opened.teaching_actions.leave_guide()
+    assert panel.filter.currentText() == "Undecided"
+
+
 def test_a_chain_row_selects_the_chain(qtbot, opened):
     table = opened.chains.table
     centre = table.visualRect(table.model().index(8, 0)).center()

@@ -15,7 +15,7 @@ from twistcore.motion import Skeleton
 from twistcore.why_not.counter_twist import no_counter_twist
 from twistcore.why_not.limb_flip import no_limb_flip
 from twistcore.why_not.paper_event import no_event
-from twistcore.why_not.reason import Place, Reason, Why
+from twistcore.why_not.reason import Place, Reason, Why, signed
 
 BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
 
@@ -70,20 +70,27 @@ def _covers(interval: Interval, frame: int) -> bool:
 
 
 def _at(found: Detection, name: str, frame: int) -> Interval | None:
-    """The interval of a chain or limb that a frame is in or beside, the shortest of several."""
+    """The interval of a chain or limb that a frame is in, else beside; the shortest of several."""
     there = [i for i in found if i.chain == name and _covers(i, frame)]
-    return min(there, key=lambda i: i.frames, default=None)
+    return min(there, key=lambda i: (not i.start <= frame < i.stop, i.frames), default=None)
 
 
 def _in_interval(place: Place, interval: Interval) -> Reason:
-    inside = interval.start <= place.frame < interval.stop
     lone = interval.kind == Kind.LONE_JUMP
-    where = ("" if lone else "in ") if inside else "beside " if lone else "at an edge of "
     strength, tau = place.strength, place.tau
     reason = place.reason(Why.INTERVAL, "", start=interval.start, stop=interval.stop)
     text = reason.text.partition(" is ")[0]
     side = "above" if strength >= tau else "below"
-    text = f"{text}, {side} τ, is {where}{place.named(interval)}."
+    if interval.start <= place.frame < interval.stop:
+        frames = place.span(interval.start, interval.stop).partition(" ")[2]
+        called = place.called(place.frame).capitalize()
+        size = signed(interval.residual if lone else interval.delta)
+        joint = f" of {interval.joint}" if lone else ""
+        what = f"{interval.kind} {frames}{joint} ({size})"
+        text = f"{called} lies in an interval: {what}. {text} is {side} τ."
+    else:
+        where = "beside" if lone else "at an edge of"
+        text = f"{text}, {side} τ, is {where} {place.named(interval)}."
     return Reason(place.chain.name, place.frame, Why.INTERVAL, strength, tau, text, reason.numbers)
 
 

@@ -103,10 +103,10 @@ class Place:
         return f"frame {frame + self.first}"
 
     def span(self, start: int, stop: int) -> str:
-        """Frames [start, stop) as people count: both are meant."""
+        """Frames [start, stop) as tables have them: 'frames 323–329', up to 329."""
         if stop - start == 1:
             return self.called(start)
-        return f"frames {start + self.first} to {stop - 1 + self.first}"
+        return f"frames {start + self.first}–{stop + self.first}"
 
     def named(self, interval: Interval) -> str:
         """An interval, or a lone jump, which has no offset."""
