@@ -62,7 +62,11 @@ def unexplained_peaks(found: Detection, name: str) -> list[int]:
     past = np.concatenate([[False], strength >= found.tau[name], [False]])
     borders = np.flatnonzero(past[1:] != past[:-1]).reshape(-1, 2)
     peaks = [a + int(np.argmax(strength[a:b])) for a, b in borders.tolist()]
-    return [t for t in peaks if _at(found, name, t) is None]
+    covered = np.zeros(len(strength), dtype=np.bool_)  # asked of each peak it would be quadratic
+    for i in found:
+        if i.chain == name:
+            covered[max(0, i.start - BESIDE) : i.stop + BESIDE + 1] = True
+    return [t for t in peaks if not covered[t]]
 
 
 def _covers(interval: Interval, frame: int) -> bool:
