@@ -109,7 +109,7 @@ def collect(paths: Sequence[Path], seed: int) -> Sample:
             for k, chain in enumerate(chains):
                 limb = [c for c in chains if c.side == chain.side and _arm(c) == _arm(chain)]
                 rng = generator(seed, path.name, n, k)
-                errors = draw_errors([chain], motion.frames, rng, protocol, fps=motion.fps)
+                errors = draw_errors(motion, [chain], rng, protocol)
                 analysis = detector.analyse(inject(motion, chains, errors), limb)
                 sample.add(candidates(analysis, limb), errors, clean=False)
     return sample

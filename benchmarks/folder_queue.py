@@ -36,7 +36,7 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
     chains = find_chains(clip.motion)
     rng = generator(1, source.name)
     chosen = [chains[k] for k in rng.permutation(len(chains))[:chains_hit]]
-    errors = draw_errors(chosen, clip.motion.frames, rng)
+    errors = draw_errors(clip.motion, chosen, rng)
     dirty = inject(clip.motion, chains, errors)
     target.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
     found = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]

@@ -105,7 +105,7 @@ def main() -> None:
         for seed in range(arguments.seeds):
             rng = generator(seed, path.name)
             targets = draw_targets(chains, rng, protocol)
-            errors = draw_errors(targets, clean.frames, rng, protocol, fps=clean.fps)
+            errors = draw_errors(clean, targets, rng, protocol)
             dirty = inject(clean, chains, errors)
             found = detect(dirty, chains)
             refined = refine(dirty, chains, found)

@@ -20,7 +20,7 @@ def put_errors(path, chains_hit, seed=1):
     """The walk with errors in a number of chains; returns its true severity."""
     clip = read_bvh(ASSETS / "walk.bvh")
     chains = find_chains(clip.motion)
-    errors = draw_errors(chains[:chains_hit], clip.motion.frames, generator(seed, path.name))
+    errors = draw_errors(clip.motion, chains[:chains_hit], generator(seed, path.name))
     dirty = inject(clip.motion, chains, errors)
     path.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
     found = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]

@@ -21,7 +21,7 @@ def injected(folder, name):
     """A sample with two to five errors in each of six chains."""
     clip = read_bvh(ASSETS / f"{name}.bvh")
     chains = find_chains(clip.motion)
-    errors = draw_errors(chains[::2] + chains[9:], clip.motion.frames, generator(3, name))
+    errors = draw_errors(clip.motion, chains[::2] + chains[9:], generator(3, name))
     dirty = inject(clip.motion, chains, errors)
     path = folder / f"{name}.bvh"
     path.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))

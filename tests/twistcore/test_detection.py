@@ -82,7 +82,7 @@ def test_the_papers_success_rate_on_a_walk():
     samples = []
     for seed in range(20):
         rng = generator(seed, "walk")
-        errors = draw_errors(draw_targets(CHAINS, rng), WALK.motion.frames, rng)
+        errors = draw_errors(WALK.motion, draw_targets(CHAINS, rng), rng)
         dirty = inject(WALK.motion, CHAINS, errors)
         refined = refine(dirty, CHAINS, detect(dirty, CHAINS, "paper"))
         truth = Truth("walk", "P0", seed, WALK.motion.frames, WALK.motion.fps, errors)
@@ -100,7 +100,7 @@ def test_injection_keeps_to_the_protocol():
         targets = draw_targets(CHAINS, rng)
         a, b = targets
         assert not {a.parent, a.child} & {b.parent, b.child}
-        errors = draw_errors(targets, WALK.motion.frames, rng)
+        errors = draw_errors(WALK.motion, targets, rng)
         for target in targets:
             own = [e for e in errors if e.chain == target.name]
             assert 2 <= len(own) <= 5
@@ -116,12 +116,14 @@ def test_injection_keeps_to_the_protocol():
 def test_a_seed_gives_the_same_errors_again():
     def draw():
         rng = generator(7, "some/where/walk.bvh")
-        return [(e.chain, e.start, e.stop, e.offset[0]) for e in draw_errors(CHAINS, 344, rng)]
+        return [
+            (e.chain, e.start, e.stop, e.offset[0]) for e in draw_errors(WALK.motion, CHAINS, rng)
+        ]
 
     assert draw() == draw()
     rng = generator(8, "walk.bvh")
     assert draw() != [
-        (e.chain, e.start, e.stop, e.offset[0]) for e in draw_errors(CHAINS, 344, rng)
+        (e.chain, e.start, e.stop, e.offset[0]) for e in draw_errors(WALK.motion, CHAINS, rng)
     ]
 
 

@@ -62,7 +62,7 @@ def flip(limb, start, stop, degrees, *, carried=False):
 
 def drawn(name, seed=5):
     protocol = parse_protocol(name)
-    return draw_errors(LIMBS, WALK.frames, generator(seed, "walk.bvh"), protocol)
+    return draw_errors(WALK, LIMBS, generator(seed, "walk.bvh"), protocol)
 
 
 def scene_of(name):
@@ -75,7 +75,7 @@ def scene_of(name):
 
 def test_what_the_paper_injects_is_drawn_as_before():
     rng = generator(5, "walk.bvh")
-    errors = draw_errors(draw_targets(CHAINS, rng), WALK.frames, rng)
+    errors = draw_errors(WALK, draw_targets(CHAINS, rng), rng)
     listed = [(e.chain, e.start, e.stop, round(float(np.degrees(e.offset[0])), 6)) for e in errors]
     assert listed == P0_SEED_5
     assert not any(e.carried or e.kind != Kind.COUNTER_TWIST for e in errors)
@@ -160,7 +160,7 @@ def test_noise_on_the_compensation_turns_the_end_about_the_line():
 
 def test_a_truth_says_what_is_a_flip(tmp_path):
     path, errors = tmp_path / "t.json", drawn("L0")
-    chains = draw_errors(CHAINS[:1], WALK.frames, generator(5, "walk"))
+    chains = draw_errors(WALK, CHAINS[:1], generator(5, "walk"))
     write_truth(path, Truth("walk.bvh", "L0", 5, WALK.frames, WALK.fps, (*errors, *chains)))
     written = json.loads(path.read_text())
     assert written["schema"] == "twistcore.truth/1"

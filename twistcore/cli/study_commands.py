@@ -61,7 +61,7 @@ def inject_errors(arguments: argparse.Namespace) -> int:
     motion = clip.motion
     rng = generator(arguments.seed, arguments.clip.name)
     targets = draw_targets(free, rng, protocol)
-    errors = draw_errors(targets, motion.frames, rng, protocol, fps=motion.fps)
+    errors = draw_errors(motion, targets, rng, protocol)
     write_bvh(clip, inject(motion, free, errors), arguments.output)
     truth = Truth(
         arguments.clip.name, protocol.name, arguments.seed, motion.frames, motion.fps, errors

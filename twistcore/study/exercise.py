@@ -56,7 +56,7 @@ def hide_errors(
         joints = {j for c in targets for j in (c.parent, c.child)}
         if len(targets) < 2 and not joints & {free[k].parent, free[k].child}:
             targets.append(free[k])
-    errors = draw_errors(targets, motion.frames, rng, PROTOCOLS["P0"], fps=motion.fps)
+    errors = draw_errors(motion, targets, rng, PROTOCOLS["P0"])
     return inject(motion, chains, errors), errors
 
 

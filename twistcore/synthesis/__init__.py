@@ -2,6 +2,7 @@
 
 from twistcore.synthesis.injection import (
     InjectedError,
+    apart,
     draw_errors,
     draw_targets,
     generator,
@@ -22,6 +23,7 @@ __all__ = [
     "InjectedError",
     "Protocol",
     "Truth",
+    "apart",
     "draw_errors",
     "draw_targets",
     "enrich",

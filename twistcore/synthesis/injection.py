@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.chain import Chain
 from twistcore.detection import Kind
@@ -16,10 +17,12 @@ from twistcore.limb import Limb
 from twistcore.motion import Motion, Skeleton
 from twistcore.refinement import remove_twist
 from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
+from twistcore.synthesis.offset_shape import Place, filled, filter_reach, shaped, spells
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
 
 _APART = 2  # frames between two intervals of a chain
 _TRIES = 50
+LEAST = float(np.radians(0.1))  # where the tail of a filtered offset is cut
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +55,14 @@ def generator(seed: int, clip: str, *more: int) -> np.random.Generator:
 def draw_targets(
     chains: Sequence[Chain], rng: np.random.Generator, protocol: Protocol = PROTOCOLS["P0"]
 ) -> tuple[Chain, ...]:
-    """Two chains that share no joint [Choi26 §4.1.1]; with `both`, a chain and the one below it."""
+    """Two chains that share no joint [Choi26 §4.1.1]; with `both`, a chain and the one below it.
+
+    With `together`, so many chains from a random one on.
+    """
     if protocol.clean or not chains:
         return ()
+    if protocol.together > 1:
+        return apart(chains, int(rng.integers(len(chains))), protocol.together)
     pairs = [
         (a, b)
         for k, a in enumerate(chains)
@@ -66,62 +74,84 @@ def draw_targets(
     return pairs[int(rng.integers(len(pairs)))]
 
 
+def apart(chains: Sequence[Chain], first: int, most: int) -> tuple[Chain, ...]:
+    """Up to `most` chains from that at `first` on, around, that turn no joint of each other."""
+    chosen: list[Chain] = []
+    for k in range(len(chains)):
+        chain = chains[(first + k) % len(chains)]
+        turned = {j for c in chosen for j in (c.parent, c.child)}
+        if len(chosen) < most and not turned & {chain.parent, chain.child}:
+            chosen.append(chain)
+    return tuple(chosen)
+
+
 def _joints(chain: Chain) -> set[int]:
     return {chain.parent, chain.child, chain.grandchild} - {-1}
 
 
 def draw_errors(
+    motion: Motion,
     chains: Sequence[Chain],
-    frames: int,
     rng: np.random.Generator,
     protocol: Protocol = PROTOCOLS["P0"],
     *,
-    fps: float = 120.0,
     first: int = 1,
 ) -> tuple[InjectedError, ...]:
     """2-5 intervals in each chain as the protocol has them, at least 2 frames apart.
 
-    chains: limbs, and only those, where the protocol is one of limb flips.
+    motion: the clean one; chains: limbs, and only those, where the protocol is one of limb flips.
     first: the first frame of the capture; 1 leaves a T-pose in frame 0 alone. But for the border
-    protocol every edge lies inside the capture. A clip too short for 2 intervals gets fewer.
+    protocols every edge lies inside the capture. A clip too short for 2 intervals gets fewer.
     """
     errors: list[InjectedError] = []
-    for chain in chains:
-        taken = np.zeros(frames, dtype=bool)
-        for k in range(0 if protocol.clean else int(rng.integers(2, 6))):
-            place = _place(taken, first, rng, protocol, fps, k)
-            if place is None:
-                continue
-            start, stop = place
-            taken[start:stop] = True
-            offset = _offset(start > first, stop < frames, stop - start, rng, protocol)
-            carried = protocol.limb and bool(rng.integers(2))
-            leak = None
-            if protocol.leak and not carried:
-                leak = np.radians(protocol.leak) * rng.standard_normal(stop - start)
-            kind = Kind.LIMB_FLIP if protocol.limb else Kind.COUNTER_TWIST
-            errors.append(InjectedError(chain.name, start, stop, offset, leak, kind, carried))
+    shared: list[Place] = []
+    for chain in () if protocol.clean else chains:
+        if protocol.straight:
+            places = spells(motion, chain, first)
+        elif shared:
+            places = iter(shared)
+        else:
+            places = _places(motion, first, rng, protocol)
+        # Where they stand and what they are is drawn in turn: a seed means what it always meant.
+        for start, stop in places:
+            if protocol.together > 1 and chain is chains[0]:
+                shared.append((start, stop))
+            if error := _drawn(motion, chain, (start, stop), first, rng, protocol):
+                errors.append(error)
     return tuple(sorted(errors, key=lambda e: (e.chain, e.start)))
 
 
+def _places(
+    motion: Motion, first: int, rng: np.random.Generator, protocol: Protocol
+) -> Iterator[Place]:
+    """Frames of the intervals of a chain, or of the level that is then low-passed."""
+    margin = filter_reach(protocol, motion.fps)
+    taken = np.zeros(motion.frames, dtype=bool)
+    for k in range(2 if protocol.persists else int(rng.integers(2, 6))):
+        place = _place(taken, first, rng, protocol, motion.fps, k)
+        if place is not None:
+            taken[max(0, place[0] - 2 * margin) : place[1] + 2 * margin] = True
+            yield place
+
+
 def _place(
-    taken: np.typing.NDArray[np.bool_],
+    taken: NDArray[np.bool_],
     first: int,
     rng: np.random.Generator,
     protocol: Protocol,
     fps: float,
     k: int,
-) -> tuple[int, int] | None:
-    frames = len(taken)
+) -> Place | None:
+    frames, margin = len(taken), filter_reach(protocol, fps)
     low, high = protocol.length
     if protocol.drift:
         low, high = (max(int(seconds * fps), 3) for seconds in protocol.drift)
     for _ in range(_TRIES):
         length = int(rng.integers(low, high + 1))
-        inside = frames - 1 - length - (first + 1)
+        inside = frames - 1 - length - (first + 1) - 2 * margin
         if length > (frames - first) // 3 or inside < 1:
             continue
-        start = first + 1 + int(rng.integers(inside))
+        start = first + 1 + margin + int(rng.integers(inside))
         if protocol.border and k < 2:
             start = first if k == 0 else frames - length
         if not taken[max(0, start - _APART) : start + length + _APART].any():
@@ -129,22 +159,38 @@ def _place(
     return None
 
 
-def _offset(
-    onset: bool, end: bool, length: int, rng: np.random.Generator, protocol: Protocol
-) -> Array:
-    delta = np.radians(rng.uniform(*protocol.delta)) * rng.choice([-1.0, 1.0])
-    offset = np.full(length, delta)
-    if protocol.drift:
-        offset *= np.interp(np.arange(length), [0, (length - 1) / 2, length - 1], [0.0, 1.0, 0.0])
-    if protocol.ramp:
-        rise = np.arange(1, protocol.ramp + 1) / (protocol.ramp + 1)
-        if onset:
-            offset[: protocol.ramp] *= rise
-        if end:
-            offset[-protocol.ramp :] *= rise[::-1]
-    if protocol.jitter:
-        offset = offset + np.radians(protocol.jitter) * rng.standard_normal(length)
-    return offset
+def _drawn(
+    motion: Motion,
+    chain: Chain,
+    place: Place,
+    first: int,
+    rng: np.random.Generator,
+    protocol: Protocol,
+) -> InjectedError | None:
+    """One error; None where it would be none, as a gap's over which nothing turned."""
+    start, stop = place
+    onset, end = start > first, stop < motion.frames
+    if protocol.fill:
+        offset = filled(motion, chain, place, protocol.fill)
+    else:
+        delta = np.radians(rng.uniform(*protocol.delta)) * rng.choice([-1.0, 1.0])
+        offset = shaped(delta, stop - start, onset, end, rng, protocol, motion.fps)
+        start -= (len(offset) - (stop - start)) // 2
+    seen = np.flatnonzero(np.abs(offset) >= LEAST) if protocol.fill or protocol.low_pass else None
+    if seen is not None:
+        if not len(seen):
+            return None
+        offset = offset[seen[0] : seen[-1] + 1]
+        start += int(seen[0])
+    stop = start + len(offset)
+    carried = protocol.limb and bool(rng.integers(2))
+    leak = None
+    if protocol.leak and not carried:
+        leak = np.radians(protocol.leak) * rng.standard_normal(stop - start)
+    if protocol.compensated < 1.0:
+        leak = (1.0 - protocol.compensated) * offset + (0.0 if leak is None else leak)
+    kind = Kind.LIMB_FLIP if protocol.limb else Kind.COUNTER_TWIST
+    return InjectedError(chain.name, start, stop, offset, leak, kind, carried)
 
 
 def inject(motion: Motion, chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Motion:

@@ -31,10 +31,18 @@ class Protocol:
 
     text: in a few words; step: keep every step-th frame before injecting; rich: give the silent
     joint of each chain motion of its own first; length: frames; delta: degrees; ramp: frames of a
-    soft onset, inside; jitter, leak: degrees of white noise on the offset and on the compensation;
-    both: errors in two chains that share a joint; border: the first two intervals touch the clip's
-    ends; drift: seconds over which the offset comes and goes; clean: nothing is injected; limb: P
-    turns about its limb's line instead of its bone, the limb's end kept or carried at even odds.
+    soft onset, inside; low_pass: Hz of a zero-phase second-order Butterworth that the offset goes
+    through; jitter, leak: degrees of white noise on the offset and on the compensation; stairs:
+    equal levels up to δ; flicker: every other frame only; compensated: share of δ by which the
+    child turns back.
+
+    drift: seconds over which the offset comes and goes, or, with jump_out, comes alone; eased: as
+    half a cosine instead of a ramp; both: errors in two chains that share a joint; together: errors
+    in so many chains in the same frames; border: the first two intervals touch the clip's ends;
+    persists: those are the only ones; clean: nothing is injected; limb: P turns about its limb's
+    line instead of its bone, the limb's end kept or carried at even odds; fill: P's twist over a
+    gap is 'held' or 'interpolated', and δ what it then lacks; straight: δ stands in every spell in
+    which the limb is straight, and sets in and ends over so many seconds.
     """
 
     name: str
@@ -51,6 +59,16 @@ class Protocol:
     drift: tuple[float, float] | None = None
     clean: bool = False
     limb: bool = False
+    low_pass: float = 0.0
+    stairs: int = 1
+    flicker: bool = False
+    compensated: float = 1.0
+    jump_out: bool = False
+    eased: bool = False
+    together: int = 1
+    persists: bool = False
+    fill: str = ""
+    straight: tuple[float, float] | None = None
 
 
 PROTOCOLS = {
@@ -70,6 +88,43 @@ PROTOCOLS = {
         Protocol("H10", "nothing injected", clean=True),
         Protocol("H11", "slow drift over 0.5-3 s", drift=(0.5, 3.0)),
         Protocol("H12", "rich: the silent joint moves as well", rich=True),
+        *(
+            Protocol(
+                f"R{ramp}",
+                f"onsets ramped over {ramp} frames",
+                length=(2 * ramp + 1, 2 * ramp + 20),
+                ramp=ramp,
+            )
+            for ramp in (6, 8, 12, 16)
+        ),
+        *(
+            Protocol(
+                f"F{hertz}",
+                f"{low}-20 frames, the offset low-passed at {hertz} Hz",
+                length=(low, 20),
+                low_pass=hertz,
+            )
+            for hertz, low in ((15, 10), (10, 10), (6, 15))
+        ),
+        Protocol("D", "drifts in over 0.5 s, jumps out", drift=(0.5, 0.5), jump_out=True),
+        Protocol("S", "drifts in and out over 0.5-3 s, eased", drift=(0.5, 3.0), eased=True),
+        Protocol("K50", "the child turns back by half", compensated=0.5),
+        Protocol("K80", "the child turns back by 80 %", compensated=0.8),
+        Protocol(
+            "B", "from the start, and to the end", length=(30, 200), border=True, persists=True
+        ),
+        Protocol("ST", "a staircase of three levels", length=(9, 30), stairs=3),
+        Protocol("FL", "flickers, every other frame", length=(9, 20), flicker=True),
+        Protocol("NB", "bursts of 5° noise", length=(10, 40), delta=(0.0, 0.0), jitter=5.0),
+        Protocol("M5", "errors in five chains in the same frames", together=5),
+        Protocol("GH", "gaps over which the twist is held", length=(10, 40), fill="held"),
+        Protocol("GI", "gaps filled by interpolated twist", length=(10, 40), fill="interpolated"),
+        Protocol(
+            "SL",
+            "±15…±60° wherever the limb is straight, onsets of 67-133 ms",
+            delta=(15.0, 60.0),
+            straight=(0.067, 0.133),
+        ),
         Protocol(
             "L0",
             "limb flips of 1-20 frames, ±60…±180°, the end kept or carried",
@@ -99,6 +154,8 @@ def parse_protocol(name: str) -> Protocol:
         of_p0 = vars(PROTOCOLS["P0"])
         knobs |= {k: v for k, v in vars(PROTOCOLS[part]).items() if v != of_p0[k]}
         texts.append(PROTOCOLS[part].text)
+    if knobs.get("limb") and (knobs.keys() & {"together", "fill", "straight"}):
+        raise TwistError(f"protocol {name!r}: expected no limb flips beside errors of bones")
     if knobs.get("limb") and knobs.get("both"):
         raise TwistError(f"protocol {name!r}: expected no H8, for no two limbs share a joint")
     return Protocol(**{**knobs, "name": name, "text": " + ".join(texts)})

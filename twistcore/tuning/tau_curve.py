@@ -144,7 +144,7 @@ def tau_curve(
         for protocol in map(parse_protocol, protocols):
             words = (zlib.crc32(encoded(text)) for text in (protocol.name, chain.name))
             rng = generator(seed, name, *words)
-            errors = draw_errors([chain], motion.frames, rng, protocol, fps=motion.fps)
+            errors = draw_errors(motion, [chain], rng, protocol)
             if not errors:
                 continue
             dirty = ClipAnalysis(inject(motion, limb, errors), limb).by(method)

@@ -60,6 +60,7 @@ class Row:
             "rmse_after_deg": _root(t.after_squared, t.frames),
             "rer_percent": _percent(t.after, t.before),
             "fsr_percent": _percent(t.repaired, t.frames),
+            "worse_percent": _percent(t.worse, t.frames),
             "damage_percent": _percent(t.damaged, t.pairs),
             "damage_mean_deg": _mean(t.damage, t.pairs),
             "damage_target_percent": _percent(t.target_damaged, t.target_pairs),

@@ -22,10 +22,11 @@ from twistcore.errors import TwistError
 from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion
 from twistcore.study.evaluation import joints_of
-from twistcore.synthesis import Protocol, prepare
+from twistcore.synthesis import Protocol, apart, prepare
 
 SHORTEST = 16  # frames: room for two intervals and something around them
 AUDITOR = "consistency"
+STRAIGHTENS = ("", "Arm", "UpLeg")  # segments whose child is an elbow or a knee, or unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,9 @@ class Scene:
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """What the protocol puts errors into: all chains, or all limbs."""
+        """What the protocol puts errors into: all chains, or all limbs, or what can be straight."""
+        if self.protocol.straight:
+            return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
         return self.limbs if self.protocol.limb else self.chains
 
     @cached_property
@@ -67,6 +70,9 @@ class Scene:
         """Index and targets: each chain or limb in turn, or each chain with the one below it."""
         if self.protocol.clean:
             return ()
+        if self.protocol.together > 1:
+            chains, many = self.chains, self.protocol.together
+            return tuple((k, apart(chains, k, many)) for k in range(len(chains)))
         if not self.protocol.both:
             return tuple((k, (target,)) for k, target in enumerate(self.targets))
         return tuple(

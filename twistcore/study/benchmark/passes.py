@@ -25,7 +25,14 @@ from twistcore.rotation import Array, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap, continuous
 from twistcore.study.benchmark.clip_scene import Scene
 from twistcore.study.benchmark.tally import Key, Tallies, Tally, add_tallies, error_tally, micro
-from twistcore.study.evaluation import DAMAGE, error_angle, joints_of, match_intervals, segment_of
+from twistcore.study.evaluation import (
+    COUNTED,
+    DAMAGE,
+    error_angle,
+    joints_of,
+    match_intervals,
+    segment_of,
+)
 from twistcore.synthesis import InjectedError, draw_errors, generator, inject
 
 METHODS = (*DETECTORS, *BASELINES)
@@ -162,8 +169,7 @@ def draw(
 ) -> tuple[InjectedError, ...]:
     """The errors of a pass, from the seed, the clip's name, the chain and the protocol alone."""
     rng = generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
-    motion = scene.motion
-    return draw_errors(targets, motion.frames, rng, scene.protocol, fps=motion.fps, first=0)
+    return draw_errors(scene.motion, targets, rng, scene.protocol, first=0)
 
 
 def _run_pass(
@@ -185,7 +191,9 @@ def _run_pass(
         true = [e for e in errors if e.chain == chain.name]
         for e in true:
             wrong[e.start : e.stop, e.changed_joints(chain, dirty.skeleton)] = True
-        at = np.concatenate([np.arange(e.start, e.stop)[e.offset != 0.0] for e in true] or [[]])
+        at = np.concatenate(
+            [np.arange(e.start, e.stop)[np.abs(e.offset) >= COUNTED] for e in true] or [[]]
+        )
         rows = at.astype(np.int64)
         source = scene.motion.rotations[rows]
         before = error_angle(source, dirty.rotations[rows], chain)
@@ -221,6 +229,8 @@ def _without_own_flips(scene: Scene, clean: CleanRun) -> Array:
 def _reach(scene: Scene, method: str, targets: Sequence[Chain]) -> tuple[Chain, ...]:
     """The chains and limbs whose joints may come out otherwise than in the clean run."""
     if method in BASELINES and BASELINES[method].whole_body:
+        return (*scene.chains, *scene.limbs)
+    if len(targets) > 2:  # what many chains do at once may look like a cut to all
         return (*scene.chains, *scene.limbs)
     return next(group for group in scene.groups if targets[0] in group)
 

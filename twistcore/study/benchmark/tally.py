@@ -11,6 +11,7 @@ import numpy as np
 from twistcore.rotation import Array
 from twistcore.synthesis import SUCCESS
 
+WORSE = 0.5  # degrees
 MICRO = 1_000_000  # angles are summed in millionths of a degree
 
 
@@ -18,7 +19,8 @@ MICRO = 1_000_000  # angles are summed in millionths of a degree
 class Tally:
     """Counts and sums over any number of passes; angles in µ°, their squares in µ°².
 
-    frames: error frames, with their error before and after and how many are repaired; pairs: clean
+    frames: error frames, with their error before and after, how many are repaired and how many come
+    out worse by more than half a degree; pairs: clean
     (joint, frame) pairs of all chains; damaged: those changed by more than 1° and not so in the
     clean clip; damage: by how much; natural, natural_change: those that the same method changes in
     the clean clip in the same way; target_pairs, target_damaged: the injected chain's two joints
@@ -32,6 +34,7 @@ class Tally:
     before_squared: int = 0
     after_squared: int = 0
     repaired: int = 0
+    worse: int = 0
     pairs: int = 0
     damaged: int = 0
     damage: int = 0
@@ -82,6 +85,7 @@ def error_tally(before: Array, after: Array) -> Tally:
         before_squared=micro((b * b).sum()),
         after_squared=micro((a * a).sum()),
         repaired=int((a <= SUCCESS * b).sum()),
+        worse=int((a > b + WORSE).sum()),
     )
 
 

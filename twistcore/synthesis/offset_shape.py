@@ -1,0 +1,100 @@
+"""The course of an injected error over its frames, and the frames of those that a pose decides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TypeAlias
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from twistcore.chain import Chain
+from twistcore.motion import Motion
+from twistcore.rotation import Array, rotate
+from twistcore.synthesis.protocol import Protocol, twist_increments
+
+Place: TypeAlias = tuple[int, int]
+
+STRAIGHT = float(np.radians(18.0))  # of bend: below, a limb's split of a twist is not seen
+SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1  # the shortest spell, and what parts two of them
+_REACH = 2.5  # periods of the cut-off frequency after which a filtered step has settled
+
+
+def shaped(
+    delta: float,
+    length: int,
+    onset: bool,
+    end: bool,
+    rng: np.random.Generator,
+    protocol: Protocol,
+    fps: float,
+) -> Array:
+    """Offset a frame, radians, (length,); a low-passed one has as many frames more on either side.
+
+    onset, end: whether it sets in and ends inside of the clip.
+    """
+    offset = np.full(length, delta)
+    if protocol.drift:
+        offset *= _drift(length, protocol)
+    ramp = protocol.ramp
+    if protocol.straight:
+        low, high = (max(round(seconds * fps), 1) for seconds in protocol.straight)
+        ramp = min(int(rng.integers(low, high + 1)), (length - 1) // 2)
+    if ramp:
+        rise = np.arange(1, ramp + 1) / (ramp + 1)
+        if onset:
+            offset[:ramp] *= rise
+        if end:
+            offset[-ramp:] *= rise[::-1]
+    if protocol.stairs > 1:
+        offset *= (1 + np.arange(length) * protocol.stairs // length) / protocol.stairs
+    if protocol.flicker:
+        offset[1::2] = 0.0
+    if protocol.jitter:
+        offset = offset + np.radians(protocol.jitter) * rng.standard_normal(length)
+    if protocol.low_pass:
+        reach = filter_reach(protocol, fps)
+        sections = butter(2, min(protocol.low_pass / (0.5 * fps), 0.9), output="sos")
+        offset = sosfiltfilt(sections, np.pad(offset, 3 * reach))[2 * reach : -2 * reach]
+    return offset
+
+
+def _drift(length: int, protocol: Protocol) -> Array:
+    at = np.arange(length)
+    if protocol.jump_out:
+        course = at / max(length - 1, 1)
+    else:
+        course = np.interp(at, [0, (length - 1) / 2, length - 1], [0.0, 1.0, 0.0])
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * course) if protocol.eased else course)
+
+
+def filter_reach(protocol: Protocol, fps: float) -> int:
+    """Frames that a low-passed offset reaches beyond its level; 0 where it is not."""
+    return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
+
+
+def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
+    """What P's twist lacks over a gap, radians, where it is 'held' or 'interpolated'."""
+    start, stop = place
+    twist = np.cumsum(twist_increments(motion, chain)[0])[start - 1 : stop + 1]
+    given = np.full(len(twist), twist[0])
+    if how == "interpolated":
+        given = np.linspace(twist[0], twist[-1], len(twist))
+    return np.asarray((given - twist)[1:-1])
+
+
+def spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
+    """Frames [start, stop) of the spells in which C's bone keeps to P's; none of a whole clip."""
+    if chain.grandchild < 0:
+        return
+    v = rotate(motion.rotations[:, chain.child], chain.arm)
+    cosine = np.einsum("fi,fi->f", v, np.broadcast_to(chain.axis, v.shape))
+    at = np.flatnonzero(cosine > math.cos(STRAIGHT))
+    at = at[at >= first]
+    between = max(1, round(BETWEEN_SECONDS * motion.fps))
+    for run in np.split(at, np.flatnonzero(np.diff(at) > between) + 1) if len(at) else ():
+        start, stop = int(run[0]), int(run[-1]) + 1
+        long_enough = stop - start >= max(2, SPELL_SECONDS * motion.fps)
+        if long_enough and (start > first or stop < motion.frames):
+            yield start, stop
