@@ -191,10 +191,8 @@ def _run_pass(
         true = [e for e in errors if e.chain == chain.name]
         for e in true:
             wrong[e.start : e.stop, e.changed_joints(chain, dirty.skeleton)] = True
-        at = np.concatenate(
-            [np.arange(e.start, e.stop)[np.abs(e.offset) >= COUNTED] for e in true] or [[]]
-        )
-        rows = at.astype(np.int64)
+        counted = [e.start + np.flatnonzero(np.abs(e.offset) >= COUNTED) for e in true]
+        rows = np.concatenate(counted) if counted else np.zeros(0, dtype=np.int64)
         source = scene.motion.rotations[rows]
         before = error_angle(source, dirty.rotations[rows], chain)
         after = error_angle(truth[rows], outcome.rotations[rows], chain)
