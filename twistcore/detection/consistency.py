@@ -21,6 +21,7 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.offsets import offsets_of
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, pair_table, unpaired
 from twistcore.detection.prediction import Mask
+from twistcore.detection.soft_errors import Known, SoftError, soft_intervals
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array, wrap
@@ -42,6 +43,8 @@ class ChainAnalysis:
     edges: Edges
     step: Mask
     tables: tuple[PairTable, ...]  # one a segment between cuts
+    soft: tuple[Interval, ...] = ()  # what sets in softly
+    instead: tuple[tuple[int, int], ...] = ()  # frames where these stand for what edges say
     _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)  # τ moves: most stay
     _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
 
@@ -49,10 +52,19 @@ class ChainAnalysis:
         """|d| at events, the |jump| of an edge at its peak, else 0; radians, (frames,)."""
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
+        for i in self.soft:
+            peak = i.start + int(np.abs(np.diff(i.offset, prepend=0.0)).argmax())
+            curve[peak] = max(curve[peak], i.size)
         return curve
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
         """Intervals at τ radians, by start."""
+        found = [i for i in self.of_edges(tau) if not any(_meet(i, f) for f in self.instead)]
+        found += (i for i in self.soft if float(np.abs(i.offset).max()) >= tau)
+        return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
+
+    def of_edges(self, tau: float) -> tuple[Interval, ...]:
+        """Intervals between edges at τ radians, by start."""
         found: list[Interval] = []
         for table in self.tables:
             # τ matters by the edges it lets pass, and of sorted jumps their number says which.
@@ -94,6 +106,10 @@ class ChainAnalysis:
             residual=residual,
             explain=partial(_explained, self.limb, self.row, table.edges, pair, residual),
         )
+
+
+def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
+    return interval.start < frames[1] and frames[0] < interval.stop
 
 
 def _explained(
@@ -139,8 +155,7 @@ class ConsistencyAnalysis:
 
     def automatic_tau(self, chain: str) -> float:
         """max(1.5°, 6·median σ of the chain), radians."""
-        c = self.chains[chain]
-        return max(SMALLEST_TAU, TAU_IN_SIGMA * float(np.median(c.limb.sigma[c.row])))
+        return automatic_tau(self.chains[chain])
 
     def strength(self, chain: str) -> Array:
         """m_c(t), radians ≥ 0, (frames,)."""
@@ -167,8 +182,10 @@ class ConsistencyDetector:
         for lines in _alike(_lines(chains)):
             shares = len(out) / len(chains), (len(out) + sum(map(len, lines))) / len(chains)
             here = part(tell, *shares)
-            counter = counter_rotation(_limbs(lines, motion), motion.fps, cut, here)
-            for row, chain in enumerate(c for same in zip(*lines, strict=True) for c in same):
+            limbs = _limbs(lines, motion)
+            counter = counter_rotation(limbs, motion.fps, cut, here)
+            rows = [c for same in zip(*lines, strict=True) for c in same]
+            for row, chain in enumerate(rows):
                 here(1.0)
                 edges, step = find_edges(counter, row)
                 tables = tuple(
@@ -177,7 +194,48 @@ class ConsistencyDetector:
                 out[chain.name] = ChainAnalysis(
                     chain.name, motion.fps, counter, row, edges, step, tables
                 )
+            names = [chain.name for chain in rows]
+            out |= _with_soft(limbs, motion.fps, cut, [out[name] for name in names])
         return ConsistencyAnalysis(out, cut)
+
+
+def _with_soft(
+    limbs: Limbs, fps: float, cut: Mask, chains: Sequence[ChainAnalysis]
+) -> dict[str, ChainAnalysis]:
+    """Chains with what sets in softly, beside their intervals at the automatic τ."""
+    known = [
+        Known(c.row, i.start, i.offset)
+        for c in chains
+        for i in c.of_edges(automatic_tau(c))
+        if not i.open
+    ]
+    found, replaced = soft_intervals(limbs, fps, cut, known)
+    if not found:
+        return {}
+    spans: dict[int, list[tuple[int, int]]] = {}
+    for f in found:
+        for row in range(f.row % limbs.count, len(chains), limbs.count):
+            if abs(row - f.row) <= limbs.count:
+                spans.setdefault(row, []).append((f.start, f.stop))
+    for k in replaced:
+        spans.setdefault(k.row, []).append((k.start, k.stop))
+    return {
+        c.name: replace(
+            c,
+            soft=tuple(_soft_interval(c.name, f) for f in found if f.row == c.row),
+            instead=tuple(spans.get(c.row, ())),
+        )
+        for c in chains
+    }
+
+
+def _soft_interval(chain: str, found: SoftError) -> Interval:
+    return Interval(chain, found.start, found.stop, found.offset, confidence=0.9, residual=0.0)
+
+
+def automatic_tau(c: ChainAnalysis) -> float:
+    """max(1.5°, 6·median σ of the chain), radians."""
+    return max(SMALLEST_TAU, TAU_IN_SIGMA * float(np.median(c.limb.sigma[c.row])))
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:

@@ -1,0 +1,6 @@
+"""Errors that set in softly: what departs from natural motion at any time scale [MATH.md §4]."""
+
+from twistcore.detection.soft_errors.soft_error import SoftError
+from twistcore.detection.soft_errors.soft_intervals import Known, soft_intervals
+
+__all__ = ["Known", "SoftError", "soft_intervals"]

@@ -1,0 +1,107 @@
+"""How far a level departs from the natural course over spans of every length.
+
+A level U is the running sum of increments. Over the span [a, a + L] its natural course is bridged
+by the cubic that keeps value and slope at both ends, and what U departs from the bridge by is told
+at a quarter, a half and three quarters of the span. A twist error that opens and closes inside of
+a span departs by δ there, however softly it set in; natural motion departs by little, the shorter
+the span the less.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.rotation import Array
+
+# Spans in seconds, each about 4/3 to 3/2 of the one before: 8, 12, 16 … 384 frames at 120 Hz.
+SPANS = tuple(n / 120.0 for n in (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))
+SHORTEST = 3  # frames
+PROBES = (0.25, 0.5, 0.75)  # of a span
+SLOPE_SECONDS = 2.0 / 120.0  # over which the slopes at the ends are measured
+GRID = 4  # positions of a span's start, a span
+
+
+@dataclass(frozen=True)
+class Span:
+    """Spans of `length` frames that start every `step` frames; slopes over `reach` frames."""
+
+    length: int
+    step: int
+    reach: int
+
+    @property
+    def support(self) -> int:
+        """Frames that a departure looks at."""
+        return self.length + 2 * self.reach + 1
+
+    def count(self, frames: int) -> int:
+        """How many positions there are in so many frames."""
+        return max(0, (frames - self.support) // self.step + 1)
+
+    def departures(self, level: Array) -> Array:
+        """Departures from the bridge, radians: (…, frames) → (probes, …, positions).
+
+        Position j looks at the frames from j·step on.
+        """
+        many = self.count(level.shape[-1])
+        last = self.step * (many - 1) + 1
+
+        def at(frame: int) -> Array:
+            return level[..., frame : frame + last : self.step]
+
+        h, n = self.reach, self.length
+        nodes = at(0), at(h), at(h + n), at(2 * h + n)
+        out = np.empty((len(PROBES), *level.shape[:-1], many))
+        for k, probe in enumerate(PROBES):
+            inside = round(probe * n)
+            weights = bridge_weights(inside / n, n, h)
+            np.copyto(out[k], at(h + inside))
+            for weight, node in zip(weights, nodes, strict=True):
+                out[k] -= weight * node
+        return out
+
+
+def spans(fps: float, frames: int) -> tuple[Span, ...]:
+    """All spans that fit a clip of so many frames at least twice."""
+    reach = max(1, round(SLOPE_SECONDS * fps))
+    lengths = sorted({max(SHORTEST, round(seconds * fps)) for seconds in SPANS})
+    found = (Span(n, max(1, n // GRID), reach) for n in lengths)
+    return tuple(s for s in found if 2 * s.support <= frames)
+
+
+def bridge_weights(at: float | Array, length: float, reach: int) -> tuple[Array, ...]:
+    """Weights of a cubic at the share `at` of a span, 0…1.
+
+    Of the levels `reach` frames before its first frame, at its first, at its last, and `reach`
+    frames behind: the cubic keeps both values and both slopes (Hermite).
+    """
+    t = np.asarray(at, dtype=np.float64)
+    rise = t * t * (3.0 - 2.0 * t)
+    slope_in = t * (1.0 - t) ** 2 * (length / reach)
+    slope_out = t * t * (1.0 - t) * (length / reach)
+    return -slope_in, 1.0 - rise + slope_in, rise + slope_out, -slope_out
+
+
+def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
+    """Natural course of levels (…, frames) over [start, stop) from the frames around it.
+
+    Both ends need a frame outside; where fewer than `reach` are left beyond it, the slope is
+    measured over those that are.
+    """
+    first, last = start - 1, stop
+    before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)
+    length = last - first
+    t = np.arange(1, length) / length
+    rise = t * t * (3.0 - 2.0 * t)
+    ends = level[..., first, None], level[..., last, None]
+    mean = (ends[1] - ends[0]) / length
+    slope_in = (ends[0] - level[..., first - before, None]) / before if before else mean
+    slope_out = (level[..., last + behind, None] - ends[1]) / behind if behind else mean
+    return np.asarray(
+        (1.0 - rise) * ends[0]
+        + rise * ends[1]
+        + t * (1.0 - t) ** 2 * length * slope_in
+        - t * t * (1.0 - t) * length * slope_out
+    )

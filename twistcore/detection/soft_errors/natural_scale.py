@@ -1,0 +1,150 @@
+"""How far natural motion departs from its bridges, at every span, measured in the clip itself.
+
+x + y of a chain is untouched by every twist error. So the part of x that goes with it, β(x + y), is
+natural, and only the rest, u = x − β(x + y), holds an error, whole. Where P does not twist β is 0
+and u is x; where C does not, β is 1 and u is −y; elsewhere u is what nothing else explains.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.detection.prediction import FLOOR, Mask
+from twistcore.detection.soft_errors.departures import Span
+from twistcore.rotation import Array
+
+NU = 4.0  # degrees of freedom of Student's t, as in robust_cost
+LOCAL_SECONDS = 0.6  # half window of the local scale, or one and a half spans
+OWN, BORROWED = 0.7, 0.15  # shares: of the local scale in σ; of the clip's own where it is empty
+FEWEST, FEWEST_SHARE = 12, 0.06  # clean positions below which a scale is taken from the span before
+GROWTH = 1.7  # of σ with the length of a span, where it cannot be measured
+SAMPLES, STEPS = 800, 8  # of the fit of β
+QUIET_SHARE, QUIET = 0.35, 2.2  # the quantile of |u| that errors leave alone, as a share of σ
+BEYOND = 6.0  # σ from which an increment is no natural one
+
+
+@dataclass(frozen=True, eq=False)
+class Natural:
+    """Natural departures over one span.
+
+    beta: (chains,); sigma, sigma_sum: scales of u and of x + y, radians, (probes, chains,
+    positions).
+    """
+
+    span: Span
+    beta: Array
+    sigma: Array
+    sigma_sum: Array
+
+    def rest(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """u and x + y of departures (probes, chains, positions) in x and y."""
+        total = x + y
+        return x - self.beta[:, None] * total, total
+
+    def spread(self, total: Array) -> Array:
+        """Scale of u, given x + y: where the one is unusual the other may be (multivariate t)."""
+        z = total / self.sigma_sum
+        return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))
+
+
+def natural_scales(
+    x: Array, y: Array, fps: float, spans: tuple[Span, ...], bad: Mask
+) -> list[Natural]:
+    """Scales at every span from the frames that are not bad; all (chains, frames), radians."""
+    frames = x.shape[1]
+    level_x, level_y = np.cumsum(x, axis=1), np.cumsum(y, axis=1)
+    counts = np.zeros((len(x), frames + 1), dtype=np.int32)
+    np.cumsum(bad, axis=1, out=counts[:, 1:])
+    found: list[Natural] = []
+    for span in spans:
+        dx, dy = span.departures(level_x), span.departures(level_y)
+        many = dx.shape[-1]
+        first = span.step * np.arange(many)
+        clean = counts[:, first + span.support] == counts[:, first]
+        enough = clean.sum(axis=1) >= np.maximum(FEWEST, FEWEST_SHARE * many)
+        total = dx + dy
+        middle = len(dx) // 2
+        beta = fitted_share(dx[middle], total[middle], clean)
+        half = max(LOCAL_SECONDS * fps, 1.5 * span.length)
+        window = max(1, round(half / span.step))
+        sigma = _scales(dx - beta[:, None] * total, clean, window)
+        sigma_sum = _scales(total, clean, window)
+        if not enough.all():
+            lacking = ~enough
+            if found:
+                before = found[-1]
+                growth = (span.length / before.span.length) ** GROWTH
+                middle_of = first + (span.length - before.span.length) // 2
+                at = np.minimum(middle_of // before.span.step, before.sigma.shape[-1] - 1)
+                beta[lacking] = before.beta[lacking]
+                sigma[:, lacking] = growth * before.sigma[:, lacking][..., at]
+                sigma_sum[:, lacking] = growth * before.sigma_sum[:, lacking][..., at]
+            else:
+                everything = np.ones_like(clean)
+                sigma[:, lacking] = _scales(dx - beta[:, None] * total, everything, window)[
+                    :, lacking
+                ]
+                sigma_sum[:, lacking] = _scales(total, everything, window)[:, lacking]
+        found.append(Natural(span, beta, sigma, sigma_sum))
+    return found
+
+
+def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
+    """β with the least Σ|x − β(x + y)| over the clean positions, 0…1; (chains, n) → (chains,).
+
+    By absolute values: what errors there still are have no say.
+    """
+    step = max(1, x.shape[1] // SAMPLES)
+    x, total = x[:, ::step], total[:, ::step]
+    weight = clean[:, ::step].astype(np.float64)
+    beta = np.full(len(x), 0.5)
+    tiny = FLOOR * FLOOR * 1e-3
+    for _ in range(STEPS):
+        by = weight * total / np.maximum(np.abs(x - beta[:, None] * total), FLOOR)
+        over = np.einsum("cf,cf->c", by, total)
+        beta = np.clip((np.einsum("cf,cf->c", by, x) + 0.5 * tiny) / (over + tiny), 0.0, 1.0)
+    return beta
+
+
+def _scales(values: Array, clean: Mask, window: int) -> Array:
+    """σ = 1.48·(mean √|r|)² over the clean positions around, (probes, chains, positions)."""
+    root = np.sqrt(np.abs(values))
+    root *= clean
+    many = clean.sum(axis=1)[:, None]
+    overall = root.sum(axis=-1, keepdims=True) / np.maximum(many, 1)
+    near = _box_mean_parts(root, clean, window)
+    local = (near[0] + BORROWED * overall) / (near[1] + BORROWED)
+    mixed = (1.0 - OWN) * overall + OWN * local
+    return np.maximum(1.48 * mixed * mixed, FLOOR)
+
+
+def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array]:
+    """Means of `root` and of `clean` over ± window positions, cut at the ends."""
+    n = root.shape[-1]
+    low = np.maximum(np.arange(n) - window, 0)
+    high = np.minimum(np.arange(n) + window + 1, n)
+    sums = []
+    for values in (root, clean):
+        total = np.zeros((*values.shape[:-1], n + 1))
+        np.cumsum(values, axis=-1, out=total[..., 1:])
+        sums.append((total[..., high] - total[..., low]) / (high - low))
+    return sums[0], sums[1]
+
+
+def unlikely_increments(x: Array, y: Array, fps: float) -> Mask:
+    """Frames whose increments stand out by themselves, (chains, frames): not to measure by."""
+    everywhere = np.ones(x.shape, dtype=bool)
+    total = x + y
+    u = x - fitted_share(x, total, everywhere)[:, None] * total
+    size, half = np.abs(u), round(LOCAL_SECONDS * fps)
+    quiet = QUIET * np.quantile(size, QUIET_SHARE, axis=1)[:, None]
+    sigma = np.maximum(quiet, 0.5 * FLOOR)
+    root = np.sqrt(size)
+    for _ in range(3):
+        fine = size < BEYOND * sigma
+        mean, share = _box_mean_parts(root * fine, fine, half)
+        local = (mean + 0.1 * np.sqrt(quiet / 1.48)) / (share + 0.1)
+        sigma = np.maximum(1.48 * local * local, 0.5 * FLOOR)
+    return np.asarray(size > BEYOND * sigma)

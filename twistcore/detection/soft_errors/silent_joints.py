@@ -1,0 +1,120 @@
+"""Joints that do not twist at all: there the whole twist is the error, at any pace.
+
+A rig may give a joint no freedom to twist, as an elbow; then its level stands still wherever there
+is no error. Standing still while the other joint of the chain moves tells it from one that rests.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twistcore.detection.prediction import FLOOR, Mask
+from twistcore.detection.soft_errors.soft_error import SoftError
+from twistcore.detection.soft_errors.surprise import Surprise
+from twistcore.rotation import Array
+
+STILL = float(
+    np.radians(3e-4)
+)  # a frame: a silent joint's text has six decimals, or stays the same
+STANDS = float(np.radians(0.1))  # how far a level that stands may be off
+LEAST_STILL = 0.08  # of the frames in which the other joint moves
+LEAST_STANDING = 0.08  # of all frames, at the level of most
+MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and so many frames of it
+SMALLEST = float(np.radians(1.5))  # what is off by less all the time is not asked for
+MOST = 200  # errors a limb
+LEFT = 0.3  # of what silent joints turn, that an explanation may leave
+
+
+def standing_level(increments: Array, other: Array) -> Array | None:
+    """How far the level is off where it stands, radians, (frames,); None if it does not stand.
+
+    increments, other: of a joint and of the other one of its chain, radians, (frames,).
+    """
+    moving = np.abs(other) > MOVES
+    still = np.abs(increments) < STILL
+    if moving.sum() < FEWEST or still[moving].mean() < LEAST_STILL:
+        return None
+    level = np.cumsum(increments)
+    order = np.sort(level)
+    within = np.searchsorted(order, order + STANDS, side="right") - np.arange(len(order))
+    densest = int(within.argmax())
+    if within[densest] < LEAST_STANDING * len(level):
+        return None
+    base = np.median(order[densest : densest + int(within[densest])])
+    return np.asarray(level - base)
+
+
+def silent_side(surprise: Surprise, row: int) -> int | None:
+    """1 where P of a chain is silent, −1 where C is, None where neither."""
+    x, y = surprise.x[row], surprise.y[row]
+    if standing_level(x, y) is not None:
+        return 1
+    return None if standing_level(y, x) is None else -1
+
+
+def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
+    """The twist error of P that a silent joint of a chain shows, radians, (frames,)."""
+    x, y = surprise.x[row], surprise.y[row]
+    level = standing_level(x, y) if side > 0 else standing_level(y, x)
+    return None if level is None else side * level
+
+
+def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
+    """Errors that silent joints of a limb show, taken out one after the other.
+
+    sides: of the silent rows. Where several are off together, one may be the image of the other:
+    it is the one without which the least is left.
+    """
+    found: list[SoftError] = []
+    done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
+    for _ in range(MOST):
+        rivals = []
+        for row, side in sides.items():
+            level = silent_level(surprise, row, side)
+            if level is None:
+                continue
+            for start, stop in off_runs(np.where(done[row], 0.0, level)):
+                offset = level[start:stop]
+                share = _left(surprise, sides, SoftError(row, start, offset, 0.0, STANDS))
+                rivals.append((share, start, row, offset))
+        if not rivals:
+            break
+        share, start, row, offset = min(rivals, key=lambda r: r[:3])
+        if share > LEFT:
+            break
+        stop = start + len(offset)
+        _take_out(surprise, row, start, offset)
+        done[row, start:stop] = True
+        found.append(SoftError(row, start, offset, float(len(offset)), STANDS))
+    return found
+
+
+def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
+    """Share of what silent joints turn around an error that is left without it."""
+    before = _turned(surprise, sides, error)
+    _take_out(surprise, error.row, error.start, error.offset)
+    left = _turned(surprise, sides, error)
+    _take_out(surprise, error.row, error.start, -error.offset)
+    return left / max(before, FLOOR)
+
+
+def _turned(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
+    at = slice(max(error.start, 1), error.stop + 1)
+    rows = [r for r in surprise.beside(error.row) if r in sides]
+    silent = [surprise.x[r, at] if sides[r] > 0 else surprise.y[r, at] for r in rows]
+    return float(sum(np.abs(v).sum() for v in silent))
+
+
+def _take_out(surprise: Surprise, row: int, start: int, offset: Array) -> None:
+    surprise.take_out(row, start, offset)
+    surprise.look_again(row, start, start + len(offset))
+
+
+def off_runs(level: Array) -> list[tuple[int, int]]:
+    """Frames [start, stop) in which a level is off, where it is by as much as is asked for."""
+    off = np.flatnonzero(np.abs(level) > STANDS)
+    if not len(off):
+        return []
+    runs = np.split(off, np.flatnonzero(np.diff(off) > 1) + 1)
+    spans = [(max(int(r[0]) - 2, 0), min(int(r[-1]) + 3, len(level))) for r in runs]
+    return [(a, b) for a, b in spans if np.abs(level[a:b]).max() > SMALLEST]

@@ -1,0 +1,136 @@
+"""Soft errors beside the intervals that jumps were paired into."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.detection.limbs import Limbs
+from twistcore.detection.prediction import Mask
+from twistcore.detection.soft_errors.natural_scale import unlikely_increments
+from twistcore.detection.soft_errors.silent_joints import (
+    off_runs,
+    silent_errors,
+    silent_level,
+    silent_side,
+)
+from twistcore.detection.soft_errors.soft_error import SoftError
+from twistcore.detection.soft_errors.soft_search import SEED, Search, gains
+from twistcore.detection.soft_errors.surprise import Surprise
+from twistcore.rotation import Array
+
+ROUNDS = 2
+BESIDE = 2  # frames around an interval in which a departure puts it in doubt
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """An interval that jumps were paired into: offset of P from frame `start` on, radians."""
+
+    row: int
+    start: int
+    offset: Array
+
+    @property
+    def stop(self) -> int:
+        """The frame behind it."""
+        return self.start + len(self.offset)
+
+
+def soft_intervals(
+    limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
+) -> tuple[list[SoftError], list[Known]]:
+    """Soft errors, and the known intervals that they stand in for.
+
+    What is known is taken out; where something is left at any time scale that natural motion does
+    not do, what was known there is doubted and all is explained anew.
+    """
+    surprise = Surprise(limbs, fps, cut)
+    if not surprise.spans:
+        return [], []
+    for k in known:
+        surprise.take_out(k.row, k.start, k.offset)
+    if known:
+        _refresh(surprise)
+    sides = {r: s for r in range(surprise.rows) if (s := silent_side(surprise, r)) is not None}
+    lively = np.array([r not in sides for r in range(surprise.rows)])
+    unnatural = np.zeros((surprise.rows, surprise.frames), dtype=bool)
+    for row, side in sides.items():
+        level = silent_level(surprise, row, side)
+        for start, stop in off_runs(level) if level is not None else ():
+            unnatural[row, start:stop] = True
+    bad = np.zeros_like(unnatural)
+    if lively.any():
+        bad = unlikely_increments(surprise.x, surprise.y, fps)
+        surprise.measure(bad)
+        unnatural |= _unnatural(surprise) & lively[:, None]
+    if not unnatural.any():
+        return [], []
+    doubted = [
+        k for k in known if _limb_has(surprise, unnatural, k.row, k.start - BESIDE, k.stop + BESIDE)
+    ]
+    for k in doubted:
+        surprise.take_out(k.row, k.start, -k.offset)
+        bad[k.row, k.start : k.stop] = True
+    _refresh(surprise)
+    found: list[SoftError] = []
+    limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
+    for i in limbs_left:
+        found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
+    if lively.any():
+        found += _lively_errors(surprise, bad, lively)
+    replaced = [k for k in doubted if any(_meets(surprise, k, f) for f in found)]
+    return found, replaced
+
+
+def _lively_errors(surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]) -> list[SoftError]:
+    """Soft errors of chains whose joints both twist."""
+    bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps)
+    joints = surprise.joints.copy()
+    found: list[SoftError] = []
+    for turn in range(ROUNDS):
+        if turn:
+            surprise.joints[...] = joints
+            _refresh(surprise)
+            bad[:] = False
+            for f in found:
+                bad[f.row, f.start : f.stop] = True
+        surprise.measure(bad)
+        rows = np.flatnonzero(_unnatural(surprise).any(axis=1) & lively).tolist()
+        found = []
+        for i in sorted({r % surprise.limbs.count for r in rows}):
+            limb = [r for r in surprise.limb(i) if lively[r]]
+            found += Search(surprise, limb).run()
+        if not found:
+            break
+    return found
+
+
+def _refresh(surprise: Surprise) -> None:
+    """Increments of all rows from the rotations as they are."""
+    limbs = Limbs(surprise.joints, surprise.limbs.axes)
+    surprise.x, surprise.y = limbs.increments()
+    surprise.x[:, surprise.cut] = surprise.y[:, surprise.cut] = 0.0
+
+
+def _unnatural(surprise: Surprise) -> Mask:
+    """Frames under a span that departs too far, (rows, frames)."""
+    rows = np.arange(surprise.rows)
+    out = np.zeros((surprise.rows, surprise.frames), dtype=bool)
+    for k, a in enumerate(surprise.at):
+        span = a.natural.span
+        for row, position in np.argwhere(gains(surprise, k, rows) > SEED).tolist():
+            out[row, span.step * position : span.step * position + span.support] = True
+    return out
+
+
+def _limb_has(surprise: Surprise, mask: Mask, row: int, low: int, high: int) -> bool:
+    return bool(mask[surprise.limb(row), max(low, 0) : high].any())
+
+
+def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
+    same = known.row in surprise.beside(found.row)
+    return same and known.start < found.stop and found.start < known.stop

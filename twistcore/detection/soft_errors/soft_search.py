@@ -1,0 +1,250 @@
+"""Soft errors of limbs: sought where departures are too large, explained at least surprise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.detection.prediction import Index, Mask
+from twistcore.detection.soft_errors.soft_error import SoftError
+from twistcore.detection.soft_errors.softened_level import KERNELS, fitted, guess
+from twistcore.detection.soft_errors.surprise import Surprise, cost
+from twistcore.rotation import Array
+
+SMALLEST = float(np.radians(1.5))  # departures below are never asked for
+SEED = 30.0  # nats of the three probes of a span; clean motion stays below
+SEED_CAP = 20.0
+NEAR = 0.8  # of SEED, at another span of the same place
+PRIOR = 22.0  # nats that an interval must gain, own and in its limb
+LEVEL_PRICE = 8.0  # of the four numbers of a softened level
+COVERED = 0.6  # nats for what a departure costs on average and for leaving it free
+FREE_AT = 10.0  # σ that an offset needs before its course is taken as it is
+EXACT = 60.0  # σ from which no other course is tried
+SEEN = float(np.radians(0.05))  # an offset below is none
+HOLE = 3  # frames below the threshold inside of an interval
+WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
+SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
+MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are tried
+MOST = 200  # intervals a limb
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A span that departs too far: rank of the span, its position, its middle frame."""
+
+    gain: float
+    row: int
+    at: int
+    position: int
+    middle: int
+    length: int
+
+
+def seeds_of(surprise: Surprise, rows: Index) -> list[Seed]:
+    """The best seed of each span in each row, none below NEAR·SEED; highest gain first."""
+    found = []
+    for k, a in enumerate(surprise.at):
+        gain = gains(surprise, k, rows)
+        best = gain.argmax(axis=1)
+        for row, position in zip(rows.tolist(), best.tolist(), strict=True):
+            value = float(gain[rows.tolist().index(row), position])
+            if value > NEAR * SEED:
+                span = a.natural.span
+                middle = span.step * position + span.reach + span.length // 2
+                found.append(Seed(value, row, k, position, middle, span.length))
+    return sorted(found, key=lambda s: -s.gain)
+
+
+def gains(surprise: Surprise, k: int, rows: Index) -> Array:
+    """What the probes of the spans of rank k say against natural motion, (rows, positions)."""
+    a = surprise.at[k]
+    u = a.u[:, rows]
+    size = np.abs(u)
+    gain = cost(u / a.spread[:, rows], SEED_CAP).sum(axis=0)
+    gain *= (size.max(axis=0) >= SMALLEST) & a.usable
+    return np.asarray(gain)
+
+
+class Search:
+    """The soft errors of one limb, found one after the other in a :class:`Surprise`."""
+
+    def __init__(self, surprise: Surprise, limb: list[int]) -> None:
+        self._surprise, self._limb = surprise, limb
+        self._gain = {}
+        self._done: dict[int, Mask] = {r: np.zeros(surprise.frames, dtype=bool) for r in limb}
+        for row in limb:
+            self._update(row)
+
+    def _update(self, row: int) -> None:
+        for k in range(len(self._surprise.at)):
+            self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
+
+    def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:
+        """The best seed of a span in a row that is not done with, or that near a frame."""
+        span = self._surprise.at[k].natural.span
+        gain = self._gain[row, k]
+        if not len(gain):
+            return None
+        shift = span.reach + span.length // 2
+        middles = span.step * np.arange(len(gain)) + shift
+        gain = np.where(self._done[row][middles], 0.0, gain)
+        if near is not None:
+            gain = np.where((middles >= near[0]) & (middles <= near[1]), gain, 0.0)
+        position = int(gain.argmax())
+        value = float(gain[position])
+        return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
+
+    def run(self) -> list[SoftError]:
+        """Soft errors, taken out of the surprise as they are found."""
+        found: list[SoftError] = []
+        for _ in range(MOST):
+            seeds = [
+                s
+                for row in self._limb
+                for k in range(len(self._surprise.at))
+                if (s := self._seed(row, k)) and s.gain > SEED
+            ]
+            if not seeds:
+                break
+            top = max(seeds, key=lambda s: (s.gain, s.length))
+            best = self._best_of_limb(top)
+            if best is None:
+                reach = max(2, top.length // 4)
+                self._done[top.row][max(top.middle - reach, 0) : top.middle + reach + 1] = True
+                continue
+            found.append(best)
+            self._take_out(best.row, best.start, best.offset)
+        return found
+
+    def _take_out(self, row: int, start: int, offset: Array) -> None:
+        self._surprise.take_out(row, start, offset)
+        self._surprise.look_again(row, start, start + len(offset))
+        for r in self._surprise.beside(row):
+            self._update(r)
+
+    def _best_of_limb(self, top: Seed) -> SoftError | None:
+        """What explains a seed best, in its own chain or in one whose image it may be."""
+        near = top.middle - top.length, top.middle + top.length
+        rivals: list[tuple[float, SoftError]] = []
+        for row in self._limb:
+            places = [
+                s
+                for k in range(len(self._surprise.at))
+                if (s := self._seed(row, k, near)) and s.gain > NEAR * SEED
+            ]
+            if (found := self._explained(row, places)) is not None:
+                rivals.append((0.0, found))
+        if not rivals:
+            return None
+        low = min(f.start for _, f in rivals)
+        high = max(f.stop for _, f in rivals)
+        margin = (high - low) // 2 + 8
+        window = max(low - margin, 0), min(high + margin, self._surprise.frames)
+        before = sum(self._surprise.of(r, *window) for r in self._limb)
+        judged = []
+        for _, f in rivals:
+            self._surprise.take_out(f.row, f.start, f.offset)
+            self._surprise.look_again(f.row, f.start, f.stop)
+            judged.append(before - sum(self._surprise.of(r, *window) for r in self._limb))
+            self._surprise.take_out(f.row, f.start, -f.offset)
+            self._surprise.look_again(f.row, f.start, f.stop)
+        best = int(np.argmax(judged))
+        return rivals[best][1] if judged[best] > PRIOR else None
+
+    def _explained(self, row: int, places: list[Seed]) -> SoftError | None:
+        """The course of an offset in a row that leaves least to be surprised at."""
+        if not places:
+            return None
+        surprise = self._surprise
+        spans: set[tuple[int, int]] = set()
+        for place in places:
+            spans |= self._proposed(row, place)
+        if not spans:
+            return None
+        margin = max(min(max(b - a for a, b in spans) // 2, 60), 8)
+        low = max(min(a for a, _ in spans) - margin, 0)
+        high = min(max(b for _, b in spans) + margin, surprise.frames)
+        price = COVERED * surprise.price_of_a_frame(high - low)
+
+        known: dict[tuple[int, int], tuple[float, Array, float]] = {}
+        nothing = float((surprise.residuals(row, low, np.zeros((1, high - low))) ** 2).sum())
+
+        def judge(some: set[tuple[int, int]]) -> None:
+            new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
+            if not new:
+                return
+            offsets = np.zeros((len(new), high - low))
+            sigmas = []
+            for n, (a, b) in enumerate(new):
+                offsets[n, a - low : b - low], sigma = surprise.free_offset(row, a, b)
+                sigmas.append(sigma)
+            left = (surprise.residuals(row, low, offsets) ** 2).sum(axis=1)
+            for n, (a, b) in enumerate(new):
+                known[a, b] = float(left[n]) + price * (b - a), offsets[n], sigmas[n]
+
+        inner = {(max(a, 1), min(b, surprise.frames - 1)) for a, b in spans}
+        judge({p for p in inner if p[0] < p[1]})
+        if not known:
+            return None
+        for moves in MOVES:
+            best = min(known, key=lambda p: known[p][0])
+            a, b = best
+            tried = {(a + d * m, b) for m in moves for d in (-1, 1)}
+            tried |= {(a, b + d * m) for m in moves for d in (-1, 1)}
+            judge({(max(p, 1), min(q, surprise.frames - 1)) for p, q in tried if p < q})
+        ranked = sorted(known, key=lambda p: known[p][0])
+        a, b = ranked[0]
+        value, offset, sigma = known[a, b]
+        rivals = []
+        ratio = float(np.abs(offset).max()) / sigma
+        if ratio >= FREE_AT:
+            rivals.append((value, offset, sigma))
+        if ratio < EXACT:
+            for a, b in ranked[:2]:
+                if (start := guess(known[a, b][1])) is None:
+                    continue
+                for kernel in KERNELS:
+                    course = fitted(
+                        start, kernel, high - low, lambda o: surprise.residuals(row, low, o)
+                    )
+                    left = float((surprise.residuals(row, low, course[None]) ** 2).sum())
+                    rivals.append((left + LEVEL_PRICE, course, 0.5 * sigma))
+        if not rivals:
+            return None
+        value, offset, sigma = min(rivals, key=lambda r: r[0])
+        seen = np.flatnonzero(np.abs(offset) > SEEN)
+        if nothing - value < PRIOR or not len(seen):
+            return None
+        offset = offset[seen[0] : seen[-1] + 1]
+        if np.abs(offset).max() < SMALLEST:
+            return None
+        return SoftError(row, low + int(seen[0]), offset, nothing - value, sigma)
+
+    def _proposed(self, row: int, place: Seed) -> set[tuple[int, int]]:
+        """Frames [start, stop) that an error which shows in a span may have."""
+        surprise, half = self._surprise, place.length / 2
+        found: set[tuple[int, int]] = set()
+        for factor in WINDOWS:
+            for before, behind in SHIFTS:
+                reach = half * factor + HOLE
+                low = int(max(2, place.middle - reach * before))
+                high = int(min(surprise.frames - 3, place.middle + reach * behind))
+                if high - low < HOLE:
+                    continue
+                offset, sigma = surprise.free_offset(row, low, high)
+                size = np.abs(offset)
+                inner = size[
+                    max(0, int(place.middle - half) - low) : int(place.middle + half) - low
+                ]
+                top = float(inner.max(initial=0.0))
+                if top < 0.5 * SMALLEST:
+                    continue
+                for least in (2.0 * sigma, 4.0 * sigma, 0.05 * top, 0.15 * top):
+                    at = np.flatnonzero(size > min(max(least, SEEN), 0.5 * top))
+                    for run in np.split(at, np.flatnonzero(np.diff(at) > HOLE) + 1):
+                        meets = run[0] + low <= place.middle + half
+                        meets &= run[-1] + low >= place.middle - half
+                        if meets and run[-1] - run[0] > place.length // 4:
+                            found.add((low + int(run[0]), low + int(run[-1]) + 1))
+        return found

@@ -1,0 +1,220 @@
+"""A limb's increments as they are by now, and how surprising they are at every time scale.
+
+Twist errors can be taken out of the rotations on trial: every image in a neighbouring chain goes
+with them, exactly. The surprise of a stretch is the sum of what its departures cost, of u and of
+x + y, over all spans that fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.detection.limbs import Limbs
+from twistcore.detection.prediction import Mask
+from twistcore.detection.soft_errors.departures import PROBES, Span, bridge, spans
+from twistcore.detection.soft_errors.natural_scale import NU, Natural, natural_scales
+from twistcore.detection.twist_increments import twist_increments
+from twistcore.rotation import (
+    Array,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+)
+
+CAP = 14.0  # nats: beyond, one departure is as unlikely as another
+# Neighbouring departures of a span tell much the same: of three probes at four positions a span,
+# so much counts.
+WEIGHT = 0.175
+LONGEST = 2.0  # spans up to so many times as long as a stretch tell of it
+
+
+def cost(z: Array, cap: float = CAP) -> Array:
+    """Negative log likelihood of a departure of z standard deviations, given x + y; ≤ cap."""
+    return np.minimum(0.5 * (NU + 2.0) * np.log1p(z * z / (NU + 1.0)), cap)
+
+
+@dataclass(eq=False)
+class _AtSpan:
+    """Departures over one span: of u, and the spread that they are measured by."""
+
+    natural: Natural
+    u: Array
+    spread: Array
+    total: Array
+    usable: Mask  # (positions,): no cut under it
+
+
+class Surprise:
+    """Limbs with some errors taken out, and their departures.
+
+    Rows are chains: chain k of limb i in row k·limbs + i.
+    """
+
+    def __init__(self, limbs: Limbs, fps: float, cut: Mask) -> None:
+        self.limbs, self.fps, self.cut = limbs, fps, cut
+        self.joints = limbs.joints.copy()
+        self.rows, self.frames = len(limbs) * limbs.count, limbs.frames
+        self.x, self.y = limbs.increments()
+        self.x[:, cut] = self.y[:, cut] = 0.0
+        self.spans = spans(fps, self.frames)
+        self.at: list[_AtSpan] = []
+
+    def beside(self, row: int) -> list[int]:
+        """The row and those of the chains before and after it in its limb."""
+        rows = (row - self.limbs.count, row, row + self.limbs.count)
+        return [r for r in rows if 0 <= r < self.rows]
+
+    def limb(self, row: int) -> list[int]:
+        """All rows of a row's limb."""
+        return list(range(row % self.limbs.count, self.rows, self.limbs.count))
+
+    def take_out(self, row: int, start: int, offset: Array) -> None:
+        """Take a twist error of P out of frames [start, start + n); departures stay as they were.
+
+        What was measured of the frames is brought up to date by :meth:`look_again`.
+        """
+        k, i = divmod(row, self.limbs.count)
+        at = slice(start, start + len(offset))
+        axis = self._axis(row, at)
+        parent, child = self.joints[k, i], self.joints[k + 1, i]
+        parent[at] = normalise(multiply(parent[at], quaternion_from_axis_angle(axis, -offset)))
+        child[at] = normalise(multiply(quaternion_from_axis_angle(axis, offset), child[at]))
+
+    def look_again(self, row: int, start: int, stop: int) -> None:
+        """Increments and departures of a row and its neighbours after a change in [start, stop)."""
+        low, high = max(start - 1, 0), min(stop + 1, self.frames)
+        for r in self.beside(row):
+            k, i = divmod(r, self.limbs.count)
+            part = slice(low, high)
+            x, y = twist_increments(
+                self.joints[k, i, part], self.joints[k + 1, i, part], self._axis(r, part)
+            )
+            live = ~self.cut[low + 1 : high]
+            self.x[r, low + 1 : high] = x[1:] * live
+            self.y[r, low + 1 : high] = y[1:] * live
+            self._look_at(r, low, high)
+
+    def _axis(self, row: int, at: slice) -> Array:
+        k, i = divmod(row, self.limbs.count)
+        axis = self.limbs.axes[k, i]
+        return axis if axis.ndim == 1 else axis[at]
+
+    def measure(self, bad: Mask) -> None:
+        """Natural scales from frames that are not bad, (rows, frames); departures of all."""
+        natural = natural_scales(self.x, self.y, self.fps, self.spans, bad)
+        level_x, level_y = np.cumsum(self.x, axis=1), np.cumsum(self.y, axis=1)
+        across = np.concatenate([[0], np.cumsum(self.cut)])
+        self.at = []
+        for n in natural:
+            u, total = n.rest(n.span.departures(level_x), n.span.departures(level_y))
+            first = n.span.step * np.arange(u.shape[-1])
+            usable = across[first + n.span.support] == across[first + 1]
+            self.at.append(_AtSpan(n, u, n.spread(total), total, usable))
+
+    def _look_at(self, row: int, low: int, high: int) -> None:
+        """Departures of a row that look at frames [low, high)."""
+        for a in self.at:
+            span = a.natural.span
+            first, last = self._positions(span, low, high, a.u.shape[-1])
+            if last <= first:
+                continue
+            part = slice(span.step * first, span.step * (last - 1) + span.support)
+            levels = np.cumsum(self.x[row, part]), np.cumsum(self.y[row, part])
+            x, y = (span.departures(level) for level in levels)
+            total = x + y
+            u = x - a.natural.beta[row] * total
+            z = total / a.natural.sigma_sum[:, row, first:last]
+            spread = a.natural.sigma[:, row, first:last] * np.sqrt((NU + z * z) / (NU + 1.0))
+            a.u[:, row, first:last], a.total[:, row, first:last] = u, total
+            a.spread[:, row, first:last] = spread
+
+    @staticmethod
+    def _positions(span: Span, low: int, high: int, count: int) -> tuple[int, int]:
+        """Positions whose support meets frames [low, high)."""
+        first = max(0, -(-(low - span.support + 1) // span.step))
+        return first, min(count, (high - 1) // span.step + 1)
+
+    def of(self, row: int, low: int, high: int) -> float:
+        """Surprise of a row over the spans that meet frames [low, high), nats."""
+        found = 0.0
+        for a in self._telling(high - low):
+            first, last = self._positions(a.natural.span, low, high, a.u.shape[-1])
+            here = a.usable[first:last]
+            at = np.s_[:, row, first:last]
+            z = a.u[at] / a.spread[at], a.total[at] / a.natural.sigma_sum[at]
+            found += self._weight(a) * float(((cost(z[0]) + cost(z[1])) * here).sum())
+        return found
+
+    def residuals(self, row: int, low: int, offsets: Array) -> Array:
+        """What is left of u where offsets (n, frames) from frame `low` on are taken out, (n, …).
+
+        Their squares add up to the surprise.
+        """
+        n, length = offsets.shape
+        high = low + length
+        parts = [np.zeros((n, 0))]
+        for a in self._telling(length):
+            span = a.natural.span
+            first, last = self._positions(span, low, high, a.u.shape[-1])
+            if last <= first:
+                continue
+            begin, end = span.step * first, span.step * (last - 1) + span.support
+            level = np.zeros((n, end - begin))
+            level[:, max(low - begin, 0) : high - begin] = offsets[
+                :, max(begin - low, 0) : max(end - low, 0)
+            ]
+            at = np.s_[:, row, first:last]
+            z = (a.u[at][:, None] - span.departures(level)) / a.spread[at][:, None]
+            z = np.sign(z) * np.sqrt(self._weight(a) * cost(z) * a.usable[first:last])
+            parts.append(np.moveaxis(z, 0, 1).reshape(n, -1))
+        return np.concatenate(parts, axis=1)
+
+    def _telling(self, length: int) -> list[_AtSpan]:
+        found = [a for a in self.at if a.natural.span.length <= LONGEST * length]
+        return found or self.at[:1]
+
+    @staticmethod
+    def _weight(a: _AtSpan) -> float:
+        span = a.natural.span
+        return WEIGHT * span.step / max(span.length / 4.0, 1.0)
+
+    def price_of_a_frame(self, length: int) -> float:
+        """How many departures, by their weight, a frame stands for in a stretch of that length."""
+        return sum(
+            len(PROBES) * self._weight(a) / a.natural.span.step for a in self._telling(length)
+        )
+
+    def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
+        """The offset over [start, stop) that leaves u its bridge, and σ of it; radians.
+
+        The shares and scales are those of a span of that length there.
+        """
+        reach = self.spans[0].reach
+        low, high = max(start - 1 - reach, 0), min(stop + 1 + reach, self.frames)
+        x, y = (np.cumsum(v[row, low:high]) for v in (self.x, self.y))
+        at = slice(start - low, stop - low)
+        dx, dy = (u[at] - bridge(u, at.start, at.stop, reach) for u in (x, y))
+        beta, sigma = self.scale(row, start, stop)
+        return dx - beta * (dx + dy), sigma
+
+    def scale(self, row: int, start: int, stop: int) -> tuple[float, float]:
+        """β and σ of a bridge over [start, stop), between those of the spans around its length."""
+        length = max(stop - start, 1)
+        lengths = [a.natural.span.length for a in self.at]
+        k = int(np.searchsorted(lengths, length))
+        near = (max(k - 1, 0), min(k, len(lengths) - 1))
+        values = []
+        for j in near:
+            n = self.at[j].natural
+            middle = (start + stop - n.span.support) // 2 // n.span.step
+            position = int(np.clip(middle, 0, n.sigma.shape[-1] - 1))
+            values.append((n.beta[row], n.sigma[len(PROBES) // 2, row, position]))
+        (beta0, sigma0), (beta1, sigma1) = values
+        share = 0.0
+        if near[0] != near[1]:
+            share = np.log(length / lengths[near[0]]) / np.log(lengths[near[1]] / lengths[near[0]])
+        share = float(np.clip(share, 0.0, 1.0))
+        beta = (1.0 - share) * beta0 + share * beta1
+        return float(beta), float(sigma0 ** (1.0 - share) * sigma1**share)
