@@ -10,6 +10,7 @@ the span the less.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -71,16 +72,16 @@ def spans(fps: float, frames: int) -> tuple[Span, ...]:
     return tuple(s for s in found if 2 * s.support <= frames)
 
 
-def bridge_weights(at: float | Array, length: float, reach: int) -> tuple[Array, ...]:
+@cache
+def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, float, float]:
     """Weights of a cubic at the share `at` of a span, 0…1.
 
     Of the levels `reach` frames before its first frame, at its first, at its last, and `reach`
     frames behind: the cubic keeps both values and both slopes (Hermite).
     """
-    t = np.asarray(at, dtype=np.float64)
-    rise = t * t * (3.0 - 2.0 * t)
-    slope_in = t * (1.0 - t) ** 2 * (length / reach)
-    slope_out = t * t * (1.0 - t) * (length / reach)
+    rise = at * at * (3.0 - 2.0 * at)
+    slope_in = at * (1.0 - at) ** 2 * (length / reach)
+    slope_out = at * at * (1.0 - at) * (length / reach)
     return -slope_in, 1.0 - rise + slope_in, rise + slope_out, -slope_out
 
 

@@ -44,8 +44,22 @@ def standing_level(increments: Array, other: Array) -> Array | None:
     return np.asarray(level - base)
 
 
-def silent_side(surprise: Surprise, row: int) -> int | None:
-    """1 where P of a chain is silent, −1 where C is, None where neither."""
+def silent_sides(surprise: Surprise) -> dict[int, int]:
+    """Of the chains with a silent joint, by row: 1 where it is P, −1 where it is C.
+
+    A chain in which the image of a neighbour's error would show counts only if that one has a
+    silent joint too: or there were nobody to tell the two apart.
+    """
+    found = {r: s for r in range(surprise.rows) if (s := _silent_side(surprise, r)) is not None}
+    many = surprise.limbs.count
+    return {
+        row: side
+        for row, side in found.items()
+        if (beside := row - side * many) in found or not 0 <= beside < surprise.rows
+    }
+
+
+def _silent_side(surprise: Surprise, row: int) -> int | None:
     x, y = surprise.x[row], surprise.y[row]
     if standing_level(x, y) is not None:
         return 1

@@ -15,7 +15,7 @@ from twistcore.detection.soft_errors.silent_joints import (
     off_runs,
     silent_errors,
     silent_level,
-    silent_side,
+    silent_sides,
 )
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.soft_search import SEED, Search, gains
@@ -55,7 +55,7 @@ def soft_intervals(
         surprise.take_out(k.row, k.start, k.offset)
     if known:
         _refresh(surprise)
-    sides = {r: s for r in range(surprise.rows) if (s := silent_side(surprise, r)) is not None}
+    sides = silent_sides(surprise)
     lively = np.array([r not in sides for r in range(surprise.rows)])
     unnatural = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for row, side in sides.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,18 +10,16 @@ import numpy as np
 from twistcore.detection.prediction import Index, Mask
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.softened_level import KERNELS, fitted, guess
-from twistcore.detection.soft_errors.surprise import Surprise, cost
+from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise, cost
 from twistcore.rotation import Array
 
-SMALLEST = float(np.radians(1.5))  # departures below are never asked for
 SEED = 30.0  # nats of the three probes of a span; clean motion stays below
-SEED_CAP = 20.0
 NEAR = 0.8  # of SEED, at another span of the same place
 PRIOR = 22.0  # nats that an interval must gain, own and in its limb
 LEVEL_PRICE = 8.0  # of the four numbers of a softened level
-COVERED = 0.6  # nats for what a departure costs on average and for leaving it free
+COVERED = 4.0  # nats for what a departure costs on average and for leaving it free
+CLOSE = 3.0  # σ from which a residual has little more to say
 FREE_AT = 10.0  # σ that an offset needs before its course is taken as it is
-EXACT = 60.0  # σ from which no other course is tried
 SEEN = float(np.radians(0.05))  # an offset below is none
 HOLE = 3  # frames below the threshold inside of an interval
 WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
@@ -107,7 +106,7 @@ class Search:
             ]
             if not seeds:
                 break
-            top = max(seeds, key=lambda s: (s.gain, s.length))
+            top = max(seeds, key=lambda s: (round(s.gain), -s.length))
             best = self._best_of_limb(top)
             if best is None:
                 reach = max(2, top.length // 4)
@@ -125,41 +124,55 @@ class Search:
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
         """What explains a seed best, in its own chain or in one whose image it may be."""
-        near = top.middle - top.length, top.middle + top.length
-        rivals: list[tuple[float, SoftError]] = []
+        rivals: list[SoftError] = []
         for row in self._limb:
-            places = [
-                s
-                for k in range(len(self._surprise.at))
-                if (s := self._seed(row, k, near)) and s.gain > NEAR * SEED
-            ]
-            if (found := self._explained(row, places)) is not None:
-                rivals.append((0.0, found))
+            places = []
+            for k, a in enumerate(self._surprise.at):
+                reach = a.natural.span.length // 2 + 2
+                near = top.middle - reach, top.middle + reach
+                place = self._seed(row, k, near)
+                if place and place.gain > NEAR * SEED:
+                    places.append(place)
+            if (found := self._shortest(row, places)) is not None:
+                rivals.append(found)
         if not rivals:
             return None
-        low = min(f.start for _, f in rivals)
-        high = max(f.stop for _, f in rivals)
+        low, high = min(f.start for f in rivals), max(f.stop for f in rivals)
         margin = (high - low) // 2 + 8
         window = max(low - margin, 0), min(high + margin, self._surprise.frames)
         before = sum(self._surprise.of(r, *window) for r in self._limb)
         judged = []
-        for _, f in rivals:
+        for f in rivals:
             self._surprise.take_out(f.row, f.start, f.offset)
             self._surprise.look_again(f.row, f.start, f.stop)
             judged.append(before - sum(self._surprise.of(r, *window) for r in self._limb))
             self._surprise.take_out(f.row, f.start, -f.offset)
             self._surprise.look_again(f.row, f.start, f.stop)
         best = int(np.argmax(judged))
-        return rivals[best][1] if judged[best] > PRIOR else None
+        return rivals[best] if judged[best] > PRIOR else None
 
-    def _explained(self, row: int, places: list[Seed]) -> SoftError | None:
-        """The course of an offset in a row that leaves least to be surprised at."""
-        if not places:
-            return None
+    def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
+        """Of what explains seeds of shorter and longer spans the first that leaves no other.
+
+        Where each leaves some, as beside another error, what gains most.
+        """
+        found: list[SoftError] = []
+        for place in sorted(places, key=lambda s: s.length):
+            one = self._explained(row, place, FREE_AT)
+            if one is None:
+                continue
+            if self._surprise.seed_left(row, one.start, one.offset) < SEED:
+                return self._explained(row, place, math.inf) or one
+            found.append(one)
+        return max(found, key=lambda f: f.gain / math.sqrt(len(f.offset)), default=None)
+
+    def _explained(self, row: int, place: Seed, fit_below: float) -> SoftError | None:
+        """The course of an offset in a row that leaves least to be surprised at.
+
+        fit_below: of how many σ an offset is still tried to be a softened level.
+        """
         surprise = self._surprise
-        spans: set[tuple[int, int]] = set()
-        for place in places:
-            spans |= self._proposed(row, place)
+        spans = self._proposed(row, place)
         if not spans:
             return None
         margin = max(min(max(b - a for a, b in spans) // 2, 60), 8)
@@ -193,26 +206,29 @@ class Search:
             tried = {(a + d * m, b) for m in moves for d in (-1, 1)}
             tried |= {(a, b + d * m) for m in moves for d in (-1, 1)}
             judge({(max(p, 1), min(q, surprise.frames - 1)) for p, q in tried if p < q})
-        ranked = sorted(known, key=lambda p: known[p][0])
-        a, b = ranked[0]
+        a, b = min(known, key=lambda p: known[p][0])
         value, offset, sigma = known[a, b]
-        rivals = []
         ratio = float(np.abs(offset).max()) / sigma
-        if ratio >= FREE_AT:
-            rivals.append((value, offset, sigma))
-        if ratio < EXACT:
-            for a, b in ranked[:2]:
-                if (start := guess(known[a, b][1])) is None:
-                    continue
+        if ratio < fit_below:
+            rivals = [(value, offset, sigma)] if ratio >= FREE_AT else []
+            if (start := guess(offset)) is not None:
                 for kernel in KERNELS:
-                    course = fitted(
-                        start, kernel, high - low, lambda o: surprise.residuals(row, low, o)
+                    course, left = fitted(
+                        start,
+                        kernel,
+                        high - low,
+                        lambda o, wider: surprise.residuals(row, low, o, wider),
+                        ratio / CLOSE,
                     )
-                    left = float((surprise.residuals(row, low, course[None]) ** 2).sum())
                     rivals.append((left + LEVEL_PRICE, course, 0.5 * sigma))
-        if not rivals:
-            return None
-        value, offset, sigma = min(rivals, key=lambda r: r[0])
+                    at = low + np.flatnonzero(np.abs(course) > SEEN)
+                    if ratio >= FREE_AT and len(at):
+                        hull = max(int(at[0]), 1), min(int(at[-1]) + 1, surprise.frames - 1)
+                        judge({hull})
+                        rivals.append(known.get(hull, rivals[-1]))
+            if not rivals:
+                return None
+            value, offset, sigma = min(rivals, key=lambda r: r[0])
         seen = np.flatnonzero(np.abs(offset) > SEEN)
         if nothing - value < PRIOR or not len(seen):
             return None

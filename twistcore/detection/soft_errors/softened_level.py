@@ -12,19 +12,20 @@ from functools import cache
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.signal import butter, sosfiltfilt
 
 from twistcore.rotation import Array
 
-Residuals: TypeAlias = Callable[[Array], Array]  # courses (n, frames) → weighted residuals (n, …)
+# Of courses (n, frames), with all scales so many times wider: weighted residuals (n, …).
+Residuals: TypeAlias = Callable[[Array, float], Array]
 
 STEEPEST = 0.5  # frames
 _FILTERED = 2000  # frames of the tabulated step response, at a cut-off of 1/100 of a frame
 _PERIOD = 100.0
 _AT = np.array([np.radians(2.0), 1.0, 1.0, 1.0])  # scales of the four numbers
 _STEPS = 1e-3
-MOST_STEPS = 12
+MOST_STEPS, ENOUGH = 12, 0.05  # of the fit at one width of the scales; nats
+NARROWER = 5.0  # from one width to the next
 
 
 class Level(NamedTuple):
@@ -79,19 +80,56 @@ def guess(offset: Array) -> Level | None:
 
 
 def fitted(
-    start: Level, kernel: Callable[[Array], Array], frames: int, residuals: Residuals
-) -> Array:
-    """The course over so many frames that leaves the least residuals, (frames,)."""
+    start: Level,
+    kernel: Callable[[Array], Array],
+    frames: int,
+    residuals: Residuals,
+    coarsest: float,
+) -> tuple[Array, float]:
+    """The course over so many frames that leaves the least, (frames,), and the sum of its squares.
 
-    def of(scaled: Array) -> Array:
-        return residuals(course((scaled * _AT)[None], kernel, frames))[0]
+    Levenberg and Marquardt's steps; the slopes of all four numbers are made with the residuals
+    themselves, for many courses at once. Far from the best course every residual is at its cap and
+    no step leads anywhere: so the scales are widened at first, by `coarsest`, then by less.
+    """
+    number = np.array(start) / _AT
+    wider = max(coarsest, 1.0)
+    while True:
+        number, course_, best = _descended(number, kernel, frames, residuals, wider)
+        if wider <= 1.0:
+            return course_, best
+        wider = max(1.0, wider / NARROWER)
 
-    def slopes(scaled: Array) -> Array:
-        """All numbers one step on at once: the residuals are made for many courses together."""
-        steps = _STEPS * np.maximum(np.abs(scaled), 1.0)
-        moved = np.vstack([scaled, scaled + np.diag(steps)])
-        all_ = residuals(course(moved * _AT, kernel, frames))
-        return np.asarray(((all_[1:] - all_[0]) / steps[:, None]).T)
 
-    found = least_squares(of, np.array(start) / _AT, jac=slopes, max_nfev=MOST_STEPS, x_scale="jac")
-    return course((found.x * _AT)[None], kernel, frames)[0]
+def _descended(
+    number: Array,
+    kernel: Callable[[Array], Array],
+    frames: int,
+    residuals: Residuals,
+    wider: float,
+) -> tuple[Array, Array, float]:
+    """The four numbers, their course and what it leaves, at one width of the scales."""
+    damping, best = 1e-2, np.inf
+    course_, step = np.zeros(frames), np.zeros(len(_AT))
+    slopes, rest = np.zeros((len(_AT), 1)), np.zeros(1)
+    for _ in range(MOST_STEPS):
+        tried = number + step
+        by = _STEPS * np.maximum(np.abs(tried), 1.0)
+        courses = course(np.vstack([tried, tried + np.diag(by)]) * _AT, kernel, frames)
+        left = residuals(courses, wider)
+        value = float(left[0] @ left[0])
+        if value < best:
+            gained = best - value
+            number, best, course_, rest = tried, value, courses[0], left[0]
+            slopes = (left[1:] - left[0]) / by[:, None]
+            damping = max(0.2 * damping, 1e-6)
+            if gained < ENOUGH:
+                break
+        else:
+            damping *= 8.0
+            if damping > 1e4:
+                break
+        curvature = slopes @ slopes.T
+        curvature += damping * np.diag(np.diag(curvature) + 1e-9)
+        step = -np.linalg.solve(curvature, slopes @ rest)
+    return number, course_, best

@@ -27,6 +27,8 @@ CAP = 14.0  # nats: beyond, one departure is as unlikely as another
 # Neighbouring departures of a span tell much the same: of three probes at four positions a span,
 # so much counts.
 WEIGHT = 0.175
+SMALLEST = float(np.radians(1.5))  # departures below are never asked for
+SEED_CAP = 20.0  # nats of a probe that a search begins at
 LONGEST = 2.0  # spans up to so many times as long as a stretch tell of it
 
 
@@ -147,10 +149,10 @@ class Surprise:
             found += self._weight(a) * float(((cost(z[0]) + cost(z[1])) * here).sum())
         return found
 
-    def residuals(self, row: int, low: int, offsets: Array) -> Array:
+    def residuals(self, row: int, low: int, offsets: Array, wider: float = 1.0) -> Array:
         """What is left of u where offsets (n, frames) from frame `low` on are taken out, (n, …).
 
-        Their squares add up to the surprise.
+        Their squares add up to the surprise. wider: by how much all scales are widened.
         """
         n, length = offsets.shape
         high = low + length
@@ -166,10 +168,34 @@ class Surprise:
                 :, max(begin - low, 0) : max(end - low, 0)
             ]
             at = np.s_[:, row, first:last]
-            z = (a.u[at][:, None] - span.departures(level)) / a.spread[at][:, None]
+            z = (a.u[at][:, None] - span.departures(level)) / (wider * a.spread[at][:, None])
             z = np.sign(z) * np.sqrt(self._weight(a) * cost(z) * a.usable[first:last])
             parts.append(np.moveaxis(z, 0, 1).reshape(n, -1))
         return np.concatenate(parts, axis=1)
+
+    def seed_left(self, row: int, start: int, offset: Array) -> float:
+        """The most that the probes of a span around an error say when it is taken out, nats."""
+        most, stop = 0.0, start + len(offset)
+        for a in self._telling(len(offset)):
+            span = a.natural.span
+            half = span.reach + span.length // 2
+            first, last = self._positions(span, start - half, stop + half, a.u.shape[-1])
+            middles = span.step * np.arange(first, last) + half
+            first += int(np.searchsorted(middles, start - span.length // 2))
+            last -= int((middles > stop + span.length // 2).sum())
+            if last <= first:
+                continue
+            begin, end = span.step * first, span.step * (last - 1) + span.support
+            level = np.zeros(end - begin)
+            part = slice(max(start, begin), min(stop, end))
+            level[part.start - begin : max(part.stop - begin, 0)] = offset[
+                part.start - start : max(part.stop - start, 0)
+            ]
+            u = a.u[:, row, first:last] - span.departures(level)
+            gain = cost(u / a.spread[:, row, first:last], SEED_CAP).sum(axis=0)
+            gain *= (np.abs(u).max(axis=0) >= SMALLEST) & a.usable[first:last]
+            most = max(most, float(gain.max(initial=0.0)))
+        return most
 
     def _telling(self, length: int) -> list[_AtSpan]:
         found = [a for a in self.at if a.natural.span.length <= LONGEST * length]
