@@ -160,7 +160,7 @@ class ConsistencyDetector:
         self, motion: Motion, chains: Sequence[Chain], tell: Tell = nobody
     ) -> ConsistencyAnalysis:
         """Everything that does not depend on τ; tell: how far it is."""
-        cut = find_cuts(motion.rotations, motion.fps)
+        cut = find_cuts(motion)
         segments = _segments(cut, motion.fps)
         cut[:1] = True
         out: dict[str, ChainAnalysis] = {}
