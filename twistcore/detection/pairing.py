@@ -36,7 +36,9 @@ COUNTED = float(np.radians(1.5))  # smaller steps inside are free: they cannot b
 FOLLOW_COST, FOLLOW_ALL_COST = 2.0, 4.0
 TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005  # of closing, beside the scales
 CLOSING_CAP = 25.0
-SHORT_SECONDS = 0.25  # an unpaired jump's shorter side up to this is applied, longer is open
+# An unpaired jump's shorter side is applied up to this long, and up to this share of the other side:
+# which of two sides is wrong says their length alone. What is longer is open.
+SHORT_SECONDS, SHORT_SHARE = 1.0, 0.5
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # edges an interval may span
 BLOCK = 64  # rows of the table made at once
@@ -170,17 +172,15 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
     chosen = table.edges[at]
     order = np.argsort(chosen.stop, kind="stable")
     ready_ = np.searchsorted(chosen.stop[order], chosen.start, side="right")
-    alone_ = chosen.gain - BORDER_PRIOR
-    short = round(SHORT_SECONDS * fps)
-    at_low = (chosen.stop - 1 - table.low <= short).tolist()
-    ready, alone = ready_.tolist(), alone_.tolist()  # ready: edges that end before this one starts
+    from_low, from_high = _alone(table, chosen, fps)
+    ready, alone = ready_.tolist(), from_low.tolist()  # ready: edges that end before this one
     candidates = _candidates(table, asked)
     best = [0.0] * (n + 1)
     back: list[Pair | None] = [None] * (n + 1)
     rank = (np.cumsum(asked) - 1).tolist()
     for m, k in enumerate(order.tolist()):
         top, pair = best[m], None
-        if at_low[k] and alone[k] > top:
+        if alone[k] > top:
             top, pair = alone[k], Pair(-1, int(at[k]), LEVEL, alone[k])
         for found in candidates[k]:
             value = found.gain + best[min(ready[rank[found.opening]], m)]
@@ -189,11 +189,10 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
         best[m + 1], back[m + 1] = top, pair
     out: list[Pair] = []
     m = n
-    tail = alone_ + np.array(best)[ready_]
-    tail[table.high - chosen.start > short] = -np.inf
+    tail = from_high + np.array(best)[ready_]
     if tail.max() > best[n]:
         k = int(tail.argmax())
-        out.append(Pair(int(at[k]), -1, LEVEL, alone[k]))
+        out.append(Pair(int(at[k]), -1, LEVEL, float(from_high[k])))
         m = ready[k]
     while m > 0:
         pair = back[m]
@@ -203,6 +202,20 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
         out.append(pair)
         m = ready[rank[pair.opening]] if pair.opening >= 0 else 0
     return out[::-1]
+
+
+def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
+    """What edges gain that close an error from the segment's start, or open one to its end, (n,).
+
+    −inf where that side is long, or is not by far the shorter one.
+    """
+    before, behind = edges.stop - 1 - table.low, table.high - edges.start
+    gains = []
+    for side, other in ((before, behind), (behind, before)):
+        short = (side <= round(SHORT_SECONDS * fps)) & (side <= SHORT_SHARE * other)
+        price = BORDER_PRIOR + LENGTH * np.log1p(side / LENGTH_FRAMES)
+        gains.append(np.where(short, edges.gain - price, -np.inf))
+    return gains[0], gains[1]
 
 
 def _candidates(table: PairTable, asked: Mask) -> list[list[Pair]]:
