@@ -36,9 +36,9 @@ COUNTED = float(np.radians(1.5))  # smaller steps inside are free: they cannot b
 FOLLOW_COST, FOLLOW_ALL_COST = 2.0, 4.0
 TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005  # of closing, beside the scales
 CLOSING_CAP = 25.0
-# An unpaired jump's shorter side is applied up to this long, and up to this share of the other side:
-# which of two sides is wrong says their length alone. What is longer is open.
-SHORT_SECONDS, SHORT_SHARE = 1.0, 0.5
+# An unpaired jump's shorter side is applied up to this long, frames where seconds are fewer, and up
+# to this share of the other side: which is wrong says their length alone. What is longer is open.
+SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 1.0, 30, 0.5
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # edges an interval may span
 BLOCK = 64  # rows of the table made at once
@@ -174,7 +174,7 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
     ready_ = np.searchsorted(chosen.stop[order], chosen.start, side="right")
     from_low, from_high = _alone(table, chosen, fps)
     ready, alone = ready_.tolist(), from_low.tolist()  # ready: edges that end before this one
-    candidates = _candidates(table, asked)
+    candidates = _candidates(table, asked, _longest_alone(fps))
     best = [0.0] * (n + 1)
     back: list[Pair | None] = [None] * (n + 1)
     rank = (np.cumsum(asked) - 1).tolist()
@@ -210,24 +210,39 @@ def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
     −inf where that side is long, or is not by far the shorter one.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start
+    longest = _longest_alone(fps)
     gains = []
     for side, other in ((before, behind), (behind, before)):
-        short = (side <= round(SHORT_SECONDS * fps)) & (side <= SHORT_SHARE * other)
+        short = (side <= longest) & (side <= SHORT_SHARE * other)
         price = BORDER_PRIOR + LENGTH * np.log1p(side / LENGTH_FRAMES)
         gains.append(np.where(short, edges.gain - price, -np.inf))
     return gains[0], gains[1]
 
 
-def _candidates(table: PairTable, asked: Mask) -> list[list[Pair]]:
+def _longest_alone(fps: float) -> int:
+    """Frames up to which a border and one edge make an interval that is applied."""
+    return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
+
+
+def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]:
     """For every edge asked for, the pairs that it may close.
 
-    A pair is left out where a nearer opening gains as much: it could take its place.
+    A pair is left out where a nearer opening gains as much: it could take its place. So is one that
+    spans nearly all of the segment: what is short at both its ends is the error.
     """
     out: list[list[Pair]] = []
+    edges, whole = table.edges, table.high - table.low
+    early = edges.stop - 1 - table.low <= longest
+    late = table.high - edges.start <= longest
     for block in table.blocks:
         rows = np.flatnonzero(asked[block.first_row : block.first_row + len(block.gain)])
         columns = np.flatnonzero(asked[block.first_column :][: block.gain.shape[1]])
         gain = block.gain[np.ix_(rows, columns)]
+        if late[rows + block.first_row].any() and early[columns + block.first_column].any():
+            closing, opening = rows[:, None] + block.first_row, columns + block.first_column
+            inside = edges.start[closing] - edges.start[opening]
+            spans = late[closing] & early[opening] & (whole - inside <= SHORT_SHARE * inside)
+            gain[spans] = -np.inf
         nearer = np.maximum.accumulate(gain[:, ::-1], axis=1)[:, ::-1]
         record = np.isfinite(gain)
         record[:, :-1] &= gain[:, :-1] > nearer[:, 1:]
