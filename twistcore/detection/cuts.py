@@ -10,9 +10,9 @@ from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
 
 JUMP = 5.0  # times a joint's own pace
-SMALLEST = float(np.radians(0.5))  # joints that turn less in the jump do not vote
-SHARE = 0.5  # of the joints that turn at all
-FEWEST = 1.0 / 3.0  # of all joints count as turning: where all is still, an error is not a cut
+SMALLEST = float(np.radians(0.5))  # joints that bend less in the jump do not vote
+SHARE = 0.55  # of the joints that bend at all: tremors of a tracked capture reach 0.52
+FEWEST = 1.0 / 3.0  # of all joints count as bending: where all is still, an error is not a cut
 SHARE_BESIDE, HOLE = 0.3, 3  # for frames within HOLE of a cut
 LEADING = 12  # transitions in which a T-pose at the start may blend into the capture
 BLOCK_SECONDS = 0.13  # of the pace: the median over a block outlives a few frames of a cut
@@ -36,8 +36,8 @@ def find_cuts(motion: Motion) -> Mask:
 def _jumps(motion: Motion) -> Mask:
     """True where the bends of most joints jump at once on the way into a frame.
 
-    A joint votes where it turns by more than JUMP times its median pace in the calmest of the
-    blocks around, or hardly turns; a cut needs half of the votes of the joints that ever turn.
+    A joint votes where it bends by more than JUMP times its median pace in the calmest of the
+    blocks around, or hardly bends; a cut needs SHARE of the votes of the joints that ever bend.
     """
     frames = motion.frames
     cut = np.zeros(frames, dtype=bool)
