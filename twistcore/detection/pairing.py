@@ -39,6 +39,7 @@ CLOSING_CAP = 25.0
 # An unpaired jump's shorter side is applied up to this long, frames where seconds are fewer, and up
 # to this share of the other side: which is wrong says their length alone. What is longer is open.
 SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 1.0, 30, 0.5
+USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # what is longer must be surer
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # edges an interval may span
 BLOCK = 64  # rows of the table made at once
@@ -215,6 +216,7 @@ def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
     for side, other in ((before, behind), (behind, before)):
         short = (side <= longest) & (side <= SHORT_SHARE * other)
         price = BORDER_PRIOR + LENGTH * np.log1p(side / LENGTH_FRAMES)
+        price += UNUSUAL_COST * (side > round(USUAL_SECONDS * fps))
         gains.append(np.where(short, edges.gain - price, -np.inf))
     return gains[0], gains[1]
 
