@@ -38,8 +38,9 @@ TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005  # of closing, besid
 CLOSING_CAP = 25.0
 # An unpaired jump's shorter side is applied up to this long, frames where seconds are fewer, and up
 # to this share of the other side: which is wrong says their length alone. What is longer is open.
-SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 1.0, 30, 0.5
+SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 0.7, 24, 0.5
 USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # what is longer must be surer
+SPANNING = 0.125  # of a pair's length beside it in its segment: these ends are the error instead
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # edges an interval may span
 BLOCK = 64  # rows of the table made at once
@@ -243,7 +244,7 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
         if late[rows + block.first_row].any() and early[columns + block.first_column].any():
             closing, opening = rows[:, None] + block.first_row, columns + block.first_column
             inside = edges.start[closing] - edges.start[opening]
-            spans = late[closing] & early[opening] & (whole - inside <= SHORT_SHARE * inside)
+            spans = late[closing] & early[opening] & (whole - inside <= SPANNING * inside)
             gain[spans] = -np.inf
         nearer = np.maximum.accumulate(gain[:, ::-1], axis=1)[:, ::-1]
         record = np.isfinite(gain)
