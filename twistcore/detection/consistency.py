@@ -28,8 +28,8 @@ from twistcore.rotation import Array, wrap
 SMALLEST_TAU = float(np.radians(1.5))
 SHORTEST_SEGMENT = 0.25  # seconds between cuts
 TAU_IN_SIGMA = 6.0  # an automatic τ: where natural motion's own σ would fill the table, higher
-# Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints. Where
-# no edge of an interval shows so in both, one joint jumps alone, and what it may be is only shown.
+# Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints.
+# Where no edge of an interval shows so in both, one joint jumps alone: that is only shown.
 SHOWN_IN_BOTH = 0.35
 _FOLLOWS = ("its edges", "its events", "every frame")
 
