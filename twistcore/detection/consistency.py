@@ -103,7 +103,7 @@ class ChainAnalysis:
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
     """Whether both joints turn at an edge, one way or the other: near ±180° signs say nothing."""
     at = row, slice(edges.start[k], edges.stop[k])
-    x, y = abs(float(wrap(limb.rx[at].sum()))), abs(float(wrap(limb.ry[at].sum())))
+    x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
     return min(x, y) >= SHOWN_IN_BOTH * max(x, y)
 
 
