@@ -1,4 +1,4 @@
-"""What the card says of an interval that is open: whose other side, or that one joint turns alone."""
+"""What the card says of an open interval: whose other side, or that one joint turns alone."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ def test_the_card_says_why_an_interval_is_open():
     found = detect(read_bvh(ASSETS / "walk_injected.bvh"))
     judged = Review.of(found).state.intervals[0]
     chain = found.analysis.chain(judged.interval.chain)
-    assert "open" not in explanation(judged, chain, 0)
+    assert "open:" not in explanation(judged, chain, 0)
     interval = replace(judged.interval, open=True)
     told = explanation(replace(judged, interval=interval), chain, 0)
     assert "open: one joint alone turns" in told
