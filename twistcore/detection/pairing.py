@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.edges import Edges
-from twistcore.detection.prediction import Mask
+from twistcore.detection.prediction import Index, Mask
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.rotation import Array, wrap
 
@@ -216,10 +216,15 @@ def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
     gains = []
     for side, other in ((before, behind), (behind, before)):
         short = (side <= longest) & (side <= SHORT_SHARE * other)
-        price = BORDER_PRIOR + LENGTH * np.log1p(side / LENGTH_FRAMES)
-        price += UNUSUAL_COST * (side > round(USUAL_SECONDS * fps))
-        gains.append(np.where(short, edges.gain - price, -np.inf))
+        gain = _gain_alone(edges, side) - UNUSUAL_COST * (side > round(USUAL_SECONDS * fps))
+        gains.append(np.where(short, gain, -np.inf))
     return gains[0], gains[1]
+
+
+def _gain_alone(edges: Edges, side: Index) -> Array:
+    """What edges gain with a border that is `side` frames away, (n,)."""
+    gain: Array = edges.gain - BORDER_PRIOR - LENGTH * np.log1p(side / LENGTH_FRAMES)
+    return gain
 
 
 def _longest_alone(fps: float) -> int:
@@ -231,12 +236,13 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
     """For every edge asked for, the pairs that it may close.
 
     A pair is left out where a nearer opening gains as much: it could take its place. So is one that
-    spans nearly all of the segment: what is short at both its ends is the error.
+    spans nearly all of the segment, or most of it where two errors at its ends gain more.
     """
     out: list[list[Pair]] = []
     edges, whole = table.edges, table.high - table.low
-    early = edges.stop - 1 - table.low <= longest
-    late = table.high - edges.start <= longest
+    before, behind = edges.stop - 1 - table.low, table.high - edges.start
+    early, late = before <= longest, behind <= longest
+    from_low, from_high = _gain_alone(edges, before), _gain_alone(edges, behind)
     for block in table.blocks:
         rows = np.flatnonzero(asked[block.first_row : block.first_row + len(block.gain)])
         columns = np.flatnonzero(asked[block.first_column :][: block.gain.shape[1]])
@@ -244,7 +250,9 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
         if late[rows + block.first_row].any() and early[columns + block.first_column].any():
             closing, opening = rows[:, None] + block.first_row, columns + block.first_column
             inside = edges.start[closing] - edges.start[opening]
-            spans = late[closing] & early[opening] & (whole - inside <= SPANNING * inside)
+            apart = from_low[opening] + from_high[closing]
+            share = np.where(gain < apart, SHORT_SHARE, SPANNING)
+            spans = late[closing] & early[opening] & (whole - inside <= share * inside)
             gain[spans] = -np.inf
         nearer = np.maximum.accumulate(gain[:, ::-1], axis=1)[:, ::-1]
         record = np.isfinite(gain)
