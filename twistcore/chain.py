@@ -104,10 +104,10 @@ def make_chain(
     """
     skeleton = motion.skeleton
     warnings: list[str] = []
-    axis = _direction(motion, child, warnings)
+    axis = bone_direction(motion, child, warnings)
     if axis is None:
         return None
-    arm = _direction(motion, grandchild, warnings) if grandchild >= 0 else None
+    arm = bone_direction(motion, grandchild, warnings) if grandchild >= 0 else None
     if arm is None and segment != "ForeArm" and child in skeleton.end_offsets:
         end = skeleton.end_offsets[child]
         if np.linalg.norm(end) > _ZERO * skeleton.height:
@@ -145,7 +145,7 @@ def uncorrectable_joints(motion: Motion, chain: Chain) -> tuple[str, ...]:
     return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])
 
 
-def _direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
+def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
     """Unit direction from the parent, (3,), (frames, 3) where it varies, or None at no length."""
     skeleton = motion.skeleton
     smallest = _ZERO * skeleton.height

@@ -36,6 +36,7 @@ from twistcore.review.model import levelled, resized
 from twistcore.why_not import Why
 
 _RARE, _RARER = 0.7, 3.0  # logarithms of odds: a side where a limb is half as often, hardly ever
+_OTHER_SIDE = "the other side of the clip may be the wrong one"
 REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
 
 
@@ -212,7 +213,8 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     if abs(interval.residual) > np.radians(0.005):
         parts.append(f"left over {np.degrees(interval.residual):+.2f}°")
     if interval.open:
-        parts.append("open: the other side of the clip may be the wrong one")
+        closes = len(edges) > 1
+        parts.append(f"open: {'one joint alone turns' if closes else _OTHER_SIDE}")
     if not judged.supported:
         parts.append("no longer found at this τ")
     return "; ".join(parts).replace("-", "−")
@@ -245,7 +247,7 @@ def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
     if interval.confidence is not None:
         sentences.append(f"Confidence {interval.confidence:.2f}.")
     if interval.open:
-        sentences.append("Open: the other side of the clip may be the wrong one.")
+        sentences.append(f"Open: {_OTHER_SIDE}.")
     if not judged.supported:
         sentences.append("No longer found at this τ.")
     return " ".join(sentences).replace("-", "−")

@@ -59,7 +59,7 @@ def backwards(motion):
 def test_a_blend_is_left_out_and_little_else(capture, length, course, channels, moving):
     clip = blended(capture, length, course, channels, moving)
     assert length - 1 <= leading_frames(clip) <= length + 4
-    assert find_cuts(clip.rotations, clip.fps)[1 : leading_frames(clip) + 1].all()
+    assert find_cuts(clip)[1 : leading_frames(clip) + 1].all()
     assert all(i.start > length for i in detect(clip))
 
 
@@ -95,9 +95,7 @@ def test_a_blend_into_a_rest_pose(capture):
     assert 10 <= trailing_frames(clip) <= 14
     assert leading_frames(clip) == 0
     last = clip.frames - trailing_frames(clip)
-    np.testing.assert_array_equal(
-        np.flatnonzero(find_cuts(clip.rotations, clip.fps)), np.arange(last, clip.frames)
-    )
+    np.testing.assert_array_equal(np.flatnonzero(find_cuts(clip)), np.arange(last, clip.frames))
     assert not detect(clip).intervals
 
 

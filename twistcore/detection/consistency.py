@@ -29,6 +29,9 @@ from twistcore.rotation import Array, wrap
 SMALLEST_TAU = float(np.radians(1.5))
 SHORTEST_SEGMENT = 0.25  # seconds between cuts
 TAU_IN_SIGMA = 6.0  # an automatic τ: where natural motion's own σ would fill the table, higher
+# Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints.
+# Where no edge of an interval shows so in both, one joint jumps alone: that is only shown.
+SHOWN_IN_BOTH = 0.35
 _FOLLOWS = ("its edges", "its events", "every frame")
 
 
@@ -103,6 +106,7 @@ class ChainAnalysis:
             start + len(offset),
             offset,
             confidence=confidence(pair.gain, abs(residual) / sigma, margin, len(offset)),
+            open=not any(_shown_in_both(self.limb, self.row, table.edges, k) for k in at),
             residual=residual,
             explain=partial(_explained, self.limb, self.row, table.edges, pair, residual),
         )
@@ -110,6 +114,13 @@ class ChainAnalysis:
 
 def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
     return interval.start < frames[1] and frames[0] < interval.stop
+
+
+def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
+    """Whether both joints turn at an edge, one way or the other: near ±180° signs say nothing."""
+    at = row, slice(edges.start[k], edges.stop[k])
+    x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
+    return min(x, y) >= SHOWN_IN_BOTH * max(x, y)
 
 
 def _explained(
@@ -175,7 +186,7 @@ class ConsistencyDetector:
         self, motion: Motion, chains: Sequence[Chain], tell: Tell = nobody
     ) -> ConsistencyAnalysis:
         """Everything that does not depend on τ; tell: how far it is."""
-        cut = find_cuts(motion.rotations, motion.fps)
+        cut = find_cuts(motion)
         segments = _segments(cut, motion.fps)
         cut[:1] = True
         out: dict[str, ChainAnalysis] = {}

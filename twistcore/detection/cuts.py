@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
+from twistcore.detection.bends import bend_steps
 from twistcore.detection.leading_blend import blend_end, held_frames, rest_frames
 from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
-from twistcore.rotation import Array
 
 JUMP = 5.0  # times a joint's own pace
-SMALLEST = float(np.radians(0.5))  # joints that turn less in the jump do not vote
-SHARE = 0.5  # of the joints that turn at all
-FEWEST = 1.0 / 3.0  # of all joints count as turning: where all is still, an error is not a cut
+SMALLEST = float(np.radians(0.5))  # joints that bend less in the jump do not vote
+SHARE = 0.55  # of the joints that bend at all: tremors of a tracked capture reach 0.52
+FEWEST = 1.0 / 3.0  # of all joints count as bending: where all is still, an error is not a cut
 SHARE_BESIDE, HOLE = 0.3, 3  # for frames within HOLE of a cut
 LEADING = 12  # transitions in which a T-pose at the start may blend into the capture
 BLOCK_SECONDS = 0.13  # of the pace: the median over a block outlives a few frames of a cut
 
 
-def find_cuts(rotations: Array, fps: float) -> Mask:
-    """True where the step into a frame is no capture; rotations (frames, joints, 4) → (frames,).
+def find_cuts(motion: Motion) -> Mask:
+    """True where the step into a frame is no capture, (frames,).
 
     That is a cut, or a step of a blend out of the clip's first pose or into a rest pose at its end.
     """
-    cut = _jumps(rotations, fps)
+    rotations, fps = motion.rotations, motion.fps
+    cut = _jumps(motion)
     first = held_frames(rotations)
     if end := blend_end(rotations[first:], fps):
         cut[first + 1 : first + end + 1] = True
@@ -32,40 +33,30 @@ def find_cuts(rotations: Array, fps: float) -> Mask:
     return cut
 
 
-def _jumps(rotations: Array, fps: float) -> Mask:
-    """True where most joints jump at once on the way into a frame.
+def _jumps(motion: Motion) -> Mask:
+    """True where the bends of most joints jump at once on the way into a frame.
 
-    A joint votes where it turns by more than JUMP times its median pace in the calmest of the
-    blocks around, or hardly turns; a cut needs half of the votes of the joints that ever turn.
+    A joint votes where it bends by more than JUMP times its median pace in the calmest of the
+    blocks around, or hardly bends; a cut needs SHARE of the votes of the joints that ever bend.
     """
-    frames = len(rotations)
+    frames = motion.frames
     cut = np.zeros(frames, dtype=bool)
-    block = max(8, round(BLOCK_SECONDS * fps))
+    block = max(8, round(BLOCK_SECONDS * motion.fps))
     if frames < 2 * block:
         return cut
-    # cos(turn/2) says as much as the turn, and cosines of thresholds are fewer than arc cosines;
-    # it is inexact below 1e-6°, far below any vote
-    w, x, y, z = np.ascontiguousarray(rotations.transpose(2, 1, 0))
-    cosine = w[:, :-1] * w[:, 1:]
-    for component in (x, y, z):
-        cosine += component[:, :-1] * component[:, 1:]
-    np.abs(cosine, out=cosine)
-    voting = cosine.min(axis=1) < np.cos(0.5 * SMALLEST)
+    turns = bend_steps(motion)
+    voting = turns.max(axis=1, initial=0.0) > SMALLEST
     voters = max(int(voting.sum()), FEWEST * len(voting))
     if not voting.any():
         return cut
-    cosine = cosine[voting]
+    turns = turns[voting]
     blocks = (frames - 1) // block
-    middle = [(block - 1) // 2, block // 2]
-    within = cosine[:, : blocks * block].reshape(-1, blocks, block)
-    medians = np.partition(within, middle, axis=2)[..., middle]
-    pace = np.arccos(np.minimum(medians, 1.0)).sum(axis=2)  # 2·arccos, the mean of the middle two
+    pace = np.median(turns[:, : blocks * block].reshape(-1, blocks, block), axis=2)
     padded = np.concatenate([pace[:, :1], pace, pace[:, -1:]], axis=1)
     calm = np.maximum(np.minimum(padded[:, :-2], padded[:, 2:]), pace)
-    least = np.cos(np.minimum(0.5 * np.maximum(JUMP * calm, SMALLEST), 0.5 * np.pi))
+    least = np.minimum(np.maximum(JUMP * calm, SMALLEST), np.pi)
     at = np.minimum(np.arange(frames - 1) // block, blocks - 1)
-    jump = cosine < least[:, at]
-    share = np.concatenate([[0.0], jump.sum(axis=0) / voters])
+    share = np.concatenate([[0.0], (turns > least[:, at]).sum(axis=0) / voters])
     # A blend from a T-pose fades out: weaker frames beside a cut belong to it, holes included.
     candidates = np.flatnonzero(share > SHARE_BESIDE)
     if len(candidates):
@@ -83,7 +74,7 @@ def leading_frames(motion: Motion) -> int:
     or not, and before the end of a longer blend. CMU clips: frame 0. The Daz conversion: the first
     8 to 12.
     """
-    cut = find_cuts(motion.rotations, motion.fps)
+    cut = find_cuts(motion)
     near = np.flatnonzero(cut[: held_frames(motion.rotations) + LEADING + 1])
     if not len(near):
         return 0

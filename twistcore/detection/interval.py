@@ -29,7 +29,8 @@ class Interval:
     chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist, or of
     its turn about the limb's line; carried: of a limb flip, whether E turned along with P; joint:
     the name of the joint that jumps alone; confidence: 0…1, or None where the detector has none;
-    open: it may be the other side of the clip that is wrong, so it is not applied unasked;
+    open: it may be the other side of the clip that is wrong, or one joint alone, so it is not
+    applied unasked;
     residual: what is left of the offset behind the closing edge, or the turn of a lone jump,
     radians; explain: tells why it was found, asked only where a person looks.
     """

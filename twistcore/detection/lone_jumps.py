@@ -41,7 +41,7 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
-    cut = find_cuts(motion.rotations, motion.fps)
+    cut = find_cuts(motion)
     cut[:1] = True
     in_room = forward_kinematics(motion)[0]
     least = limit(motion.fps)

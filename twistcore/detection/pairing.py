@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.edges import Edges
-from twistcore.detection.prediction import Mask
+from twistcore.detection.prediction import Index, Mask
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.rotation import Array, wrap
 
@@ -36,7 +36,11 @@ COUNTED = float(np.radians(1.5))  # smaller steps inside are free: they cannot b
 FOLLOW_COST, FOLLOW_ALL_COST = 2.0, 4.0
 TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005  # of closing, beside the scales
 CLOSING_CAP = 25.0
-SHORT_SECONDS = 0.25  # an unpaired jump's shorter side up to this is applied, longer is open
+# An unpaired jump's shorter side is applied up to this long, frames where seconds are fewer, and up
+# to this share of the other side: which is wrong says their length alone. What is longer is open.
+SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 0.7, 24, 0.5
+USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # what is longer must be surer
+SPANNING = 0.125  # of a pair's length beside it in its segment: these ends are the error instead
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # edges an interval may span
 BLOCK = 64  # rows of the table made at once
@@ -170,17 +174,15 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
     chosen = table.edges[at]
     order = np.argsort(chosen.stop, kind="stable")
     ready_ = np.searchsorted(chosen.stop[order], chosen.start, side="right")
-    alone_ = chosen.gain - BORDER_PRIOR
-    short = round(SHORT_SECONDS * fps)
-    at_low = (chosen.stop - 1 - table.low <= short).tolist()
-    ready, alone = ready_.tolist(), alone_.tolist()  # ready: edges that end before this one starts
-    candidates = _candidates(table, asked)
+    from_low, from_high = _alone(table, chosen, fps)
+    ready, alone = ready_.tolist(), from_low.tolist()  # ready: edges that end before this one
+    candidates = _candidates(table, asked, _longest_alone(fps))
     best = [0.0] * (n + 1)
     back: list[Pair | None] = [None] * (n + 1)
     rank = (np.cumsum(asked) - 1).tolist()
     for m, k in enumerate(order.tolist()):
         top, pair = best[m], None
-        if at_low[k] and alone[k] > top:
+        if alone[k] > top:
             top, pair = alone[k], Pair(-1, int(at[k]), LEVEL, alone[k])
         for found in candidates[k]:
             value = found.gain + best[min(ready[rank[found.opening]], m)]
@@ -189,11 +191,10 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
         best[m + 1], back[m + 1] = top, pair
     out: list[Pair] = []
     m = n
-    tail = alone_ + np.array(best)[ready_]
-    tail[table.high - chosen.start > short] = -np.inf
+    tail = from_high + np.array(best)[ready_]
     if tail.max() > best[n]:
         k = int(tail.argmax())
-        out.append(Pair(int(at[k]), -1, LEVEL, alone[k]))
+        out.append(Pair(int(at[k]), -1, LEVEL, float(from_high[k])))
         m = ready[k]
     while m > 0:
         pair = back[m]
@@ -205,16 +206,54 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
     return out[::-1]
 
 
-def _candidates(table: PairTable, asked: Mask) -> list[list[Pair]]:
+def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
+    """What edges gain that close an error from the segment's start, or open one to its end, (n,).
+
+    −inf where that side is long, or is not by far the shorter one.
+    """
+    before, behind = edges.stop - 1 - table.low, table.high - edges.start
+    longest = _longest_alone(fps)
+    gains = []
+    for side, other in ((before, behind), (behind, before)):
+        short = (side <= longest) & (side <= SHORT_SHARE * other)
+        gain = _gain_alone(edges, side) - UNUSUAL_COST * (side > round(USUAL_SECONDS * fps))
+        gains.append(np.where(short, gain, -np.inf))
+    return gains[0], gains[1]
+
+
+def _gain_alone(edges: Edges, side: Index) -> Array:
+    """What edges gain with a border that is `side` frames away, (n,)."""
+    gain: Array = edges.gain - BORDER_PRIOR - LENGTH * np.log1p(side / LENGTH_FRAMES)
+    return gain
+
+
+def _longest_alone(fps: float) -> int:
+    """Frames up to which a border and one edge make an interval that is applied."""
+    return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
+
+
+def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]:
     """For every edge asked for, the pairs that it may close.
 
-    A pair is left out where a nearer opening gains as much: it could take its place.
+    A pair is left out where a nearer opening gains as much: it could take its place. So is one that
+    spans nearly all of the segment, or most of it where two errors at its ends gain more.
     """
     out: list[list[Pair]] = []
+    edges, whole = table.edges, table.high - table.low
+    before, behind = edges.stop - 1 - table.low, table.high - edges.start
+    early, late = before <= longest, behind <= longest
+    from_low, from_high = _gain_alone(edges, before), _gain_alone(edges, behind)
     for block in table.blocks:
         rows = np.flatnonzero(asked[block.first_row : block.first_row + len(block.gain)])
         columns = np.flatnonzero(asked[block.first_column :][: block.gain.shape[1]])
         gain = block.gain[np.ix_(rows, columns)]
+        if late[rows + block.first_row].any() and early[columns + block.first_column].any():
+            closing, opening = rows[:, None] + block.first_row, columns + block.first_column
+            inside = edges.start[closing] - edges.start[opening]
+            apart = from_low[opening] + from_high[closing]
+            share = np.where(gain < apart, SHORT_SHARE, SPANNING)
+            spans = late[closing] & early[opening] & (whole - inside <= share * inside)
+            gain[spans] = -np.inf
         nearer = np.maximum.accumulate(gain[:, ::-1], axis=1)[:, ::-1]
         record = np.isfinite(gain)
         record[:, :-1] &= gain[:, :-1] > nearer[:, 1:]

@@ -172,7 +172,7 @@ class LimbFlipAnalysis:
 
 def analyse_limbs(motion: Motion, limbs: Sequence[Limb], tell: Tell = nobody) -> LimbFlipAnalysis:
     """Everything that does not depend on τ; tell: how far it is."""
-    border = find_cuts(motion.rotations, motion.fps)
+    border = find_cuts(motion)
     swivels = []
     for k, limb in enumerate(limbs):
         tell(k / len(limbs))

@@ -1,0 +1,80 @@
+"""How far every joint bends from frame to frame, whatever the twists of its bones [MATH.md §4.8].
+
+A joint's bend is the angle between the bone that it hangs on and its own. A twist error turns a
+joint about its bone and the next one back: no bone leaves its direction and no bend changes,
+however many chains go wrong in the same frames. A limb flip changes two bends of its limb.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twistcore.chain import bone_direction
+from twistcore.motion import Motion
+from twistcore.rotation import Array, multiply, rotate
+
+_SHORTEST = 1e-6  # of the skeleton's height: what is shorter has no direction
+
+
+def bend_steps(motion: Motion) -> Array:
+    """Changes of all bends and turns of all roots, radians ≥ 0, (as many, frames − 1).
+
+    Of a joint that hangs on no bone, in its root's place, its own bone's turn in the root's frame.
+    """
+    parents, q = motion.skeleton.parents, motion.rotations
+    above = [bone_direction(motion, j, []) if p >= 0 else None for j, p in enumerate(parents)]
+    hanging: dict[tuple[int, bool], list[tuple[list[int], Array, Array | None]]] = {}
+    for joint in np.flatnonzero(parents >= 0).tolist():
+        own, path = _own_bone(motion, joint, above), _path(motion, joint, above)
+        if own is not None:
+            of = above[path[0]]
+            hanging.setdefault((len(path), of is None), []).append((path, own, of))
+    roots = np.flatnonzero(parents < 0)
+    cosine = np.abs(np.einsum("tjc,tjc->jt", q[:-1, roots], q[1:, roots]))
+    found = [2.0 * np.arccos(np.minimum(cosine, 1.0))]
+    for (_, on_root), alike in hanging.items():
+        paths, bones, of_all = zip(*alike, strict=True)
+        first, *others = np.array(paths).T
+        turned = q[:, first]
+        for joints in others:
+            turned = multiply(turned, q[:, joints])
+        directions = rotate(turned, _together(bones))
+        if on_root:
+            found.append(_angles(directions[:-1], directions[1:]))
+        else:
+            found.append(np.abs(np.diff(_angles(directions, _together(of_all)), axis=1)))
+    return np.concatenate(found)
+
+
+def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | None:
+    """Direction of a joint's longest bone in its own frame, (3,) or (frames, 3); None: it has none.
+
+    The End Site counts where no child is away from the joint.
+    """
+    children = [c for c in motion.skeleton.children[joint] if above[c] is not None]
+    if children:
+        lengths = [np.linalg.norm(motion.translation(c), axis=-1).mean() for c in children]
+        return above[children[int(np.argmax(lengths))]]
+    end = motion.skeleton.end_offsets.get(joint, np.zeros(3))
+    length = float(np.linalg.norm(end))
+    return end / length if length > _SHORTEST * motion.skeleton.height else None
+
+
+def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
+    """Joints in one place from the one that ends a bone, or is next to a root, down to `joint`."""
+    parents, path = motion.skeleton.parents, [joint]
+    while above[path[0]] is None and parents[parents[path[0]]] >= 0:
+        path.insert(0, int(parents[path[0]]))
+    return path
+
+
+def _together(directions: tuple[Array, ...]) -> Array:
+    """Directions (3,) or (frames, 3) of several joints, (joints, 3) or (frames, joints, 3)."""
+    return np.stack(np.broadcast_arrays(*directions), axis=-2)
+
+
+def _angles(one: Array, other: Array) -> Array:
+    """Angles between unit vectors (frames, joints, 3), radians, (joints, frames)."""
+    cosine = np.einsum("...jc,...jc->...j", one, other).T
+    angles: Array = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return angles
