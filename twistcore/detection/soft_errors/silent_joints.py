@@ -18,6 +18,9 @@ STILL = float(
 )  # a frame: a silent joint's text has six decimals, or stays the same
 STANDS = float(np.radians(0.1))  # how far a level that stands may be off
 LEAST_STILL = 0.08  # of the frames in which the other joint moves
+# Of equal parts of a clip, those in which it stands still at all: a joint that only rests for a
+# while does so in one or two.
+PARTS, LEAST_PARTS = 8, 4
 LEAST_STANDING = 0.08  # of all frames, at the level of most
 MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and so many frames of it
 SMALLEST = float(np.radians(1.5))  # what is off by less all the time is not asked for
@@ -33,6 +36,9 @@ def standing_level(increments: Array, other: Array) -> Array | None:
     moving = np.abs(other) > MOVES
     still = np.abs(increments) < STILL
     if moving.sum() < FEWEST or still[moving].mean() < LEAST_STILL:
+        return None
+    parts = [part.any() for part in np.array_split(still & moving, PARTS)]
+    if sum(parts) < LEAST_PARTS:
         return None
     level = np.cumsum(increments)
     order = np.sort(level)

@@ -16,6 +16,7 @@ from twistcore.rotation import Array
 SEED = 30.0  # nats of the three probes of a span; clean motion stays below
 NEAR = 0.8  # of SEED, at another span of the same place
 PRIOR = 22.0  # nats that an interval must gain, own and in its limb
+OF_LIMB = 0.7  # of what an interval gains in its own chain it must gain in its limb
 LEVEL_PRICE = 8.0  # of the four numbers of a softened level
 COVERED = 4.0  # nats for what a departure costs on average and for leaving it free
 CLOSE = 3.0  # σ from which a residual has little more to say
@@ -149,7 +150,9 @@ class Search:
             self._surprise.take_out(f.row, f.start, -f.offset)
             self._surprise.look_again(f.row, f.start, f.stop)
         best = int(np.argmax(judged))
-        return rivals[best] if judged[best] > PRIOR else None
+        # The image of another chain's error is explained at the cost of that chain.
+        enough = max(PRIOR, OF_LIMB * rivals[best].gain)
+        return rivals[best] if judged[best] > enough else None
 
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
         """Of what explains seeds of shorter and longer spans the first that leaves no other.

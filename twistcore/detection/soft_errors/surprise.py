@@ -28,6 +28,7 @@ CAP = 14.0  # nats: beyond, one departure is as unlikely as another
 # so much counts.
 WEIGHT = 0.175
 SMALLEST = float(np.radians(1.5))  # departures below are never asked for
+LEAST_AROUND = 6  # frames around an error in which nothing may be left
 SEED_CAP = 20.0  # nats of a probe that a search begins at
 LONGEST = 2.0  # spans up to so many times as long as a stretch tell of it
 
@@ -174,15 +175,16 @@ class Surprise:
         return np.concatenate(parts, axis=1)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
-        """The most that the probes of a span around an error say when it is taken out, nats."""
+        """The most that the probes of a span around an error say when it is taken out, nats.
+
+        Of spans that reach little beyond it: another error may be near.
+        """
         most, stop = 0.0, start + len(offset)
+        margin = max(LEAST_AROUND, len(offset) // 2)
         for a in self._telling(len(offset)):
             span = a.natural.span
-            half = span.reach + span.length // 2
-            first, last = self._positions(span, start - half, stop + half, a.u.shape[-1])
-            middles = span.step * np.arange(first, last) + half
-            first += int(np.searchsorted(middles, start - span.length // 2))
-            last -= int((middles > stop + span.length // 2).sum())
+            first = max(0, -(-(start - margin) // span.step))
+            last = min(a.u.shape[-1], (stop + margin - span.support) // span.step + 1)
             if last <= first:
                 continue
             begin, end = span.step * first, span.step * (last - 1) + span.support
