@@ -13,9 +13,9 @@ from twistcore.detection.soft_errors.softened_level import KERNELS, fitted, gues
 from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise, cost
 from twistcore.rotation import Array
 
-SEED = 30.0  # nats of the three probes of a span; clean motion stays below
+SEED = 18.0  # nats of the three probes of a span
 NEAR = 0.8  # of SEED, at another span of the same place
-PRIOR = 22.0  # nats that an interval must gain, own and in its limb
+PRIOR = 45.0  # nats that an interval must gain, own and in its limb: clean motion gains up to 30
 OF_LIMB = 0.7  # of what an interval gains in its own chain it must gain in its limb
 LEVEL_PRICE = 8.0  # of the four numbers of a softened level
 COVERED = 4.0  # nats for what a departure costs on average and for leaving it free
@@ -110,7 +110,7 @@ class Search:
             top = max(seeds, key=lambda s: (round(s.gain), -s.length))
             best = self._best_of_limb(top)
             if best is None:
-                reach = max(2, top.length // 4)
+                reach = max(2, top.length // 2)
                 self._done[top.row][max(top.middle - reach, 0) : top.middle + reach + 1] = True
                 continue
             found.append(best)
