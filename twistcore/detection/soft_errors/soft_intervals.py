@@ -23,6 +23,7 @@ from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.rotation import Array
 
 ROUNDS = 2
+KNOWN_FIRST = 10.0  # nats by which jumps may explain a stretch less
 BESIDE = 2  # frames around an interval in which a departure puts it in doubt
 
 
@@ -81,9 +82,54 @@ def soft_intervals(
     for i in limbs_left:
         found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
     if lively.any():
-        found += _lively_errors(surprise, bad, lively)
+        found += _better(surprise, doubted, _lively_errors(surprise, bad, lively))
     replaced = [k for k in doubted if any(_meets(surprise, k, f) for f in found)]
     return found, replaced
+
+
+def _better(
+    surprise: Surprise, doubted: Sequence[Known], found: Sequence[SoftError]
+) -> list[SoftError]:
+    """Of soft errors those that explain more than what was known in their place.
+
+    What meets, in a limb, stands or falls together: a stretch is explained by the one or the other.
+    """
+    out: list[SoftError] = []
+    for limb in range(surprise.limbs.count):
+        rows = surprise.limb(limb)
+        news = [f for f in found if f.row in rows]
+        olds = [k for k in doubted if k.row in rows]
+        for low, high in _stretches([*news, *olds]):
+            here = [f for f in news if low <= f.start < high]
+            there = [k for k in olds if low <= k.start < high]
+            if here and there:
+                margin = (high - low) // 2 + 8
+                window = max(low - margin, 0), min(high + margin, surprise.frames)
+                left = sum(surprise.of(r, *window) for r in rows)
+                for f in here:
+                    _move(surprise, f, -1.0)
+                for k in there:
+                    _move(surprise, k, 1.0)
+                if sum(surprise.of(r, *window) for r in rows) < left + KNOWN_FIRST:
+                    continue
+            out += here
+    return out
+
+
+def _move(surprise: Surprise, error: SoftError | Known, sign: float) -> None:
+    surprise.take_out(error.row, error.start, sign * error.offset)
+    surprise.look_again(error.row, error.start, error.stop)
+
+
+def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
+    """Frames [low, high) of errors that meet."""
+    out: list[tuple[int, int]] = []
+    for e in sorted(errors, key=lambda e: e.start):
+        if out and e.start < out[-1][1]:
+            out[-1] = out[-1][0], max(out[-1][1], e.stop)
+        else:
+            out.append((e.start, e.stop))
+    return out
 
 
 def _lively_errors(surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]) -> list[SoftError]:
