@@ -21,6 +21,7 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.offsets import offsets_of
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, pair_table, unpaired
 from twistcore.detection.prediction import Mask
+from twistcore.detection.straight_limbs import StraightError, interval_of, straight_limb
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array, wrap
@@ -42,6 +43,7 @@ class ChainAnalysis:
     edges: Edges
     step: Mask
     tables: tuple[PairTable, ...]  # one a segment between cuts
+    straight: tuple[StraightError, ...] = ()  # whose jumps no table has
     _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)  # τ moves: most stay
     _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
 
@@ -49,6 +51,8 @@ class ChainAnalysis:
         """|d| at events, the |jump| of an edge at its peak, else 0; radians, (frames,)."""
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
+        for error in self.straight:
+            curve[error.peak] = max(curve[error.peak], error.strength)
         return curve
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
@@ -63,6 +67,9 @@ class ChainAnalysis:
             if key not in self._solved:
                 self._solved[key] = self._solve(table, tau)
             found += self._solved[key]
+        if past := [e for e in self.straight if e.strength >= tau]:
+            found += [interval_of(self.name, e) for e in past]
+            found.sort(key=lambda i: (i.start, i.stop))
         return tuple(found)
 
     def _solve(self, table: PairTable, tau: float) -> list[Interval]:
@@ -139,8 +146,7 @@ class ConsistencyAnalysis:
 
     def automatic_tau(self, chain: str) -> float:
         """max(1.5°, 6·median σ of the chain), radians."""
-        c = self.chains[chain]
-        return max(SMALLEST_TAU, TAU_IN_SIGMA * float(np.median(c.limb.sigma[c.row])))
+        return _automatic_tau(self.chains[chain].limb, self.chains[chain].row)
 
     def strength(self, chain: str) -> Array:
         """m_c(t), radians ≥ 0, (frames,)."""
@@ -174,10 +180,19 @@ class ConsistencyDetector:
                 tables = tuple(
                     pair_table(counter, row, edges, step, low, high) for low, high in segments
                 )
+                tau = _automatic_tau(counter, row)
+                straight = straight_limb(motion, chain, counter, row, edges, step, tables, tau)
+                if straight:
+                    edges, tables = straight.edges, straight.tables
+                errors = straight.errors if straight else ()
                 out[chain.name] = ChainAnalysis(
-                    chain.name, motion.fps, counter, row, edges, step, tables
+                    chain.name, motion.fps, counter, row, edges, step, tables, errors
                 )
         return ConsistencyAnalysis(out, cut)
+
+
+def _automatic_tau(counter: CounterRotation, row: int) -> float:
+    return max(SMALLEST_TAU, TAU_IN_SIGMA * float(np.median(counter.sigma[row])))
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:

@@ -1,0 +1,159 @@
+"""Which of a chain's jumps are errors of a straight limb, and which are not [MATH.md §4]."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.detection.counter_rotation import CounterRotation
+from twistcore.detection.edges import Edges
+from twistcore.detection.offsets import offsets_of
+from twistcore.detection.pairing import PairTable, best_pairs, pair_table
+from twistcore.detection.straight_limbs.straight_spells import (
+    Bend,
+    Mask,
+    StraightError,
+    bend_of,
+    errors_in,
+    may_err,
+)
+from twistcore.motion import Motion
+from twistcore.rotation import Array, wrap
+
+ROUNDS = 3  # of leaving out jumps that the bent limb gainsays
+SHARP = 0.04  # seconds: an edge as short is a jump's, whatever the bend
+BESIDE = 1  # frames beside an error to which its transitions reach
+
+
+@dataclass(frozen=True, eq=False)
+class StraightLimb:
+    """Errors of a limb's straight spells, by start; the edges that are not theirs, and their pairs."""
+
+    errors: tuple[StraightError, ...]
+    edges: Edges
+    tables: tuple[PairTable, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Jumping:
+    """An interval by its jumps: δ from frame `start` on, radians; `peaks` of its edges.
+
+    edge: frames of the longer one.
+    """
+
+    start: int
+    offset: Array
+    edge: int
+    peaks: tuple[int, ...]
+
+    @property
+    def frames(self) -> slice:
+        """Where it stands."""
+        return slice(self.start, self.start + len(self.offset))
+
+
+@dataclass(frozen=True, eq=False)
+class _Jumps:
+    """What the search for jumps knows of a chain, and the τ that it is asked at, radians."""
+
+    counter: CounterRotation
+    row: int
+    edges: Edges
+    step: Mask
+    tables: tuple[PairTable, ...]
+    tau: float
+    fps: float
+
+    def without(self, peaks: Mask) -> _Jumps:
+        """Without the edges that peak in these frames, (frames,)."""
+        edges = self.edges[~peaks[self.edges.peak]]
+        tables = tuple(
+            pair_table(self.counter, self.row, edges, self.step, table.low, table.high)
+            for table in self.tables
+        )
+        return replace(self, edges=edges, tables=tables)
+
+    def found(self) -> list[_Jumping]:
+        """The intervals that explain most, closed or to a border."""
+        out = []
+        for table in self.tables:
+            pairs = best_pairs(table, self.tau, self.fps)
+            levels = offsets_of(pairs, table, self.counter, self.row, self.step)
+            for pair, (start, offset, _) in zip(pairs, levels, strict=True):
+                at = [k for k in pair[:2] if k >= 0]
+                edge = int((table.edges.stop[at] - table.edges.start[at]).max())
+                out.append(_Jumping(start, offset, edge, tuple(table.edges.peak[at].tolist())))
+        return out
+
+
+def straight_limb(
+    motion: Motion,
+    chain: Chain,
+    counter: CounterRotation,
+    row: int,
+    edges: Edges,
+    step: Mask,
+    tables: tuple[PairTable, ...],
+    tau: float,
+) -> StraightLimb | None:
+    """Errors of a chain's straight spells beside what its jumps of at least τ radians explain.
+
+    None where there are none, and for a chain without a grandchild, which has no bend. Which of
+    two spells is the error is told by the bend, not by the length: an interval of jumps stands
+    against it only if it is sharp, or if it brings the bent limb back to its hinge.
+    """
+    if chain.grandchild < 0:
+        return None
+    increments = counter.x[row], counter.y[row]
+    bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, motion.fps)
+    if not may_err(increments, bend, motion.fps):
+        return None
+    jumps = _Jumps(counter, row, edges, step, tables, tau, motion.fps)
+    certain = [j for j in jumps.found() if _certain(j, bend, motion.fps)]
+    left = _without(increments, certain)
+    errors = [e for t in tables for e in errors_in(left, bend, t.low, t.high, motion.fps)]
+    if not errors:
+        return None
+    claimed = np.zeros(motion.frames, dtype=bool)
+    for e in errors:
+        claimed[max(e.start - BESIDE, 0) : e.stop + 1 + BESIDE] = True
+    for j in certain:
+        claimed[list(j.peaks)] = False
+    for _ in range(ROUNDS):
+        jumps = jumps.without(claimed)
+        gainsaid = [j for j in jumps.found() if _hinge_says(j, bend) is False]
+        if not gainsaid:
+            break
+        for j in gainsaid:
+            claimed[list(j.peaks)] = True
+    return StraightLimb(tuple(errors), jumps.edges, jumps.tables)
+
+
+def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
+    """Both increments without some errors, radians, (frames,) each."""
+    known = np.zeros(len(increments[0]))
+    for j in jumping:
+        known[j.frames] += j.offset
+    steps = np.diff(known, prepend=known[:1])
+    return wrap(increments[0] - steps), wrap(increments[1] + steps)
+
+
+def _certain(jumping: _Jumping, bend: Bend, fps: float) -> bool:
+    """Whether an interval is an error whatever the straight limb says."""
+    says = _hinge_says(jumping, bend)
+    return jumping.edge <= max(1, round(SHARP * fps)) if says is None else says
+
+
+def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:
+    """Whether an interval brings the bent limb back to its hinge; None where that cannot tell."""
+    if bend.azimuth is None:
+        return None
+    told = bend.bent[jumping.frames]
+    off = bend.azimuth[jumping.frames][told]
+    if not told.any():
+        return None
+    back = wrap(off + jumping.offset[told])
+    return bool(np.abs(back).sum() < np.abs(off).sum())
