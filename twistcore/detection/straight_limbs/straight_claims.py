@@ -12,25 +12,29 @@ from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.edges import Edges
 from twistcore.detection.offsets import offsets_of
 from twistcore.detection.pairing import PairTable, best_pairs, pair_table
+from twistcore.detection.straight_limbs.straight_course import course
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Mask,
+    Spell,
     StraightError,
     bend_of,
     errors_in,
+    left_over,
     may_err,
+    spells,
 )
 from twistcore.motion import Motion
 from twistcore.rotation import Array, wrap
 
 ROUNDS = 3  # of leaving out jumps that the bent limb gainsays
-SHARP = 0.04  # seconds: an edge as short is a jump's, whatever the bend
+AS_LITTLE = float(np.radians(2.0))  # more of a counter-turn may jumps leave
 BESIDE = 1  # frames beside an error to which its transitions reach
 
 
 @dataclass(frozen=True, eq=False)
 class StraightLimb:
-    """Errors of a limb's straight spells, by start; the edges that are not theirs, and their pairs."""
+    """Errors of a limb's straight spells, by start; edges that are not theirs, and their pairs."""
 
     errors: tuple[StraightError, ...]
     edges: Edges
@@ -39,14 +43,10 @@ class StraightLimb:
 
 @dataclass(frozen=True, eq=False)
 class _Jumping:
-    """An interval by its jumps: δ from frame `start` on, radians; `peaks` of its edges.
-
-    edge: frames of the longer one.
-    """
+    """An interval by its jumps: δ from frame `start` on, radians; `peaks` of its edges."""
 
     start: int
     offset: Array
-    edge: int
     peaks: tuple[int, ...]
 
     @property
@@ -84,8 +84,7 @@ class _Jumps:
             levels = offsets_of(pairs, table, self.counter, self.row, self.step)
             for pair, (start, offset, _) in zip(pairs, levels, strict=True):
                 at = [k for k in pair[:2] if k >= 0]
-                edge = int((table.edges.stop[at] - table.edges.start[at]).max())
-                out.append(_Jumping(start, offset, edge, tuple(table.edges.peak[at].tolist())))
+                out.append(_Jumping(start, offset, tuple(table.edges.peak[at].tolist())))
         return out
 
 
@@ -103,7 +102,7 @@ def straight_limb(
 
     None where there are none, and for a chain without a grandchild, which has no bend. Which of
     two spells is the error is told by the bend, not by the length: an interval of jumps stands
-    against it only if it is sharp, or if it brings the bent limb back to its hinge.
+    against it only if it brings the bent limb back to its hinge, or leaves as little unexplained.
     """
     if chain.grandchild < 0:
         return None
@@ -112,16 +111,22 @@ def straight_limb(
     if not may_err(increments, bend, motion.fps):
         return None
     jumps = _Jumps(counter, row, edges, step, tables, tau, motion.fps)
-    certain = [j for j in jumps.found() if _certain(j, bend, motion.fps)]
-    left = _without(increments, certain)
-    errors = [e for t in tables for e in errors_in(left, bend, t.low, t.high, motion.fps)]
+    found = jumps.found()
+    left = _without(increments, [j for j in found if _hinge_says(j, bend)])
+    unsaid = [j for j in found if _hinge_says(j, bend) is None]
+    errors: list[StraightError] = []
+    claimed = np.zeros(motion.frames, dtype=bool)
+    for table in tables:
+        for spell in spells(left, bend, table.low, table.high, motion.fps):
+            own = _error_of(left, unsaid, spell, motion.fps)
+            errors += own
+            if own:
+                claimed[max(spell.start - BESIDE, 0) : spell.stop + 1 + BESIDE] = True
     if not errors:
         return None
-    claimed = np.zeros(motion.frames, dtype=bool)
-    for e in errors:
-        claimed[max(e.start - BESIDE, 0) : e.stop + 1 + BESIDE] = True
-    for j in certain:
-        claimed[list(j.peaks)] = False
+    for j in found:
+        if _hinge_says(j, bend):
+            claimed[list(j.peaks)] = False
     for _ in range(ROUNDS):
         jumps = jumps.without(claimed)
         gainsaid = [j for j in jumps.found() if _hinge_says(j, bend) is False]
@@ -132,6 +137,21 @@ def straight_limb(
     return StraightLimb(tuple(errors), jumps.edges, jumps.tables)
 
 
+def _error_of(
+    increments: tuple[Array, Array], jumping: Sequence[_Jumping], spell: Spell, fps: float
+) -> list[StraightError]:
+    """Errors of a spell by its bend; none where jumps leave as little of a counter-turn."""
+    delta, jumped = (np.zeros(len(increments[0])) for _ in range(2))
+    own = slice(spell.start, spell.stop)
+    delta[own] = course(increments, spell.start, spell.stop, spell.low, spell.high, fps)
+    for j in jumping:
+        jumped[j.frames] += j.offset
+    rivals = [left_over(increments, d, spell, fps) for d in (delta, jumped)]
+    if rivals[1] <= rivals[0] + AS_LITTLE:
+        return []
+    return errors_in(increments, delta[own], spell, fps)
+
+
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
     """Both increments without some errors, radians, (frames,) each."""
     known = np.zeros(len(increments[0]))
@@ -139,12 +159,6 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
         known[j.frames] += j.offset
     steps = np.diff(known, prepend=known[:1])
     return wrap(increments[0] - steps), wrap(increments[1] + steps)
-
-
-def _certain(jumping: _Jumping, bend: Bend, fps: float) -> bool:
-    """Whether an interval is an error whatever the straight limb says."""
-    says = _hinge_says(jumping, bend)
-    return jumping.edge <= max(1, round(SHARP * fps)) if says is None else says
 
 
 def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.straight_limbs.straight_course import course
 from twistcore.rotation import Array, rotate, wrap
 
 Mask = NDArray[np.bool_]
@@ -38,6 +37,26 @@ class Bend:
     def bent(self) -> Mask:
         """Frames whose twist is well determined."""
         return self.angle > BENT
+
+
+@dataclass(frozen=True)
+class Spell:
+    """Frames [start, stop) in which a limb is not bent, of the segment [low, high) between cuts."""
+
+    start: int
+    stop: int
+    low: int
+    high: int
+
+    @property
+    def closed(self) -> int:
+        """At how many ends the limb is bent."""
+        return int(self.start > self.low) + int(self.stop < self.high)
+
+    def windows(self, window: int) -> slice:
+        """The windows over its frames and those beside them, by the frame before each."""
+        first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
+        return slice(first, max(first, last))
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,47 +106,69 @@ def may_err(increments: tuple[Array, Array], bend: Bend, fps: float) -> bool:
     return bool((hits & (low < BENT)).any()) and bool(bend.bent.any())
 
 
-def errors_in(
+def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
-) -> list[StraightError]:
-    """Errors of the limb's straight spells within the segment [low, high), by start.
+) -> list[Spell]:
+    """Straight spells of the segment [low, high) beside a bent limb in which P and C counter-turn."""
+    window = window_of(fps)
+    hits = _mirrored(*(_over_window(v, fps) for v in increments))
+    hits[:low] = hits[max(high - window, 0) :] = False
+    out = []
+    for start, stop in runs(~bend.bent[low:high]):
+        spell = Spell(start + low, stop + low, low, high)
+        if spell.closed and hits[spell.windows(window)].any():
+            out.append(spell)
+    return out
 
-    increments: x and y without the errors that are known. Only spells beside a bent limb tell; and
-    an error must set in or end with a transition in which both joints turn.
+
+def errors_in(
+    increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
+) -> list[StraightError]:
+    """The runs of δ in a spell that set in or end with a transition in which both joints turn.
+
+    delta: radians, of the spell's frames.
     """
     window = window_of(fps)
     x, y = (_over_window(v, fps) for v in increments)
     hits = _mirrored(x, y)
-    hits[:low] = hits[max(high - window, 0) :] = False
+    hits[: spell.low] = hits[max(spell.high - window, 0) :] = False
+    change = np.zeros(len(hits) + window)
+    change[spell.start : spell.stop] = delta
+    change = change[window:] - change[:-window]
+    # The transition must be what δ explains, not motion beside it.
+    hits &= change * np.sign(x) >= EXPLAINED * np.minimum(np.abs(x), np.abs(y))
+    clear = np.where(hits, np.abs(change), 0.0)
     found = []
-    for start, stop in runs(~bend.bent[low:high]):
-        start, stop = start + low, stop + low
-        if (start == low and stop == high) or not hits[max(start - window, 0) : stop].any():
+    for a, b in _parts(np.abs(delta) > NOTHING, fps):
+        first = max(spell.start + a - window, 0)
+        own = clear[first : spell.start + b]
+        if not own.any():
             continue
-        delta = course(increments, start, stop, low, high, fps)
-        change = np.zeros(len(hits) + window)
-        change[start:stop] = delta
-        change = change[window:] - change[:-window]
-        for a, b in _parts(np.abs(delta) > NOTHING, fps):
-            own = slice(max(start + a - window, 0), start + b)
-            # The transition must be what δ explains, not motion beside it.
-            least = EXPLAINED * np.minimum(np.abs(x[own]), np.abs(y[own]))
-            clear = np.where(hits[own], np.abs(change[own]), 0.0)
-            clear[(change[own] * np.sign(x[own]) < least)] = 0.0
-            if not clear.any():
-                continue
-            k = int(clear.argmax()) + own.start
-            closed = int(start > low) + int(stop < high)
-            error = StraightError(
-                start=start + a,
-                offset=delta[a:b],
-                peak=k + 1 + window // 2,
-                turns=(float(x[k]), float(y[k])),
-                strength=float(abs(change[k])),
-                closed=closed,
-            )
-            found.append(error)
+        k = int(own.argmax()) + first
+        error = StraightError(
+            start=spell.start + a,
+            offset=delta[a:b],
+            peak=k + 1 + window // 2,
+            turns=(float(x[k]), float(y[k])),
+            strength=float(clear[k]),
+            closed=spell.closed,
+        )
+        found.append(error)
     return found
+
+
+def left_over(increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float) -> float:
+    """The most by which P and C still counter-turn within the window without δ, radians.
+
+    delta: of all frames, (frames,).
+    """
+    steps = np.diff(delta, prepend=delta[:1])
+    own = spell.windows(window_of(fps))
+    x, y = increments
+    turn = _over_window(wrap(x - steps), fps)[own]
+    answer = _over_window(wrap(y + steps), fps)[own]
+    both = np.minimum(np.abs(turn), np.abs(answer))
+    return float(np.max(both, where=turn * answer < 0.0, initial=0.0))
 
 
 def window_of(fps: float) -> int:
