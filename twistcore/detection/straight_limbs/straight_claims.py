@@ -21,7 +21,6 @@ from twistcore.detection.straight_limbs.straight_spells import (
     bend_of,
     errors_in,
     left_over,
-    may_err,
     spells,
 )
 from twistcore.motion import Motion
@@ -108,7 +107,7 @@ def straight_limb(
         return None
     increments = counter.x[row], counter.y[row]
     bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, motion.fps)
-    if not may_err(increments, bend, motion.fps):
+    if not any(spells(increments, bend, t.low, t.high, motion.fps) for t in tables):
         return None
     jumps = _Jumps(counter, row, edges, step, tables, tau, motion.fps)
     found = jumps.found()
@@ -149,7 +148,7 @@ def _error_of(
     rivals = [left_over(increments, d, spell, fps) for d in (delta, jumped)]
     if rivals[1] <= rivals[0] + AS_LITTLE:
         return []
-    return errors_in(increments, delta[own], spell, fps)
+    return errors_in(increments, delta, spell, fps)
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:

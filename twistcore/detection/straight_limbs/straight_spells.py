@@ -99,24 +99,14 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     return Bend(angle, azimuth if np.median(np.abs(azimuth[bent])) < HINGE else None)
 
 
-def may_err(increments: tuple[Array, Array], bend: Bend, fps: float) -> bool:
-    """Whether P and C turn against each other anywhere beside or in a straight spell."""
-    hits = _mirrored(*(_over_window(v, fps) for v in increments))
-    low = np.minimum(bend.angle[: len(hits)], bend.angle[len(bend.angle) - len(hits) :])
-    return bool((hits & (low < BENT)).any()) and bool(bend.bent.any())
-
-
 def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
-    """Straight spells of the segment [low, high) beside a bent limb in which P and C counter-turn."""
-    window = window_of(fps)
-    hits = _mirrored(*(_over_window(v, fps) for v in increments))
-    hits[:low] = hits[max(high - window, 0) :] = False
+    """Straight spells of the segment [low, high) beside a bent limb where P and C counter-turn."""
     out = []
     for start, stop in runs(~bend.bent[low:high]):
         spell = Spell(start + low, stop + low, low, high)
-        if spell.closed and hits[spell.windows(window)].any():
+        if spell.closed and _mirrored(*_turns(increments, spell, fps)).any():
             out.append(spell)
     return out
 
@@ -126,31 +116,27 @@ def errors_in(
 ) -> list[StraightError]:
     """The runs of δ in a spell that set in or end with a transition in which both joints turn.
 
-    delta: radians, of the spell's frames.
+    delta: radians, of all frames, 0 out of the spell.
     """
     window = window_of(fps)
-    x, y = (_over_window(v, fps) for v in increments)
-    hits = _mirrored(x, y)
-    hits[: spell.low] = hits[max(spell.high - window, 0) :] = False
-    change = np.zeros(len(hits) + window)
-    change[spell.start : spell.stop] = delta
-    change = change[window:] - change[:-window]
+    first = spell.windows(window).start
+    turn, answer = _turns(increments, spell, fps)
+    change = (delta[window:] - delta[:-window])[spell.windows(window)]
     # The transition must be what δ explains, not motion beside it.
-    hits &= change * np.sign(x) >= EXPLAINED * np.minimum(np.abs(x), np.abs(y))
-    clear = np.where(hits, np.abs(change), 0.0)
+    least = EXPLAINED * np.minimum(np.abs(turn), np.abs(answer))
+    clear = np.where(_mirrored(turn, answer) & (change * np.sign(turn) >= least), change, 0.0)
     found = []
-    for a, b in _parts(np.abs(delta) > NOTHING, fps):
-        first = max(spell.start + a - window, 0)
-        own = clear[first : spell.start + b]
-        if not own.any():
+    for start, stop in _parts(np.abs(delta) > NOTHING, fps):
+        near = np.abs(clear[max(start - window - first, 0) : max(stop - first, 0)])
+        if not near.any():
             continue
-        k = int(own.argmax()) + first
+        k = int(near.argmax()) + max(start - window - first, 0)
         error = StraightError(
-            start=spell.start + a,
-            offset=delta[a:b],
-            peak=k + 1 + window // 2,
-            turns=(float(x[k]), float(y[k])),
-            strength=float(clear[k]),
+            start=start,
+            offset=delta[start:stop],
+            peak=first + k + 1 + window // 2,
+            turns=(float(turn[k]), float(answer[k])),
+            strength=float(abs(clear[k])),
             closed=spell.closed,
         )
         found.append(error)
@@ -163,12 +149,9 @@ def left_over(increments: tuple[Array, Array], delta: Array, spell: Spell, fps: 
     delta: of all frames, (frames,).
     """
     steps = np.diff(delta, prepend=delta[:1])
-    own = spell.windows(window_of(fps))
     x, y = increments
-    turn = _over_window(wrap(x - steps), fps)[own]
-    answer = _over_window(wrap(y + steps), fps)[own]
-    both = np.minimum(np.abs(turn), np.abs(answer))
-    return float(np.max(both, where=turn * answer < 0.0, initial=0.0))
+    turn, answer = _turns((wrap(x - steps), wrap(y + steps)), spell, fps)
+    return float(_counter(turn, answer).max(initial=0.0))
 
 
 def window_of(fps: float) -> int:
@@ -192,17 +175,33 @@ def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
     return out
 
 
-def _over_window(increments: Array, fps: float) -> Array:
-    """Sums over the window behind every frame, which is not part of it; (frames − window,)."""
+def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[Array, Array]:
+    """What P and C turn over each window of a spell, or, where clearer, beyond the pace beside it.
+
+    Only increments of the spell's segment count, at its ends the outermost as often as need be.
+    """
     window = window_of(fps)
-    if len(increments) <= window:
-        return np.zeros(0)
-    total = np.concatenate([[0.0], np.cumsum(increments)])
-    return np.asarray(total[window + 1 :] - total[1:-window])
+    at = spell.windows(window)
+    half = window // 2
+    out = []
+    for signal in increments:
+        v = np.pad(signal[spell.low + 1 : spell.high], half, mode="edge")
+        total = np.concatenate([[0.0], np.cumsum(v)])
+        begin = np.arange(at.start, at.stop) - spell.low
+        inside = total[begin + half + window] - total[begin + half]
+        around = total[begin + 2 * half + window] - total[begin] - inside
+        out.append((inside, inside - around * (window / (2 * half))))
+    (x, beyond_x), (y, beyond_y) = out
+    beyond = _counter(beyond_x, beyond_y) > _counter(x, y)
+    return np.where(beyond, beyond_x, x), np.where(beyond, beyond_y, y)
+
+
+def _counter(turn: Array, answer: Array) -> Array:
+    """By how much two turns are against each other, radians ≥ 0."""
+    return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 
 def _mirrored(turn: Array, answer: Array) -> Mask:
     """Where both turn, against each other, and by about as much."""
-    sizes = np.abs(turn), np.abs(answer)
-    small, large = np.minimum(*sizes), np.maximum(*sizes)
-    return (turn * answer < 0.0) & (small >= LEAST_TURN) & (small >= LEAST_SHARE * large)
+    large = np.maximum(np.abs(turn), np.abs(answer))
+    return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)
