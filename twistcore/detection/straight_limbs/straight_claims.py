@@ -145,9 +145,10 @@ def _error_of(
     delta[own] = course(increments, spell.start, spell.stop, spell.low, spell.high, fps)
     for j in jumping:
         jumped[j.frames] += j.offset
-    rivals = [left_over(increments, d, spell, fps) for d in (delta, jumped)]
-    if rivals[1] <= rivals[0] + AS_LITTLE:
-        return []
+    if jumped[own].any():
+        least, left = (left_over(increments, d, spell, fps) for d in (delta, jumped))
+        if left <= least + AS_LITTLE:
+            return []
     return errors_in(increments, delta, spell, fps)
 
 

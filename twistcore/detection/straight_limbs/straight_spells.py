@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.detection.straight_limbs.straight_course import scale_of
 from twistcore.rotation import Array, rotate, wrap
 
 Mask = NDArray[np.bool_]
@@ -17,6 +18,7 @@ WINDOW = 0.13  # seconds of a mirrored transition
 LEAST_TURN = float(np.radians(8.0))  # of either joint in it
 LEAST_SHARE = 0.35  # of the smaller turn in the larger
 EXPLAINED = 0.5  # of the smaller turn, by what δ changes
+LEAST_CHANGE = float(np.radians(6.0))  # of δ in it
 NOTHING = float(np.radians(0.5))  # δ below is none
 PAUSE = 0.1  # seconds of it that part two errors
 HINGE = float(np.radians(5.0))  # spread of a hinge's direction in the bent limb, at most
@@ -123,7 +125,7 @@ def errors_in(
     turn, answer = _turns(increments, spell, fps)
     change = (delta[window:] - delta[:-window])[spell.windows(window)]
     # The transition must be what δ explains, not motion beside it.
-    least = EXPLAINED * np.minimum(np.abs(turn), np.abs(answer))
+    least = np.maximum(EXPLAINED * np.minimum(np.abs(turn), np.abs(answer)), LEAST_CHANGE)
     clear = np.where(_mirrored(turn, answer) & (change * np.sign(turn) >= least), change, 0.0)
     found = []
     for start, stop in _parts(np.abs(delta) > NOTHING, fps):
@@ -144,14 +146,17 @@ def errors_in(
 
 
 def left_over(increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float) -> float:
-    """The most by which P and C still counter-turn within the window without δ, radians.
+    """The most by which P and C still counter-turn, beyond the pace beside, without δ; radians.
 
-    delta: of all frames, (frames,).
+    delta: of all frames, (frames,). The quieter of the two signals tells it better.
     """
     steps = np.diff(delta, prepend=delta[:1])
     x, y = increments
-    turn, answer = _turns((wrap(x - steps), wrap(y + steps)), spell, fps)
-    return float(_counter(turn, answer).max(initial=0.0))
+    x_counts, y_counts = (scale_of(v) ** -2.0 for v in increments)
+    turn = _over_windows(wrap(x - steps), spell, fps)[1]
+    answer = _over_windows(wrap(y + steps), spell, fps)[1]
+    both = (turn * x_counts - answer * y_counts) / (x_counts + y_counts)
+    return float(np.abs(both).max(initial=0.0))
 
 
 def window_of(fps: float) -> int:
@@ -176,24 +181,26 @@ def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
 
 
 def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[Array, Array]:
-    """What P and C turn over each window of a spell, or, where clearer, beyond the pace beside it.
+    """What P and C turn over windows of a spell, beyond the pace beside where only that tells."""
+    (x, beyond_x), (y, beyond_y) = (_over_windows(v, spell, fps) for v in increments)
+    beyond = (_counter(beyond_x, beyond_y) > _counter(x, y)) & ~_mirrored(x, y)
+    return np.where(beyond, beyond_x, x), np.where(beyond, beyond_y, y)
+
+
+def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array]:
+    """Sums over each window of a spell, and what they are beyond the pace just beside it.
 
     Only increments of the spell's segment count, at its ends the outermost as often as need be.
     """
     window = window_of(fps)
-    at = spell.windows(window)
     half = window // 2
-    out = []
-    for signal in increments:
-        v = np.pad(signal[spell.low + 1 : spell.high], half, mode="edge")
-        total = np.concatenate([[0.0], np.cumsum(v)])
-        begin = np.arange(at.start, at.stop) - spell.low
-        inside = total[begin + half + window] - total[begin + half]
-        around = total[begin + 2 * half + window] - total[begin] - inside
-        out.append((inside, inside - around * (window / (2 * half))))
-    (x, beyond_x), (y, beyond_y) = out
-    beyond = _counter(beyond_x, beyond_y) > _counter(x, y)
-    return np.where(beyond, beyond_x, x), np.where(beyond, beyond_y, y)
+    total = np.pad(signal[spell.low + 1 : spell.high], half, mode="edge").cumsum()
+    total = np.concatenate([[0.0], total])
+    at = spell.windows(window)
+    begin = np.arange(at.start, at.stop) - spell.low
+    inside = total[begin + half + window] - total[begin + half]
+    around = total[begin + 2 * half + window] - total[begin] - inside
+    return inside, inside - around * (window / (2 * half))
 
 
 def _counter(turn: Array, answer: Array) -> Array:
