@@ -99,7 +99,7 @@ def straight_limb(
 ) -> StraightLimb | None:
     """Errors of a chain's straight spells beside what its jumps of at least τ radians explain.
 
-    None where there are none, and for a chain without a grandchild, which has no bend. Which of
+    None where there are none, and for a chain without a hinge, as one without a grandchild. Which of
     two spells is the error is told by the bend, not by the length: an interval of jumps stands
     against it only if it brings the bent limb back to its hinge, or leaves as little unexplained.
     """
@@ -107,6 +107,8 @@ def straight_limb(
         return None
     increments = counter.x[row], counter.y[row]
     bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, motion.fps)
+    if bend.azimuth is None:
+        return None
     if not any(spells(increments, bend, t.low, t.high, motion.fps) for t in tables):
         return None
     jumps = _Jumps(counter, row, edges, step, tables, tau, motion.fps)
@@ -117,7 +119,7 @@ def straight_limb(
     claimed = np.zeros(motion.frames, dtype=bool)
     for table in tables:
         for spell in spells(left, bend, table.low, table.high, motion.fps):
-            own = _error_of(left, unsaid, spell, motion.fps)
+            own = _error_of(left, unsaid, bend, spell, motion.fps)
             errors += own
             if own:
                 claimed[max(spell.start - BESIDE, 0) : spell.stop + 1 + BESIDE] = True
@@ -137,9 +139,13 @@ def straight_limb(
 
 
 def _error_of(
-    increments: tuple[Array, Array], jumping: Sequence[_Jumping], spell: Spell, fps: float
+    increments: tuple[Array, Array],
+    jumping: Sequence[_Jumping],
+    bend: Bend,
+    spell: Spell,
+    fps: float,
 ) -> list[StraightError]:
-    """Errors of a spell by its bend; none where jumps leave as little of a counter-turn."""
+    """Errors of a spell that bring it nearer to its hinge; none where jumps explain it as well."""
     delta, jumped = (np.zeros(len(increments[0])) for _ in range(2))
     own = slice(spell.start, spell.stop)
     delta[own] = course(increments, spell.start, spell.stop, spell.low, spell.high, fps)
@@ -149,7 +155,8 @@ def _error_of(
         least, left = (left_over(increments, d, spell, fps) for d in (delta, jumped))
         if left <= least + AS_LITTLE:
             return []
-    return errors_in(increments, delta, spell, fps)
+    errors = errors_in(increments, delta, spell, fps)
+    return [e for e in errors if bend.nearer(slice(e.start, e.stop), e.offset)]
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
@@ -163,11 +170,4 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
 
 def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:
     """Whether an interval brings the bent limb back to its hinge; None where that cannot tell."""
-    if bend.azimuth is None:
-        return None
-    told = bend.bent[jumping.frames]
-    off = bend.azimuth[jumping.frames][told]
-    if not told.any():
-        return None
-    back = wrap(off + jumping.offset[told])
-    return bool(np.abs(back).sum() < np.abs(off).sum())
+    return bend.nearer(jumping.frames, jumping.offset, bend.bent[jumping.frames])
