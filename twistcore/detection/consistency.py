@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
@@ -67,10 +67,14 @@ class ChainAnalysis:
             if key not in self._solved:
                 self._solved[key] = self._solve(table, tau)
             found += self._solved[key]
-        if past := [e for e in self.straight if e.strength >= tau]:
-            found += [interval_of(self.name, e) for e in past]
-            found.sort(key=lambda i: (i.start, i.stop))
+        if past := [i for e, i in self._of_straight if e.strength >= tau]:
+            found = sorted(found + past, key=lambda i: (i.start, i.stop))
         return tuple(found)
+
+    @cached_property
+    def _of_straight(self) -> list[tuple[StraightError, Interval]]:
+        """Errors of the straight limb and their intervals, which no τ makes anew."""
+        return [(e, interval_of(self.name, e)) for e in self.straight]
 
     def _solve(self, table: PairTable, tau: float) -> list[Interval]:
         """Intervals of a segment at τ radians, by start."""

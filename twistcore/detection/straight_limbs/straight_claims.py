@@ -26,6 +26,8 @@ from twistcore.detection.straight_limbs.straight_spells import (
 from twistcore.motion import Motion
 from twistcore.rotation import Array, wrap
 
+LARGEST = float(np.radians(100.0))  # of δ: more would turn the hinge around
+NEARLY = 1.6  # times as far off its hinge may δ leave a limb: straight, it stands beside by nature
 ROUNDS = 3  # of leaving out jumps that the bent limb gainsays
 AS_LITTLE = float(np.radians(2.0))  # more of a counter-turn may jumps leave
 BESIDE = 1  # frames beside an error to which its transitions reach
@@ -99,7 +101,7 @@ def straight_limb(
 ) -> StraightLimb | None:
     """Errors of a chain's straight spells beside what its jumps of at least τ radians explain.
 
-    None where there are none, and for a chain without a hinge, as one without a grandchild. Which of
+    None where there are none, and for a chain without a hinge, as without a grandchild. Which of
     two spells is the error is told by the bend, not by the length: an interval of jumps stands
     against it only if it brings the bent limb back to its hinge, or leaves as little unexplained.
     """
@@ -156,7 +158,12 @@ def _error_of(
         if left <= least + AS_LITTLE:
             return []
     errors = errors_in(increments, delta, spell, fps)
-    return [e for e in errors if bend.nearer(slice(e.start, e.stop), e.offset)]
+    return [
+        e
+        for e in errors
+        if np.abs(e.offset).max() < LARGEST
+        and bend.nearer(slice(e.start, e.stop), e.offset, share=NEARLY)
+    ]
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:

@@ -40,18 +40,20 @@ class Bend:
         """Frames whose twist is well determined."""
         return self.angle > BENT
 
-    def nearer(self, frames: slice, offset: Array, where: Mask | None = None) -> bool | None:
+    def nearer(
+        self, frames: slice, offset: Array, where: Mask | None = None, share: float = 1.0
+    ) -> bool | None:
         """Whether the limb stands nearer to its hinge without an offset; None where none can tell.
 
-        offset: radians, of the frames; where: those of them that count. A bone that leaves its
-        line by more tells more.
+        offset: radians, of the frames; where: those of them that count; share: what may be left of
+        the way to it. A bone that leaves its line by more tells more.
         """
         if self.azimuth is None or (where is not None and not where.any()):
             return None
         off, weight = self.azimuth[frames], np.sin(self.angle[frames]) ** 2
         if where is not None:
             weight = weight * where
-        return bool(np.abs(wrap(off + offset)) @ weight < np.abs(off) @ weight)
+        return bool(np.abs(wrap(off + offset)) @ weight < share * np.abs(off) @ weight)
 
 
 @dataclass(frozen=True)
