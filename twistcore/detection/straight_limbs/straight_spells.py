@@ -18,6 +18,7 @@ WINDOW = 0.13  # seconds of a mirrored transition
 LEAST_TURN = float(np.radians(8.0))  # of either joint in it
 LEAST_SHARE = 0.35  # of the smaller turn in the larger
 EXPLAINED = 0.5  # of the smaller turn, by what δ changes
+SHARP, SUDDEN = 0.017, 0.8  # seconds, and a share of δ: what changes so is a jump's, if anything
 LEAST_CHANGE = float(np.radians(6.0))  # of δ in it
 NOTHING = float(np.radians(0.5))  # δ below is none
 PAUSE = 0.1  # seconds of it that part two errors
@@ -142,12 +143,16 @@ def errors_in(
     # The transition must be what δ explains, not motion beside it.
     least = np.maximum(EXPLAINED * np.minimum(np.abs(turn), np.abs(answer)), LEAST_CHANGE)
     clear = np.where(_mirrored(turn, answer) & (change * np.sign(turn) >= least), change, 0.0)
+    short = max(1, round(SHARP * fps))
+    jumps = np.abs(delta[short:] - delta[:-short])
     found = []
     for start, stop in _parts(np.abs(delta) > NOTHING, fps):
         near = np.abs(clear[max(start - window - first, 0) : max(stop - first, 0)])
         if not near.any():
             continue
         k = int(near.argmax()) + max(start - window - first, 0)
+        if jumps[first + k : first + k + window - short + 1].max() > SUDDEN * abs(clear[k]):
+            continue
         error = StraightError(
             start=start,
             offset=delta[start:stop],
