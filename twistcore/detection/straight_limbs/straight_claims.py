@@ -26,7 +26,7 @@ from twistcore.detection.straight_limbs.straight_spells import (
 from twistcore.motion import Motion
 from twistcore.rotation import Array, wrap
 
-LARGEST = float(np.radians(100.0))  # of δ: more would turn the hinge around
+LARGEST = float(np.radians(75.0))  # of δ: more would turn the hinge around
 NEARLY = 1.6  # times as far off its hinge may δ leave a limb: straight, it stands beside by nature
 ROUNDS = 3  # of leaving out jumps that the bent limb gainsays
 AS_LITTLE = float(np.radians(2.0))  # more of a counter-turn may jumps leave

@@ -22,7 +22,7 @@ SHARP, SUDDEN = 0.017, 0.8  # seconds, and a share of δ: what changes so is a j
 LEAST_CHANGE = float(np.radians(6.0))  # of δ in it
 NOTHING = float(np.radians(0.5))  # δ below is none
 PAUSE = 0.1  # seconds of it that part two errors
-HINGE = float(np.radians(5.0))  # spread of a hinge's direction in the bent limb, at most
+HINGE = float(np.radians(2.0))  # spread of a hinge's direction in the bent limb, at most
 
 
 @dataclass(frozen=True, eq=False)
