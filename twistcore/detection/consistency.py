@@ -21,7 +21,13 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.offsets import offsets_of
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, pair_table, unpaired
 from twistcore.detection.prediction import Mask
-from twistcore.detection.straight_limbs import StraightError, interval_of, straight_limb
+from twistcore.detection.straight_limbs import (
+    Jumps,
+    StraightError,
+    interval_of,
+    straight_limb,
+    without_errors,
+)
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array, wrap
@@ -177,26 +183,50 @@ class ConsistencyDetector:
         for lines in _alike(_lines(chains)):
             shares = len(out) / len(chains), (len(out) + sum(map(len, lines))) / len(chains)
             here = part(tell, *shares)
-            counter = counter_rotation(_limbs(lines, motion), motion.fps, cut, here)
-            for row, chain in enumerate(c for same in zip(*lines, strict=True) for c in same):
-                here(1.0)
-                edges, step = find_edges(counter, row)
-                tables = tuple(
-                    pair_table(counter, row, edges, step, low, high) for low, high in segments
-                )
-                tau = _automatic_tau(counter, row)
-                straight = straight_limb(motion, chain, counter, row, edges, step, tables, tau)
-                if straight:
-                    edges, tables = straight.edges, straight.tables
-                errors = straight.errors if straight else ()
+            limbs = _limbs(lines, motion)
+            strung = [c for same in zip(*lines, strict=True) for c in same]
+            jumps = _jumps(limbs, motion.fps, cut, segments, here)
+            straight = {
+                row: found
+                for row, chain in enumerate(strung)
+                if (found := straight_limb(motion, chain, jumps[row]))
+            }
+            if straight:  # an error of one chain shows in those beside it
+                jumps = _jumps(without_errors(limbs, straight), motion.fps, cut, segments, here)
+            for row, chain in enumerate(strung):
+                errors: tuple[StraightError, ...] = ()
+                own = jumps[row]
+                if row in straight:
+                    own, errors = straight[row].leaves(own), straight[row].errors
                 out[chain.name] = ChainAnalysis(
-                    chain.name, motion.fps, counter, row, edges, step, tables, errors
+                    chain.name,
+                    motion.fps,
+                    own.counter,
+                    row,
+                    own.edges,
+                    own.step,
+                    own.tables,
+                    errors,
                 )
         return ConsistencyAnalysis(out, cut)
 
 
 def _automatic_tau(counter: CounterRotation, row: int) -> float:
     return max(SMALLEST_TAU, TAU_IN_SIGMA * float(np.median(counter.sigma[row])))
+
+
+def _jumps(
+    limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
+) -> list[Jumps]:
+    """The jumps of all chains of limbs, by row."""
+    counter = counter_rotation(limbs, fps, cut, tell)
+    out = []
+    for row in range(len(counter.x)):
+        tell(1.0)
+        edges, step = find_edges(counter, row)
+        tables = tuple(pair_table(counter, row, edges, step, low, high) for low, high in segments)
+        out.append(Jumps(counter, row, edges, step, tables, _automatic_tau(counter, row), fps))
+    return out
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:

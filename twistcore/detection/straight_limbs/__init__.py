@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from twistcore.detection.straight_limbs.straight_claims import straight_limb
+from twistcore.detection.straight_limbs.straight_claims import (
+    Jumps,
+    straight_limb,
+    without_errors,
+)
 from twistcore.detection.straight_limbs.straight_intervals import interval_of
 from twistcore.detection.straight_limbs.straight_spells import StraightError
 
-__all__ = ["StraightError", "interval_of", "straight_limb"]
+__all__ = ["Jumps", "StraightError", "interval_of", "straight_limb", "without_errors"]

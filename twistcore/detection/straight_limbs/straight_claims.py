@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from twistcore.chain import Chain
 from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.edges import Edges
+from twistcore.detection.limbs import Limbs
 from twistcore.detection.offsets import offsets_of
 from twistcore.detection.pairing import PairTable, best_pairs, pair_table
 from twistcore.detection.straight_limbs.straight_course import course
@@ -24,22 +25,19 @@ from twistcore.detection.straight_limbs.straight_spells import (
     spells,
 )
 from twistcore.motion import Motion
-from twistcore.rotation import Array, wrap
+from twistcore.rotation import (
+    Array,
+    conjugate,
+    multiply,
+    quaternion_from_axis_angle,
+    wrap,
+)
 
 LARGEST = float(np.radians(75.0))  # of δ: more would turn the hinge around
 NEARLY = 1.6  # times as far off its hinge may δ leave a limb: straight, it stands beside by nature
 ROUNDS = 3  # of leaving out jumps that the bent limb gainsays
 AS_LITTLE = float(np.radians(2.0))  # more of a counter-turn may jumps leave
 BESIDE = 1  # frames beside an error to which its transitions reach
-
-
-@dataclass(frozen=True, eq=False)
-class StraightLimb:
-    """Errors of a limb's straight spells, by start; edges that are not theirs, and their pairs."""
-
-    errors: tuple[StraightError, ...]
-    edges: Edges
-    tables: tuple[PairTable, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +55,7 @@ class _Jumping:
 
 
 @dataclass(frozen=True, eq=False)
-class _Jumps:
+class Jumps:
     """What the search for jumps knows of a chain, and the τ that it is asked at, radians."""
 
     counter: CounterRotation
@@ -68,7 +66,7 @@ class _Jumps:
     tau: float
     fps: float
 
-    def without(self, peaks: Mask) -> _Jumps:
+    def without(self, peaks: Mask) -> Jumps:
         """Without the edges that peak in these frames, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
         tables = tuple(
@@ -89,17 +87,37 @@ class _Jumps:
         return out
 
 
-def straight_limb(
-    motion: Motion,
-    chain: Chain,
-    counter: CounterRotation,
-    row: int,
-    edges: Edges,
-    step: Mask,
-    tables: tuple[PairTable, ...],
-    tau: float,
-) -> StraightLimb | None:
-    """Errors of a chain's straight spells beside what its jumps of at least τ radians explain.
+@dataclass(frozen=True, eq=False)
+class StraightLimb:
+    """Errors of a limb's straight spells, by start, and the frames whose edges are theirs."""
+
+    errors: tuple[StraightError, ...]
+    claimed: Mask
+    bend: Bend
+
+    @property
+    def offset(self) -> Array:
+        """The sum of the errors, radians, (frames,)."""
+        total = np.zeros(len(self.claimed))
+        for e in self.errors:
+            total[e.start : e.stop] += e.offset
+        return total
+
+    def leaves(self, jumps: Jumps) -> Jumps:
+        """Jumps without those that are the errors', or that the bent limb gainsays."""
+        claimed = self.claimed.copy()
+        for _ in range(ROUNDS):
+            jumps = jumps.without(claimed)
+            gainsaid = [j for j in jumps.found() if _hinge_says(j, self.bend) is False]
+            if not gainsaid:
+                break
+            for j in gainsaid:
+                claimed[list(j.peaks)] = True
+        return jumps
+
+
+def straight_limb(motion: Motion, chain: Chain, jumps: Jumps) -> StraightLimb | None:
+    """Errors of a chain's straight spells beside what its jumps explain.
 
     None where there are none, and for a chain without a hinge, as without a grandchild. Which of
     two spells is the error is told by the bend, not by the length: an interval of jumps stands
@@ -107,37 +125,39 @@ def straight_limb(
     """
     if chain.grandchild < 0:
         return None
-    increments = counter.x[row], counter.y[row]
-    bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, motion.fps)
+    fps, tables = motion.fps, jumps.tables
+    increments = jumps.counter.x[jumps.row], jumps.counter.y[jumps.row]
+    bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, fps)
     if bend.azimuth is None:
         return None
-    if not any(spells(increments, bend, t.low, t.high, motion.fps) for t in tables):
+    if not any(spells(increments, bend, t.low, t.high, fps) for t in tables):
         return None
-    jumps = _Jumps(counter, row, edges, step, tables, tau, motion.fps)
     found = jumps.found()
-    left = _without(increments, [j for j in found if _hinge_says(j, bend)])
+    certain = [j for j in found if _hinge_says(j, bend)]
+    left = _without(increments, certain)
     unsaid = [j for j in found if _hinge_says(j, bend) is None]
     errors: list[StraightError] = []
     claimed = np.zeros(motion.frames, dtype=bool)
     for table in tables:
-        for spell in spells(left, bend, table.low, table.high, motion.fps):
-            own = _error_of(left, unsaid, bend, spell, motion.fps)
-            errors += own
-            if own:
+        for spell in spells(left, bend, table.low, table.high, fps):
+            if own := _error_of(left, unsaid, bend, spell, fps):
+                errors += own
                 claimed[max(spell.start - BESIDE, 0) : spell.stop + 1 + BESIDE] = True
-    if not errors:
-        return None
-    for j in found:
-        if _hinge_says(j, bend):
-            claimed[list(j.peaks)] = False
-    for _ in range(ROUNDS):
-        jumps = jumps.without(claimed)
-        gainsaid = [j for j in jumps.found() if _hinge_says(j, bend) is False]
-        if not gainsaid:
-            break
-        for j in gainsaid:
-            claimed[list(j.peaks)] = True
-    return StraightLimb(tuple(errors), jumps.edges, jumps.tables)
+    for j in certain:
+        claimed[list(j.peaks)] = False
+    return StraightLimb(tuple(errors), claimed, bend) if errors else None
+
+
+def without_errors(limbs: Limbs, straight: Mapping[int, StraightLimb]) -> Limbs:
+    """Limbs without the errors of their chains, by row as in :meth:`Limbs.increments`."""
+    joints = limbs.joints.copy()
+    for row, limb in straight.items():
+        chain, at = divmod(row, limbs.count)
+        axis, offset = limbs.axes[chain, at], limb.offset
+        back = quaternion_from_axis_angle(axis, -offset)
+        joints[chain, at] = multiply(joints[chain, at], back)
+        joints[chain + 1, at] = multiply(conjugate(back), joints[chain + 1, at])
+    return Limbs(joints, limbs.axes)
 
 
 def _error_of(
