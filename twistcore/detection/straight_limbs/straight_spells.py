@@ -18,7 +18,7 @@ WINDOW = 0.13  # seconds of a mirrored transition
 LEAST_TURN = float(np.radians(8.0))  # of either joint in it
 LEAST_SHARE = 0.35  # of the smaller turn in the larger
 EXPLAINED = 0.5  # of the smaller turn, by what δ changes
-SHARP, SUDDEN = 0.017, 0.8  # seconds, and a share of δ: what changes so is a jump's, if anything
+SHARP, SUDDEN = 0.015, 0.9  # seconds, and a share of δ: what changes so is a jump's, if anything
 LEAST_CHANGE = float(np.radians(6.0))  # of δ in it
 NOTHING = float(np.radians(0.5))  # δ below is none
 PAUSE = 0.1  # seconds of it that part two errors
@@ -143,8 +143,8 @@ def errors_in(
     # The transition must be what δ explains, not motion beside it.
     least = np.maximum(EXPLAINED * np.minimum(np.abs(turn), np.abs(answer)), LEAST_CHANGE)
     clear = np.where(_mirrored(turn, answer) & (change * np.sign(turn) >= least), change, 0.0)
-    short = max(1, round(SHARP * fps))
-    jumps = np.abs(delta[short:] - delta[:-short])
+    short = round(SHARP * fps)  # 0 at 30 Hz, where a frame is as long as some transitions
+    jumps = np.abs(delta[short:] - delta[: len(delta) - short])
     found = []
     for start, stop in _parts(np.abs(delta) > NOTHING, fps):
         near = np.abs(clear[max(start - window - first, 0) : max(stop - first, 0)])
