@@ -9,8 +9,9 @@ from benchmarks.mirrored_turns import Straightness
 from benchmarks.real_flips import judge
 from tests.conftest import ASSETS
 from twistcore.analysis import ClipAnalysis, analyse
-from twistcore.bvh import read_bvh
+from twistcore.bvh import read_bvh, write_motion
 from twistcore.chain import find_chains
+from twistcore.cli import main
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
 from twistcore.motion import Motion, Skeleton
 from twistcore.refinement import applied_unasked, refine, remove_twist
@@ -234,3 +235,13 @@ def test_the_judge_sees_a_bent_limb_that_was_changed():
 def test_clips_without_such_an_error_have_none(name):
     chains = analyse(read_bvh(ASSETS / f"{name}.bvh")).by().chains
     assert {n: c.straight for n, c in chains.items() if c.straight} == {}
+
+
+def test_explained_in_words(tmp_path, capsys):
+    chain = thigh(WALK, "RightArm")
+    offset = level(WALK, spells(WALK, name="RightArm")[2])
+    path = tmp_path / "walk.bvh"
+    write_motion(remove_twist(WALK, [chain], {"RightArm": -offset}), path)
+    assert main(["detect", str(path), "--explain"]) == 0
+    said = capsys.readouterr().out
+    assert "follows a straight limb, bent sides 2" in said
