@@ -47,14 +47,17 @@ class Bend:
         """Whether the limb stands nearer to its hinge without an offset; None where none can tell.
 
         offset: radians, of the frames; where: those of them that count; share: what may be left of
-        the way to it. A bone that leaves its line by more tells more.
+        the way to it. A bone that leaves its line by more tells more; a straight limb that is bent
+        backward a little stands opposite by nature.
         """
         if self.azimuth is None or (where is not None and not where.any()):
             return None
         off, weight = self.azimuth[frames], np.sin(self.angle[frames]) ** 2
+        back = off + offset
+        off, back = (np.where(self.bent[frames], wrap(v), 0.5 * wrap(2.0 * v)) for v in (off, back))
         if where is not None:
             weight = weight * where
-        return bool(np.abs(wrap(off + offset)) @ weight < share * np.abs(off) @ weight)
+        return bool(np.abs(back) @ weight < share * np.abs(off) @ weight)
 
 
 @dataclass(frozen=True)
