@@ -34,6 +34,7 @@ from twistcore.rotation import (
 )
 
 LARGEST = float(np.radians(75.0))  # of δ: more would turn the hinge around
+CLEAR = 10.0  # times a hinge's spread: a smaller δ may be its own play
 NEARLY = 1.6  # times as far off its hinge may δ leave a limb: straight, it stands beside by nature
 ROUNDS = 3  # of leaving out jumps that the bent limb gainsays
 AS_LITTLE = float(np.radians(2.0))  # more of a counter-turn may jumps leave
@@ -181,7 +182,7 @@ def _error_of(
     return [
         e
         for e in errors
-        if np.abs(e.offset).max() < LARGEST
+        if CLEAR * bend.spread <= np.abs(e.offset).max() < LARGEST
         and bend.nearer(slice(e.start, e.stop), e.offset, share=NEARLY)
     ]
 

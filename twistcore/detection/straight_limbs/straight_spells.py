@@ -14,6 +14,7 @@ Mask = NDArray[np.bool_]
 
 BENT = float(np.radians(30.0))  # of bend: from here on a limb's twist is well determined
 ANCHOR_SECONDS = 0.1  # that a clip's limb must be bent for to tell anything of the straight one
+TOLD = float(np.radians(0.5))  # of bend: below, C's bone leaves P's to no side at all
 WINDOW = 0.13  # seconds of a mirrored transition
 LEAST_TURN = float(np.radians(8.0))  # of either joint in it
 LEAST_SHARE = 0.35  # of the smaller turn in the larger
@@ -30,11 +31,12 @@ class Bend:
     """How a limb is bent: angle of C's bone off P's, [0, π], and its azimuth, both (frames,).
 
     azimuth: off the direction in which the bent limb leaves P's bone, radians in (−π, π], or None
-    where that is no hinge's.
+    where that is no hinge's; spread: its median size in the bent limb, radians.
     """
 
     angle: Array
     azimuth: Array | None
+    spread: float = 0.0
 
     @property
     def bent(self) -> Mask:
@@ -53,6 +55,7 @@ class Bend:
         if self.azimuth is None or (where is not None and not where.any()):
             return None
         off, weight = self.azimuth[frames], np.sin(self.angle[frames]) ** 2
+        weight[self.angle[frames] < TOLD] = 0.0
         back = off + offset
         off, back = (np.where(self.bent[frames], wrap(v), 0.5 * wrap(2.0 * v)) for v in (off, back))
         if where is not None:
@@ -117,7 +120,8 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     azimuth = np.arctan2(y, x)
     mean = np.angle(np.exp(1j * azimuth[bent]).sum())
     azimuth = wrap(azimuth - mean - np.median(wrap(azimuth[bent] - mean)))
-    return Bend(angle, azimuth if np.median(np.abs(azimuth[bent])) < HINGE else None)
+    spread = float(np.median(np.abs(azimuth[bent])))
+    return Bend(angle, azimuth if spread < HINGE else None, spread)
 
 
 def spells(
