@@ -23,7 +23,7 @@ SHARP, SUDDEN = 0.015, 0.9  # seconds, and a share of δ: what changes so is a j
 LEAST_CHANGE = float(np.radians(6.0))  # of δ in it
 NOTHING = float(np.radians(0.5))  # δ below is none
 PAUSE = 0.1  # seconds of it that part two errors
-HINGE = float(np.radians(2.0))  # spread of a hinge's direction in the bent limb, at most
+HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb, and how often
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Bend:
     """How a limb is bent: angle of C's bone off P's, [0, π], and its azimuth, both (frames,).
 
     azimuth: off the direction in which the bent limb leaves P's bone, radians in (−π, π], or None
-    where that is no hinge's; spread: its median size in the bent limb, radians.
+    where that is no hinge's; spread: what it mostly keeps to in the bent limb, radians.
     """
 
     angle: Array
@@ -120,7 +120,7 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     azimuth = np.arctan2(y, x)
     mean = np.angle(np.exp(1j * azimuth[bent]).sum())
     azimuth = wrap(azimuth - mean - np.median(wrap(azimuth[bent] - mean)))
-    spread = float(np.median(np.abs(azimuth[bent])))
+    spread = float(np.quantile(np.abs(azimuth[bent]), MOSTLY))
     return Bend(angle, azimuth if spread < HINGE else None, spread)
 
 
