@@ -221,10 +221,12 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
     """
     window = window_of(fps)
     half = window // 2
-    total = np.pad(signal[spell.low + 1 : spell.high], half, mode="edge").cumsum()
-    total = np.concatenate([[0.0], total])
     at = spell.windows(window)
-    begin = np.arange(at.start, at.stop) - spell.low
+    first, last = at.start + 1 - half, at.stop + window + half  # of the increments that are asked
+    low, high = max(first, spell.low + 1), min(last, spell.high)
+    asked = np.pad(signal[low:high], (low - first, last - high), mode="edge")
+    total = np.concatenate([[0.0], asked.cumsum()])
+    begin = np.arange(at.stop - at.start)
     inside = total[begin + half + window] - total[begin + half]
     around = total[begin + 2 * half + window] - total[begin] - inside
     return inside, inside - around * (window / (2 * half))
