@@ -26,7 +26,8 @@ from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import consistency
-from twistcore.detection.consistency import ChainAnalysis, ConsistencyDetector
+from twistcore.detection.chain_analysis import ChainAnalysis
+from twistcore.detection.consistency import ConsistencyDetector
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import quaternion_from_euler
 from twistcore.synthesis import InjectedError, inject

@@ -11,12 +11,14 @@ geometry of this module's own, from the places and orientations of joints in the
   in the clip, in the frame of P's parent; the side is that of the clip before;
 - impossible turn: a segment at P or below turns so fast about its own bone, from one frame to the
   next. New: not there before;
+- mirrored: transitions in which P of a limb and C turn against each other, and how many frames in
+  which the limb is bent, and straight, had P turned (:mod:`benchmarks.mirrored_turns`);
 - what moved: E, and C in clips that had no impossible swivel, as a share of the skeleton's
   height, where it is more than the decimals of the written numbers can do.
 
 Frames 0 and 1 are not looked at for jumps: a T-pose often stands first. A clip that cannot be read
 or corrected is listed. Exit status 1 where something new is wrong: E moved, a clip without a flip
-changed, or a new impossible turn.
+changed, a new impossible turn, or a bent limb changed in a clip without a mirrored transition.
 """
 
 from __future__ import annotations
@@ -28,13 +30,14 @@ import json
 import sys
 import tempfile
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from benchmarks.mirrored_turns import Straightness, bends, mirrored, straightness
 from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main as twistcore
@@ -88,7 +91,8 @@ class Verdict:
 
     swivels: impossible ones; backward: frames by limb; turns_old: impossible turns before;
     turns_left: those still there; turns_new: those that were not; e_moved, c_moved: of the
-    skeleton's height, 0 within the decimals; c_moved counts where there was no flip.
+    skeleton's height, 0 within the decimals; c_moved counts where there was no flip; mirrored_…:
+    transitions, by P; limbs_changed: frames of bent and straight limbs, and those changed.
     """
 
     clip: str
@@ -103,6 +107,9 @@ class Verdict:
     turns_new: tuple[Jump, ...]
     e_moved: float
     c_moved: float
+    mirrored_before: tuple[Jump, ...] = ()
+    mirrored_after: tuple[Jump, ...] = ()
+    limbs_changed: Straightness = field(default_factory=Straightness)
 
     @property
     def flipped(self) -> bool:
@@ -117,7 +124,13 @@ class Verdict:
     @property
     def harmed(self) -> bool:
         """Whether something is wrong that was right before."""
-        return bool(self.turns_new) or self.e_moved > 0.0 or self.changed_clean
+        return bool(self.turns_new) or self.e_moved > 0.0 or self.changed_clean or self.changed_bent
+
+    @property
+    def changed_bent(self) -> bool:
+        """Whether a bent limb was turned in a clip with neither a flip nor a transition."""
+        unlike = self.flipped or self.mirrored_before
+        return not unlike and self.limbs_changed.bent_changed > 0
 
     @property
     def row(self) -> tuple[int, ...]:
@@ -131,6 +144,10 @@ class Verdict:
             len(self.turns_old),
             len(self.turns_left),
             len(self.turns_new),
+            len(self.mirrored_before),
+            len(self.mirrored_after),
+            self.limbs_changed.bent_changed,
+            self.limbs_changed.straight_changed,
         )
 
 
@@ -270,6 +287,28 @@ def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> fl
     return largest
 
 
+def _mirrored(world: Pose, limb: Limb) -> list[Jump]:
+    """Mirrored transitions of a limb."""
+    bone = _limb_bone(world, limb)
+    parent = int(world.motion.skeleton.parents[limb.p])
+    above = world.turned[:, parent] if parent >= 0 else np.tile(np.eye(3), (len(bone), 1, 1))
+    p, c = world.turned[:, limb.p], world.turned[:, limb.c]
+    return [Jump(limb.name, t, d) for t, d in mirrored(above, p, c, bone, world.motion.fps)]
+
+
+def _changed(before: Pose, after: Pose, limb: Limb) -> Straightness:
+    """Frames in which a limb is bent or straight, and in which P was turned."""
+    bend = bends(*(before.at[:, joint] for joint in (limb.p, limb.c, limb.e)))
+    turned = (world.turned[:, limb.p] for world in (before, after))
+    return straightness(bend, *turned, _limb_bone(before, limb))
+
+
+def _limb_bone(world: Pose, limb: Limb) -> Array:
+    """Direction from P to C in P's frame, (frames, 3)."""
+    away = _unit(world.at[:, limb.c] - world.at[:, limb.p])
+    return np.einsum("fji,fj->fi", world.turned[:, limb.p], away)
+
+
 def _dot(a: Array, b: Array) -> Array:
     return np.einsum("fi,fi->f", a, b)
 
@@ -328,6 +367,7 @@ def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
         for world, by_limb in zip(worlds, wrong, strict=True):
             if frames := backward(world, limb, own):
                 by_limb[limb.name] = frames
+    counter = [tuple(j for limb in limbs for j in _mirrored(w, limb)) for w in worlds]
     old, now = (spins(w, limbs) for w in worlds)
     places = [{(j.of, j.frame) for j in found} for found in (old, now)]
     return Verdict(
@@ -342,6 +382,9 @@ def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
         turns_left=tuple(j for j in old if (j.of, j.frame) in places[1]),
         turns_new=tuple(j for j in now if (j.of, j.frame) not in places[0]),
         e_moved=moved(*worlds, [limb.e for limb in limbs], decimals),
+        mirrored_before=counter[0],
+        mirrored_after=counter[1],
+        limbs_changed=sum((_changed(*worlds, limb) for limb in limbs), Straightness()),
         c_moved=0.0 if jumps[0] else moved(*worlds, [limb.c for limb in limbs], decimals),
     )
 
@@ -370,9 +413,10 @@ def written_decimals(before: Clip, after: Clip) -> int:
 # --- the table ----------------------------------------------------------------------------------
 
 HEAD = (
-    f"{'swivels':>11} {'backward':>11} {'clean,':>7} {'E moved':>9}  {'impossible turns'}",
+    f"{'swivels':>11} {'backward':>11} {'clean,':>7} {'E moved':>9}  {'impossible turns'}"
+    f" {'mirrored':>13} {'changed':>8}",
     f"{'then':>5} {'now':>5} {'then':>5} {'now':>5} {'changed':>7} {'of height':>9}"
-    f" {'then':>5} {'left':>5} {'new':>5}",
+    f" {'then':>5} {'left':>5} {'new':>5} {'then':>7} {'now':>5} {'bent':>6} {'straight':>8}",
 )
 WIDTH = 38  # of a clip's name
 SHOWN = 12  # jumps of a joint; the JSON has them all
@@ -381,7 +425,7 @@ SHOWN = 12  # jumps of a joint; the JSON has them all
 def line(name: str, counts: Sequence[int], e_moved: float) -> str:
     """One line of the table."""
     first = " ".join(f"{n:>5}" for n in counts[:4])
-    last = " ".join(f"{n:>5}" for n in counts[5:])
+    last = " ".join(f"{n:>{w}}" for n, w in zip(counts[5:], (5, 5, 5, 7, 5, 6, 8), strict=True))
     share = f"{e_moved:.1e}" if e_moved else "0"
     return f"{name[:WIDTH]:<{WIDTH}} {first} {counts[4]:>7} {share:>9} {last}"
 
@@ -392,6 +436,7 @@ def details(verdict: Verdict) -> list[str]:
         "swivels left": verdict.swivels_after,
         "new impossible turns": verdict.turns_new,
         "impossible turns left": verdict.turns_left,
+        "mirrored transitions left": verdict.mirrored_after,
     }
     told = [f"{verdict.clip}: {what}: {_listed(jumps)}" for what, jumps in lists.items() if jumps]
     for limb, frames in verdict.backward_after.items():
@@ -418,17 +463,26 @@ def _runs(frames: Sequence[int]) -> list[str]:
 
 def table(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
     """A line for each clip that has anything, totals, what is left, and what could not be read."""
-    total = [sum(column) for column in zip(*(v.row for v in verdicts), strict=True)] or [0] * 8
+    total = [sum(column) for column in zip(*(v.row for v in verdicts), strict=True)] or [0] * 12
     lines = [f"{'' if k else 'clip':<{WIDTH}} {head}" for k, head in enumerate(HEAD)]
     lines += [line(v.clip, v.row, v.e_moved) for v in verdicts if any(v.row) or v.e_moved]
     lines.append(line("total", total, max((v.e_moved for v in verdicts), default=0.0)))
     lines += ["", *(text for v in verdicts for text in details(v))]
     lines += [f"{name}: not judged: {error}" for name, error in errors.items()]
+    limbs = sum((v.limbs_changed for v in verdicts), Straightness())
+    lines.append(
+        f"changed: {_share(limbs.bent_changed, limbs.bent)} of the bent limbs' frames, "
+        f"{_share(limbs.straight_changed, limbs.straight)} of the straight ones'"
+    )
     lines.append(
         f"looked at: {len(verdicts)} clips, {sum(v.limbs for v in verdicts)} limbs, "
         f"{sum(v.frames for v in verdicts)} frames; not judged: {len(errors)}"
     )
     return "\n".join(lines)
+
+
+def _share(some: int, of: int) -> str:
+    return f"{some} of {of} ({100.0 * some / max(of, 1):.2f} %)"
 
 
 def to_json(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:

@@ -210,6 +210,12 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
         parts.append(
             f"{name} with x {edge['residual_x_deg']:+.1f}° against y {edge['residual_y_deg']:+.1f}°"
         )
+    if "transition" in evidence:
+        turn, answer = (evidence[f"transition_{signal}_deg"] for signal in "xy")
+        parts.append(
+            f"the limb is straight; at {evidence['transition'] + first_frame} "
+            f"P turns by {turn:+.1f}°, C by {answer:+.1f}°"
+        )
     if abs(interval.residual) > np.radians(0.005):
         parts.append(f"left over {np.degrees(interval.residual):+.2f}°")
     if interval.open:

@@ -24,7 +24,8 @@ import numpy as np
 
 from twistcore.chain import Chain
 from twistcore.detection import Analysis, Interval, Kind
-from twistcore.detection.consistency import ChainAnalysis, ConsistencyAnalysis
+from twistcore.detection.chain_analysis import ChainAnalysis
+from twistcore.detection.consistency import ConsistencyAnalysis
 from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 

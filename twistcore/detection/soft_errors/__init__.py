@@ -1,6 +1,10 @@
 """Errors that set in softly: what departs from natural motion at any time scale [MATH.md §4]."""
 
 from twistcore.detection.soft_errors.soft_error import SoftError
-from twistcore.detection.soft_errors.soft_intervals import Known, soft_intervals
+from twistcore.detection.soft_errors.soft_intervals import (
+    Known,
+    soft_errors,
+    soft_interval,
+)
 
-__all__ = ["Known", "SoftError", "soft_intervals"]
+__all__ = ["Known", "SoftError", "soft_errors", "soft_interval"]

@@ -117,7 +117,7 @@ def _scales(values: Array, clean: Mask, window: int) -> Array:
     near = _box_mean_parts(root, clean, window)
     local = (near[0] + BORROWED * overall) / (near[1] + BORROWED)
     mixed = (1.0 - OWN) * overall + OWN * local
-    return np.maximum(1.48 * mixed * mixed, FLOOR)
+    return np.asarray(np.maximum(1.48 * mixed * mixed, FLOOR))
 
 
 def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array]:

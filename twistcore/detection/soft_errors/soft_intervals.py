@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.detection.interval import Interval
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.natural_scale import unlikely_increments
@@ -29,11 +33,15 @@ BESIDE = 2  # frames around an interval in which a departure puts it in doubt
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """An interval that jumps were paired into: offset of P from frame `start` on, radians."""
+    """An interval that is known: offset of P from frame `start` on, radians.
+
+    firm: of a straight limb, doubted only where a silent joint tells better.
+    """
 
     row: int
     start: int
     offset: Array
+    firm: bool = False
 
     @property
     def stop(self) -> int:
@@ -41,14 +49,28 @@ class Known:
         return self.start + len(self.offset)
 
 
-def soft_intervals(
+def soft_errors(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
-) -> tuple[list[SoftError], list[Known]]:
-    """Soft errors, and the known intervals that they stand in for.
+) -> tuple[list[SoftError], list[list[tuple[int, int]]]]:
+    """Soft errors; and by row the frames [low, high) in which they stand for all that is known.
 
     What is known is taken out; where something is left at any time scale that natural motion does
     not do, what was known there is doubted and all is explained anew.
     """
+    found, replaced = _explained_anew(limbs, fps, cut, known)
+    instead: list[list[tuple[int, int]]] = [[] for _ in range(len(limbs) * limbs.count)]
+    for f in found:
+        for row in range(f.row % limbs.count, len(instead), limbs.count):
+            if abs(row - f.row) <= limbs.count:
+                instead[row].append((f.start, f.stop))
+    for k in replaced:
+        instead[k.row].append((k.start, k.stop))
+    return found, instead
+
+
+def _explained_anew(
+    limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
+) -> tuple[list[SoftError], list[Known]]:
     surprise = Surprise(limbs, fps, cut)
     if not surprise.spans:
         return [], []
@@ -70,8 +92,12 @@ def soft_intervals(
         unnatural |= _unnatural(surprise) & lively[:, None]
     if not unnatural.any():
         return [], []
+    silent = {r % limbs.count for r in sides}
     doubted = [
-        k for k in known if _limb_has(surprise, unnatural, k.row, k.start - BESIDE, k.stop + BESIDE)
+        k
+        for k in known
+        if (not k.firm or k.row % limbs.count in silent)
+        and _limb_has(surprise, unnatural, k.row, k.start - BESIDE, k.stop + BESIDE)
     ]
     for k in doubted:
         surprise.take_out(k.row, k.start, -k.offset)
@@ -180,3 +206,29 @@ def _limb_has(surprise: Surprise, mask: Mask, row: int, low: int, high: int) -> 
 def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
     same = known.row in surprise.beside(found.row)
     return same and known.start < found.stop and found.start < known.stop
+
+
+def soft_interval(chain: str, error: SoftError) -> Interval:
+    """The interval of a soft error in a chain."""
+    return Interval(
+        chain,
+        error.start,
+        error.stop,
+        error.offset,
+        confidence=confidence(error.gain),
+        explain=partial(_told, error),
+    )
+
+
+def confidence(gain: float) -> float:
+    """Probability that the repair is right, 0…1."""
+    return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 50.0) / 12.0))))
+
+
+def _told(error: SoftError) -> dict[str, Any]:
+    """Why it was found; degrees."""
+    return {
+        "gain": error.gain,
+        "follows": "a soft onset",
+        "sigma_deg": math.degrees(error.sigma),
+    }

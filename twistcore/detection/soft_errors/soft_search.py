@@ -71,7 +71,7 @@ class Search:
 
     def __init__(self, surprise: Surprise, limb: list[int]) -> None:
         self._surprise, self._limb = surprise, limb
-        self._gain = {}
+        self._gain: dict[tuple[int, int], Array] = {}
         self._done: dict[int, Mask] = {r: np.zeros(surprise.frames, dtype=bool) for r in limb}
         for row in limb:
             self._update(row)

@@ -43,7 +43,8 @@ def _step_response() -> tuple[Array, Array]:
     step = np.zeros(2 * _FILTERED)
     step[_FILTERED:] = 1.0
     response = sosfiltfilt(butter(2, 2.0 / _PERIOD, output="sos"), step)
-    return (np.arange(2 * _FILTERED) + 0.5 - _FILTERED) / _PERIOD, response
+    at = (np.arange(2 * _FILTERED) + 0.5 - _FILTERED) / _PERIOD
+    return np.asarray(at, dtype=np.float64), np.asarray(response)
 
 
 def ramp(t: Array) -> Array:
@@ -92,7 +93,7 @@ def fitted(
     themselves, for many courses at once. Far from the best course every residual is at its cap and
     no step leads anywhere: so the scales are widened at first, by `coarsest`, then by less.
     """
-    number = np.array(start) / _AT
+    number: Array = np.array(start) / _AT
     wider = max(coarsest, 1.0)
     while True:
         number, course_, best = _descended(number, kernel, frames, residuals, wider)
@@ -110,7 +111,8 @@ def _descended(
 ) -> tuple[Array, Array, float]:
     """The four numbers, their course and what it leaves, at one width of the scales."""
     damping, best = 1e-2, np.inf
-    course_, step = np.zeros(frames), np.zeros(len(_AT))
+    course_: Array = np.zeros(frames)
+    step: Array = np.zeros(len(_AT))
     slopes, rest = np.zeros((len(_AT), 1)), np.zeros(1)
     for _ in range(MOST_STEPS):
         tried = number + step

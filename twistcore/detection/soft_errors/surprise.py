@@ -101,7 +101,7 @@ class Surprise:
 
     def _axis(self, row: int, at: slice) -> Array:
         k, i = divmod(row, self.limbs.count)
-        axis = self.limbs.axes[k, i]
+        axis: Array = self.limbs.axes[k, i]
         return axis if axis.ndim == 1 else axis[at]
 
     def measure(self, bad: Mask) -> None:

@@ -1,0 +1,85 @@
+"""Upper limbs and lower ones that turn against each other, from the world's places alone.
+
+Of the judge :mod:`benchmarks.real_flips`: nothing of the detectors' signals. A mirrored transition
+is a window of 0.13 s in which P (upper arm, thigh) and C turn about P's bone by at least 10° each,
+oppositely, and by as much but for 35 % of the larger turn; windows that overlap are one. A limb is
+bent where C's bone stands more than 30° off P's, straight below 18°. A frame is changed where P
+turned about its bone by more than 2°.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+WINDOW = 0.13  # seconds
+LEAST, OPEN = 10.0, 0.35  # degrees; of the larger turn
+BENT, STRAIGHT = 30.0, 18.0  # degrees
+CHANGED = 2.0  # degrees
+
+
+@dataclass(frozen=True)
+class Straightness:
+    """Frames of limbs that are bent or straight, and how many of them were changed."""
+
+    bent: int = 0
+    bent_changed: int = 0
+    straight: int = 0
+    straight_changed: int = 0
+
+    def __add__(self, other: Straightness) -> Straightness:
+        return Straightness(
+            *(a + b for a, b in zip(vars(self).values(), vars(other).values(), strict=True))
+        )
+
+
+def twist(turned: Array, bone: Array) -> Array:
+    """Degrees that rotations (frames, 3, 3) turn about unit directions (3,) or (frames, 3)."""
+    q = Rotation.from_matrix(turned).as_quat()
+    along = (q[:, :3] * bone).sum(axis=1)
+    return (np.degrees(2.0 * np.arctan2(along, q[:, 3])) + 180.0) % 360.0 - 180.0
+
+
+def mirrored(above: Array, p: Array, c: Array, bone: Array, fps: float) -> list[tuple[int, float]]:
+    """First frame and P's turn of each mirrored transition.
+
+    above, p, c: orientations of P's parent, P and C in the world, (frames, 3, 3); bone: P's unit
+    bone in its own frame, (frames, 3).
+    """
+    own, below = (np.einsum("fji,fjk->fik", a, b) for a, b in ((above, p), (p, c)))
+    x = twist(np.einsum("fji,fjk->fik", own[:-1], own[1:]), bone[1:])
+    y = twist(np.einsum("fij,fkj->fik", below[1:], below[:-1]), bone[1:])
+    window = max(1, round(WINDOW * fps))
+    if len(x) < window:
+        return []
+    turns, answers = (np.convolve(v, np.ones(window), "valid") for v in (x, y))
+    sizes = np.abs(turns), np.abs(answers)
+    hit = (np.minimum(*sizes) >= LEAST) & (turns * answers < 0.0)
+    hit &= np.abs(turns + answers) <= OPEN * np.maximum(*sizes)
+    found: list[tuple[int, float]] = []
+    last = -window
+    for t in np.flatnonzero(hit).tolist():
+        if t - last >= window:
+            found.append((t + 1, round(float(turns[t]), 1)))
+        last = t
+    return found
+
+
+def bends(p: Array, c: Array, e: Array) -> Array:
+    """Degrees between the bones P-C and C-E; places (frames, 3)."""
+    upper, lower = c - p, e - c
+    away = np.linalg.norm(np.cross(upper, lower), axis=1)
+    return np.degrees(np.arctan2(away, (upper * lower).sum(axis=1)))
+
+
+def straightness(bend: Array, before: Array, after: Array, bone: Array) -> Straightness:
+    """What was changed; before, after: P's orientation in the world, (frames, 3, 3)."""
+    changed = np.abs(twist(np.einsum("fji,fjk->fik", before, after), bone)) > CHANGED
+    bent, straight = bend > BENT, bend < STRAIGHT
+    counts = (m.sum() for m in (bent, bent & changed, straight, straight & changed))
+    return Straightness(*(int(n) for n in counts))

@@ -1,0 +1,181 @@
+"""What the consistency detector knows of one chain, before any τ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from twistcore.detection.confidence import confidence
+from twistcore.detection.counter_rotation import CounterRotation
+from twistcore.detection.edges import Edges
+from twistcore.detection.interval import Interval
+from twistcore.detection.offsets import offsets_of
+from twistcore.detection.pairing import Pair, PairTable, best_pairs, unpaired
+from twistcore.detection.prediction import Mask
+from twistcore.rotation import Array, wrap
+
+# Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints.
+# Where no edge of an interval shows so in both, one joint jumps alone: that is only shown.
+SHOWN_IN_BOTH = 0.35
+_FOLLOWS = ("its edges", "its events", "every frame")
+SMALLEST_TAU = float(np.radians(1.5))
+TAU_IN_SIGMA = 6.0  # an automatic τ: where natural motion's own σ would fill the table, higher
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """An interval that no τ makes anew; τ is compared with its strength, at frame `peak`."""
+
+    interval: Interval
+    strength: float
+    peak: int
+
+
+@dataclass(frozen=True, eq=False)
+class ChainAnalysis:
+    """What is known of one chain before any τ.
+
+    standing: errors of straight limbs, whose jumps no table has, and soft ones; instead: frames
+    [low, high) in which soft errors stand for what jumps, and `replaced`, would explain.
+    """
+
+    name: str
+    fps: float
+    limb: CounterRotation
+    row: int
+    edges: Edges
+    step: Mask
+    tables: tuple[PairTable, ...]  # one a segment between cuts
+    standing: tuple[Standing, ...] = ()
+    instead: tuple[tuple[int, int], ...] = ()
+    _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)  # τ moves: most stay
+    _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
+
+    def automatic_tau(self) -> float:
+        """τ of :func:`automatic_tau`, radians."""
+        return automatic_tau(self.limb, self.row)
+
+    def strength(self) -> Array:
+        """|d| at events, the |jump| of an edge at its peak, else 0; radians, (frames,)."""
+        curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
+        np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
+        for s in self.standing:
+            curve[s.peak] = max(curve[s.peak], s.strength)
+        return curve
+
+    def intervals(self, tau: float) -> tuple[Interval, ...]:
+        """Intervals at τ radians, by start."""
+        found = list(self.between_edges(tau))
+        if self.instead:
+            found = [i for i in found if not any(_meet(i, frames) for frames in self.instead)]
+        past = [s.interval for s in self.standing if s.strength >= tau]
+        return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
+
+    def with_soft(
+        self, soft: Sequence[Standing], instead: Sequence[tuple[int, int]]
+    ) -> ChainAnalysis:
+        """The same with soft errors; `instead`: frames in which these stand for all else."""
+        kept = (
+            s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
+        )
+        return replace(self, standing=(*kept, *soft), instead=tuple(instead))
+
+    def between_edges(self, tau: float) -> tuple[Interval, ...]:
+        """Intervals that jumps are paired into at τ radians, by start."""
+        found: list[Interval] = []
+        for table in self.tables:
+            # τ matters by the edges it lets pass, and of sorted jumps their number says which.
+            passing = int((np.abs(table.edges.jump) >= tau).sum()) if len(table.edges.jump) else 0
+            if not passing:
+                continue
+            key = table.low, passing
+            if key not in self._solved:
+                self._solved[key] = self._solve(table, tau)
+            found += self._solved[key]
+        return tuple(found)
+
+    def _solve(self, table: PairTable, tau: float) -> list[Interval]:
+        """Intervals of a segment at τ radians, by start."""
+        pairs = best_pairs(table, tau, self.fps)
+        applied = len(pairs)
+        pairs += unpaired(table, pairs, tau)
+        new = [p for p in pairs if (table.low, p) not in self._known]
+        levels = offsets_of(new, table, self.limb, self.row, self.step)
+        for pair, level in zip(new, levels, strict=True):
+            self._known[table.low, pair] = self._interval(pair, table, *level)
+        known = [self._known[table.low, p] for p in pairs]
+        found = known[:applied] + [replace(i, open=True) for i in known[applied:]]
+        return sorted(found, key=lambda i: (i.start, i.stop))
+
+    def _interval(
+        self, pair: Pair, table: PairTable, start: int, offset: Array, residual: float
+    ) -> Interval:
+        at = [k for k in pair[:2] if k >= 0]
+        jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
+        sigma = math.hypot(*sigmas)
+        margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
+        return Interval(
+            self.name,
+            start,
+            start + len(offset),
+            offset,
+            confidence=confidence(pair.gain, abs(residual) / sigma, margin, len(offset)),
+            open=not any(_shown_in_both(self.limb, self.row, table.edges, k) for k in at),
+            residual=residual,
+            explain=partial(_explained, self.limb, self.row, table.edges, pair, residual),
+        )
+
+
+def automatic_tau(counter: CounterRotation, row: int) -> float:
+    """max(1.5°, 6·median σ of the chain), radians."""
+    return max(SMALLEST_TAU, TAU_IN_SIGMA * float(np.median(counter.sigma[row])))
+
+
+def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
+    return interval.start < frames[1] and frames[0] < interval.stop
+
+
+def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
+    """Whether both joints turn at an edge, one way or the other: near ±180° signs say nothing."""
+    at = row, slice(edges.start[k], edges.stop[k])
+    x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
+    return min(x, y) >= SHOWN_IN_BOTH * max(x, y)
+
+
+def _explained(
+    limb: CounterRotation, row: int, edges: Edges, pair: Pair, residual: float
+) -> dict[str, Any]:
+    """Why an interval was found; degrees."""
+    at = [k for k in pair[:2] if k >= 0]
+    return {
+        "gain": pair.gain,
+        "follows": _FOLLOWS[pair.follows],
+        "edges": [_edge_explained(limb, row, edges, k) for k in at],
+        "closing_residual_deg": math.degrees(residual),
+        "closing_sigma_deg": math.degrees(math.hypot(*edges.sigma[at])),
+    }
+
+
+def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
+    """Sums over the edge's frames, degrees: x, y as captured, their residuals and scales."""
+    start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
+    at = row, slice(start, stop)
+    sums = {
+        "x": limb.x[at], "y": limb.y[at], "residual_x": limb.rx[at], "residual_y": limb.ry[at],
+        "sigma_x": limb.sigma_x[at], "sigma_y": limb.sigma_y[at],
+    }  # fmt: skip
+    apart = abs(float(wrap(limb.rx[at].sum() + limb.ry[at].sum())))
+    return {
+        **{f"{name}_deg": math.degrees(v.sum()) for name, v in sums.items()},
+        "start": start,
+        "stop": stop,
+        "jump_deg": math.degrees(jump),
+        "sigma_deg": math.degrees(edges.sigma[k]),
+        "gain": float(edges.gain[k]),
+        "agreement": max(0.0, 1.0 - apart / max(abs(jump), 1e-12)),
+    }

@@ -1,0 +1,13 @@
+"""Counter-twists of straight limbs: where no position tells how P and C share a twist."""
+
+from __future__ import annotations
+
+from twistcore.detection.straight_limbs.straight_claims import (
+    Jumps,
+    straight_limb,
+    without_errors,
+)
+from twistcore.detection.straight_limbs.straight_intervals import interval_of
+from twistcore.detection.straight_limbs.straight_spells import StraightError
+
+__all__ = ["Jumps", "StraightError", "interval_of", "straight_limb", "without_errors"]

@@ -1,0 +1,201 @@
+"""Which of a chain's jumps are errors of a straight limb, and which are not [MATH.md §4]."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.detection.counter_rotation import CounterRotation
+from twistcore.detection.edges import Edges
+from twistcore.detection.limbs import Limbs
+from twistcore.detection.offsets import offsets_of
+from twistcore.detection.pairing import PairTable, best_pairs, pair_table
+from twistcore.detection.straight_limbs.straight_course import course
+from twistcore.detection.straight_limbs.straight_spells import (
+    Bend,
+    Mask,
+    Spell,
+    StraightError,
+    bend_of,
+    errors_in,
+    left_over,
+    spells,
+)
+from twistcore.motion import Motion
+from twistcore.rotation import (
+    Array,
+    conjugate,
+    multiply,
+    quaternion_from_axis_angle,
+    wrap,
+)
+
+LARGEST = float(np.radians(75.0))  # of δ: more would turn the hinge around
+CLEAR = 10.0  # times a hinge's spread: a smaller δ may be its own play
+NEARLY = 1.6  # times as far off its hinge may δ leave a limb: straight, it stands beside by nature
+ROUNDS = 3  # of leaving out jumps that the bent limb gainsays
+AS_LITTLE = float(np.radians(2.0))  # more of a counter-turn may jumps leave
+BESIDE = 1  # frames beside an error to which its transitions reach
+
+
+@dataclass(frozen=True, eq=False)
+class _Jumping:
+    """An interval by its jumps: δ from frame `start` on, radians; `peaks` of its edges."""
+
+    start: int
+    offset: Array
+    peaks: tuple[int, ...]
+
+    @property
+    def frames(self) -> slice:
+        """Where it stands."""
+        return slice(self.start, self.start + len(self.offset))
+
+
+@dataclass(frozen=True, eq=False)
+class Jumps:
+    """What the search for jumps knows of a chain, and the τ that it is asked at, radians."""
+
+    counter: CounterRotation
+    row: int
+    edges: Edges
+    step: Mask
+    tables: tuple[PairTable, ...]
+    tau: float
+    fps: float
+
+    def without(self, peaks: Mask) -> Jumps:
+        """Without the edges that peak in these frames, (frames,)."""
+        edges = self.edges[~peaks[self.edges.peak]]
+        tables = tuple(
+            pair_table(self.counter, self.row, edges, self.step, table.low, table.high)
+            for table in self.tables
+        )
+        return replace(self, edges=edges, tables=tables)
+
+    def found(self) -> list[_Jumping]:
+        """The intervals that explain most, closed or to a border."""
+        out = []
+        for table in self.tables:
+            pairs = best_pairs(table, self.tau, self.fps)
+            levels = offsets_of(pairs, table, self.counter, self.row, self.step)
+            for pair, (start, offset, _) in zip(pairs, levels, strict=True):
+                at = [k for k in pair[:2] if k >= 0]
+                out.append(_Jumping(start, offset, tuple(table.edges.peak[at].tolist())))
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class StraightLimb:
+    """Errors of a limb's straight spells, by start, and the frames whose edges are theirs."""
+
+    errors: tuple[StraightError, ...]
+    claimed: Mask
+    bend: Bend
+
+    @property
+    def offset(self) -> Array:
+        """The sum of the errors, radians, (frames,)."""
+        total = np.zeros(len(self.claimed))
+        for e in self.errors:
+            total[e.start : e.stop] += e.offset
+        return total
+
+    def leaves(self, jumps: Jumps) -> Jumps:
+        """Jumps without those that are the errors', or that the bent limb gainsays."""
+        claimed = self.claimed.copy()
+        for _ in range(ROUNDS):
+            jumps = jumps.without(claimed)
+            gainsaid = [j for j in jumps.found() if _hinge_says(j, self.bend) is False]
+            if not gainsaid:
+                break
+            for j in gainsaid:
+                claimed[list(j.peaks)] = True
+        return jumps
+
+
+def straight_limb(motion: Motion, chain: Chain, jumps: Jumps) -> StraightLimb | None:
+    """Errors of a chain's straight spells beside what its jumps explain.
+
+    None where there are none, and for a chain without a hinge, as without a grandchild. Which of
+    two spells is the error is told by the bend, not by the length: an interval of jumps stands
+    against it only if it brings the bent limb back to its hinge, or leaves as little unexplained.
+    """
+    if chain.grandchild < 0:
+        return None
+    fps, tables = motion.fps, jumps.tables
+    increments = jumps.counter.x[jumps.row], jumps.counter.y[jumps.row]
+    bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, fps)
+    if bend.azimuth is None:
+        return None
+    if not any(spells(increments, bend, t.low, t.high, fps) for t in tables):
+        return None
+    found = jumps.found()
+    certain = [j for j in found if _hinge_says(j, bend)]
+    left = _without(increments, certain)
+    unsaid = [j for j in found if _hinge_says(j, bend) is None]
+    errors: list[StraightError] = []
+    claimed = np.zeros(motion.frames, dtype=bool)
+    for table in tables:
+        for spell in spells(left, bend, table.low, table.high, fps):
+            if own := _error_of(left, unsaid, bend, spell, fps):
+                errors += own
+                claimed[max(spell.start - BESIDE, 0) : spell.stop + 1 + BESIDE] = True
+    for j in certain:
+        claimed[list(j.peaks)] = False
+    return StraightLimb(tuple(errors), claimed, bend) if errors else None
+
+
+def without_errors(limbs: Limbs, straight: Mapping[int, StraightLimb]) -> Limbs:
+    """Limbs without the errors of their chains, by row as in :meth:`Limbs.increments`."""
+    joints = limbs.joints.copy()
+    for row, limb in straight.items():
+        chain, at = divmod(row, limbs.count)
+        axis, offset = limbs.axes[chain, at], limb.offset
+        back = quaternion_from_axis_angle(axis, -offset)
+        joints[chain, at] = multiply(joints[chain, at], back)
+        joints[chain + 1, at] = multiply(conjugate(back), joints[chain + 1, at])
+    return Limbs(joints, limbs.axes)
+
+
+def _error_of(
+    increments: tuple[Array, Array],
+    jumping: Sequence[_Jumping],
+    bend: Bend,
+    spell: Spell,
+    fps: float,
+) -> list[StraightError]:
+    """Errors of a spell that bring it nearer to its hinge; none where jumps explain it as well."""
+    delta, jumped = (np.zeros(len(increments[0])) for _ in range(2))
+    own = slice(spell.start, spell.stop)
+    delta[own] = course(increments, spell.start, spell.stop, spell.low, spell.high, fps)
+    for j in jumping:
+        jumped[j.frames] += j.offset
+    if jumped[own].any():
+        least, left = (left_over(increments, d, spell, fps) for d in (delta, jumped))
+        if left <= least + AS_LITTLE:
+            return []
+    errors = errors_in(increments, delta, spell, fps)
+    return [
+        e
+        for e in errors
+        if CLEAR * bend.spread <= np.abs(e.offset).max() < LARGEST
+        and bend.nearer(slice(e.start, e.stop), e.offset, share=NEARLY)
+    ]
+
+
+def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
+    """Both increments without some errors, radians, (frames,) each."""
+    known = np.zeros(len(increments[0]))
+    for j in jumping:
+        known[j.frames] += j.offset
+    steps = np.diff(known, prepend=known[:1])
+    return wrap(increments[0] - steps), wrap(increments[1] + steps)
+
+
+def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:
+    """Whether an interval brings the bent limb back to its hinge; None where that cannot tell."""
+    return bend.nearer(jumping.frames, jumping.offset, bend.bent[jumping.frames])

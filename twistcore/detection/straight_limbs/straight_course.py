@@ -1,0 +1,102 @@
+"""The error of a straight limb's twist as a course over time [MATH.md §4].
+
+Where C's bone keeps to P's no position tells how a twist is split between them. What is known of
+the error δ is then that P's own twist X − δ and C's, Y + δ, run on smoothly (x, y: increments,
+X, Y: their sums), that it is 0 where the limb is bent, and that it seldom changes. δ is what
+explains these best: least squares, weighted anew a few times.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+
+from twistcore.rotation import Array
+
+Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, what they give
+
+ROUNDS = 12  # of weights
+SELDOM, STEP = 0.05, float(np.radians(12.0))  # price of a change of δ, and its size a second
+SETTLES = 0.25  # seconds in which a twist of its own comes to rest where nothing tells it
+LEAST_SCALE = float(np.radians(0.02))  # of the change of an increment from frame to frame
+SAME = 1e-5  # radians: a round that changes less was the last
+
+
+def course(
+    increments: tuple[Array, Array], start: int, stop: int, low: int, high: int, fps: float
+) -> Array:
+    """δ in frames [start, stop), radians; 0 beside them within the segment [low, high).
+
+    increments: x and y, radians, (frames,) each. At the segment's ends δ is free: nothing is known
+    of what was before or comes after.
+    """
+    rows = _smooth(increments, start, stop, low, high, fps)
+    n = stop - start
+    band, right = np.zeros((3, n)), np.zeros(n)
+    band[2] = 1e-9
+    for columns, factors, given in rows:
+        for i, factor in enumerate(factors.tolist()):
+            own = columns[:, i] >= 0
+            np.add.at(right, columns[own, i], factor * given[own])
+            for j in range(i, len(factors)):
+                both = own & (columns[:, j] >= 0)
+                np.add.at(band[2 + i - j], columns[both, j], factor * factors[j])
+    return _seldom_changing(band, right, start > low, stop < high, STEP / fps)
+
+
+def scale_of(increments: Array) -> float:
+    """How much an increment differs from the one before, as a rule; radians."""
+    bends = np.abs(np.diff(increments[2:]))
+    return max(LEAST_SCALE, 1.4826 * float(np.median(bends))) if len(bends) else LEAST_SCALE
+
+
+def _smooth(
+    increments: tuple[Array, Array], start: int, stop: int, low: int, high: int, fps: float
+) -> list[Rows]:
+    """What both signals without δ should come to: an even course, and rest; in units of scale.
+
+    The increment of the segment's first frame is none: it leads across a cut.
+    """
+    rows = []
+    at = np.arange(max(start - 1, low + 2), min(stop + 1, high)) - 1
+    of_bends = _columns(at[:, None] + np.arange(3) - 1, start, stop)
+    step = np.arange(max(start, low + 1), min(stop + 1, high))
+    of_steps = _columns(step[:, None] + np.arange(2) - 1, start, stop)
+    for signal, sign in zip(increments, (1.0, -1.0), strict=True):
+        scale = scale_of(signal)
+        bend = sign * np.array([1.0, -2.0, 1.0]) / scale
+        rows.append((of_bends, bend, (signal[at + 1] - signal[at]) / scale))
+        rest = scale * SETTLES * fps
+        rows.append((of_steps, sign * np.array([-1.0, 1.0]) / rest, signal[step] / rest))
+    return rows
+
+
+def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int64]:
+    """Which of the unknown δ a frame's is, −1 for none."""
+    return np.where((frames >= start) & (frames < stop), frames - start, -1)
+
+
+def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: float) -> Array:
+    """The least squares δ, weighted so that it changes by much or not at all.
+
+    band: upper diagonals of the normal equations, the main one last, (3, n); begins, ends: whether
+    δ comes from 0, and goes to it; step: radians a frame, of a change that counts.
+    """
+    delta = np.zeros(len(right))
+    weight = np.full(len(right) + 1, SELDOM / step**2)
+    weight[[0, -1]] *= [begins, ends]
+    for _ in range(ROUNDS):
+        weighted = band.copy()
+        weighted[2] += weight[:-1] + weight[1:]
+        weighted[1, 1:] -= weight[1:-1]
+        now = np.asarray(solveh_banded(weighted[-min(3, len(right)) :], right))
+        if np.abs(now - delta).max() < SAME:
+            return now
+        delta = now
+        changes = np.diff(delta, prepend=0.0, append=0.0)
+        weight = 2.0 * SELDOM / (changes**2 + step**2)
+        weight[[0, -1]] *= [begins, ends]
+    return delta

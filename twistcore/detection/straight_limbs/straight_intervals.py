@@ -1,0 +1,44 @@
+"""Errors of straight limbs as intervals, with what is known of them."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any
+
+from twistcore.detection.interval import Interval
+from twistcore.detection.straight_limbs.straight_spells import StraightError
+
+
+def interval_of(chain: str, error: StraightError) -> Interval:
+    """The interval of an error in a chain; it closes where the limb is bent again."""
+    return Interval(
+        chain,
+        error.start,
+        error.stop,
+        error.offset,
+        confidence=confidence(error),
+        explain=partial(_explained, error),
+    )
+
+
+def confidence(error: StraightError) -> float:
+    """Probability that it is right, 0…1."""
+    turn, answer = (abs(t) for t in error.turns)
+    score = math.log(error.strength / math.radians(8.0)) + 3.0 * min(turn, answer) / max(
+        turn, answer
+    )
+    return 1.0 / (1.0 + math.exp(-score))
+
+
+def _explained(error: StraightError) -> dict[str, Any]:
+    """Why it was found; degrees."""
+    turn, answer = error.turns
+    return {
+        "follows": "a straight limb",
+        "bent_sides": error.closed,
+        "transition": error.peak,
+        "transition_x_deg": math.degrees(turn),
+        "transition_y_deg": math.degrees(answer),
+        "transition_deg": math.degrees(error.strength),
+    }

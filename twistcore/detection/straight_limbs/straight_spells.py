@@ -1,0 +1,243 @@
+"""Spells in which a limb is straight, and the errors that stand in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.detection.straight_limbs.straight_course import scale_of
+from twistcore.rotation import Array, rotate, wrap
+
+Mask = NDArray[np.bool_]
+
+BENT = float(np.radians(30.0))  # of bend: from here on a limb's twist is well determined
+ANCHOR_SECONDS = 0.1  # that a clip's limb must be bent for to tell anything of the straight one
+TOLD = float(np.radians(0.5))  # of bend: below, C's bone leaves P's to no side at all
+WINDOW = 0.13  # seconds of a mirrored transition
+LEAST_TURN = float(np.radians(8.0))  # of either joint in it
+LEAST_SHARE = 0.35  # of the smaller turn in the larger
+EXPLAINED = 0.5  # of the smaller turn, by what δ changes
+SHARP, SUDDEN = 0.015, 0.9  # seconds, and a share of δ: what changes so is a jump's, if anything
+LEAST_CHANGE = float(np.radians(6.0))  # of δ in it
+NOTHING = float(np.radians(0.5))  # δ below is none
+PAUSE = 0.1  # seconds of it that part two errors
+HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb, and how often
+
+
+@dataclass(frozen=True, eq=False)
+class Bend:
+    """How a limb is bent: angle of C's bone off P's, [0, π], and its azimuth, both (frames,).
+
+    azimuth: off the direction in which the bent limb leaves P's bone, radians in (−π, π], or None
+    where that is no hinge's; spread: what it mostly keeps to in the bent limb, radians.
+    """
+
+    angle: Array
+    azimuth: Array | None
+    spread: float = 0.0
+
+    @property
+    def bent(self) -> Mask:
+        """Frames whose twist is well determined."""
+        return self.angle > BENT
+
+    def nearer(
+        self, frames: slice, offset: Array, where: Mask | None = None, share: float = 1.0
+    ) -> bool | None:
+        """Whether the limb stands nearer to its hinge without an offset; None where none can tell.
+
+        offset: radians, of the frames; where: those of them that count; share: what may be left of
+        the way to it. A bone that leaves its line by more tells more; a straight limb that is bent
+        backward a little stands opposite by nature.
+        """
+        if self.azimuth is None or (where is not None and not where.any()):
+            return None
+        off, weight = self.azimuth[frames], np.sin(self.angle[frames]) ** 2
+        weight[self.angle[frames] < TOLD] = 0.0
+        back = off + offset
+        off, back = (np.where(self.bent[frames], wrap(v), 0.5 * wrap(2.0 * v)) for v in (off, back))
+        if where is not None:
+            weight = weight * where
+        return bool(np.abs(back) @ weight < share * np.abs(off) @ weight)
+
+
+@dataclass(frozen=True)
+class Spell:
+    """Frames [start, stop) in which a limb is not bent, of the segment [low, high) between cuts."""
+
+    start: int
+    stop: int
+    low: int
+    high: int
+
+    @property
+    def closed(self) -> int:
+        """At how many ends the limb is bent."""
+        return int(self.start > self.low) + int(self.stop < self.high)
+
+    def windows(self, window: int) -> slice:
+        """The windows over its frames and those beside them, by the frame before each."""
+        first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
+        return slice(first, max(first, last))
+
+
+@dataclass(frozen=True, eq=False)
+class StraightError:
+    """An error of a straight limb from frame `start` on: δ a frame, radians.
+
+    peak: the frame in which its clearest transition is halfway; turns: of P and C over it, radians;
+    strength: of what δ changes by there, radians ≥ 0; closed: at how many ends the limb is bent.
+    """
+
+    start: int
+    offset: Array
+    peak: int
+    turns: tuple[float, float]
+    strength: float
+    closed: int
+
+    @property
+    def stop(self) -> int:
+        """Behind its last frame."""
+        return self.start + len(self.offset)
+
+
+def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
+    """Bend of a limb; q_child: (frames, 4); axis, arm: unit, (3,) or (frames, 3)."""
+    v = rotate(q_child, arm)
+    axis = np.broadcast_to(axis, v.shape)
+    along = np.einsum("fi,fi->f", v, axis)
+    across = v - along[:, None] * axis
+    angle = np.arctan2(np.linalg.norm(across, axis=1), along)
+    bent = angle > BENT
+    if bent.sum() < max(2, ANCHOR_SECONDS * fps):
+        return Bend(angle, None)
+    beside = np.cross(axis[0], np.eye(3)[int(np.argmin(np.abs(axis[0])))])
+    first = beside - (axis @ beside)[:, None] * axis
+    x, y = (np.einsum("fi,fi->f", across, e) for e in (first, np.cross(axis, first)))
+    azimuth = np.arctan2(y, x)
+    mean = np.angle(np.exp(1j * azimuth[bent]).sum())
+    azimuth = wrap(azimuth - mean - np.median(wrap(azimuth[bent] - mean)))
+    spread = float(np.quantile(np.abs(azimuth[bent]), MOSTLY))
+    return Bend(angle, azimuth if spread < HINGE else None, spread)
+
+
+def spells(
+    increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
+) -> list[Spell]:
+    """Straight spells of the segment [low, high) beside a bent limb where P and C counter-turn."""
+    out = []
+    for start, stop in runs(~bend.bent[low:high]):
+        spell = Spell(start + low, stop + low, low, high)
+        if spell.closed and _mirrored(*_turns(increments, spell, fps)).any():
+            out.append(spell)
+    return out
+
+
+def errors_in(
+    increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
+) -> list[StraightError]:
+    """The runs of δ in a spell that set in or end with a transition in which both joints turn.
+
+    delta: radians, of all frames, 0 out of the spell.
+    """
+    window = window_of(fps)
+    first = spell.windows(window).start
+    turn, answer = _turns(increments, spell, fps)
+    change = (delta[window:] - delta[:-window])[spell.windows(window)]
+    # The transition must be what δ explains, not motion beside it.
+    least = np.maximum(EXPLAINED * np.minimum(np.abs(turn), np.abs(answer)), LEAST_CHANGE)
+    clear = np.where(_mirrored(turn, answer) & (change * np.sign(turn) >= least), change, 0.0)
+    short = round(SHARP * fps)  # 0 at 30 Hz, where a frame is as long as some transitions
+    jumps = np.abs(delta[short:] - delta[: len(delta) - short])
+    found = []
+    for start, stop in _parts(np.abs(delta) > NOTHING, fps):
+        near = np.abs(clear[max(start - window - first, 0) : max(stop - first, 0)])
+        if not near.any():
+            continue
+        k = int(near.argmax()) + max(start - window - first, 0)
+        if jumps[first + k : first + k + window - short + 1].max() > SUDDEN * abs(clear[k]):
+            continue
+        error = StraightError(
+            start=start,
+            offset=delta[start:stop],
+            peak=first + k + 1 + window // 2,
+            turns=(float(turn[k]), float(answer[k])),
+            strength=float(abs(clear[k])),
+            closed=spell.closed,
+        )
+        found.append(error)
+    return found
+
+
+def left_over(increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float) -> float:
+    """The most by which P and C still counter-turn, beyond the pace beside, without δ; radians.
+
+    delta: of all frames, (frames,). The quieter of the two signals tells it better.
+    """
+    steps = np.diff(delta, prepend=delta[:1])
+    x, y = increments
+    x_counts, y_counts = (scale_of(v) ** -2.0 for v in increments)
+    turn = _over_windows(wrap(x - steps), spell, fps)[1]
+    answer = _over_windows(wrap(y + steps), spell, fps)[1]
+    both = (turn * x_counts - answer * y_counts) / (x_counts + y_counts)
+    return float(np.abs(both).max(initial=0.0))
+
+
+def window_of(fps: float) -> int:
+    """Frames of a mirrored transition."""
+    return max(2, round(WINDOW * fps))
+
+
+def runs(mask: Mask) -> list[tuple[int, int]]:
+    """Runs of True as [start, stop)."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
+    return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
+
+
+def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
+    """Runs of True, those that a short pause parts as one."""
+    out: list[tuple[int, int]] = []
+    for start, stop in runs(there):
+        if out and start - out[-1][1] < PAUSE * fps:
+            start = out.pop()[0]
+        out.append((start, stop))
+    return out
+
+
+def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[Array, Array]:
+    """What P and C turn over windows of a spell, beyond the pace beside where only that tells."""
+    (x, beyond_x), (y, beyond_y) = (_over_windows(v, spell, fps) for v in increments)
+    beyond = (_counter(beyond_x, beyond_y) > _counter(x, y)) & ~_mirrored(x, y)
+    return np.where(beyond, beyond_x, x), np.where(beyond, beyond_y, y)
+
+
+def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array]:
+    """Sums over each window of a spell, and what they are beyond the pace just beside it.
+
+    Only increments of the spell's segment count, at its ends the outermost as often as need be.
+    """
+    window = window_of(fps)
+    half = window // 2
+    at = spell.windows(window)
+    first, last = at.start + 1 - half, at.stop + window + half  # of the increments that are asked
+    low, high = max(first, spell.low + 1), min(last, spell.high)
+    asked = np.pad(signal[low:high], (low - first, last - high), mode="edge")
+    total = np.concatenate([[0.0], asked.cumsum()])
+    begin = np.arange(at.stop - at.start)
+    inside = total[begin + half + window] - total[begin + half]
+    around = total[begin + 2 * half + window] - total[begin] - inside
+    return inside, inside - around * (window / (2 * half))
+
+
+def _counter(turn: Array, answer: Array) -> Array:
+    """By how much two turns are against each other, radians ≥ 0."""
+    return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
+
+
+def _mirrored(turn: Array, answer: Array) -> Mask:
+    """Where both turn, against each other, and by about as much."""
+    large = np.maximum(np.abs(turn), np.abs(answer))
+    return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)
