@@ -125,7 +125,8 @@ def _parser() -> argparse.ArgumentParser:
         "--protocol",
         default="P0",
         metavar="NAME",
-        help="; ".join(f"{k}: {p.text}" for k, p in PROTOCOLS.items()) + "; joined by '+'",
+        help="; ".join(f"{k}: {p.text}" for k, p in PROTOCOLS.items()).replace("%", "%%")
+        + "; joined by '+'",
     )
     inject.set_defaults(run=study_commands.inject_errors)
 

@@ -21,6 +21,7 @@ from twistcore.study.benchmark.runner import Summary
 BAR = 40  # characters of the longest bar
 _COLUMNS = (
     ("FSR %", "fsr_percent", 2),
+    ("worse %", "worse_percent", 2),
     ("MAE before °", "mae_before_deg", 2),
     ("MAE after °", "mae_after_deg", 3),
     ("RMSE before °", "rmse_before_deg", 2),
@@ -47,12 +48,14 @@ _OF_TABLE_2 = (
     ("FSR (%)", "fsr_percent", 2),
 )
 _LEGEND = """\
-FSR: error frames with at least 80 % of the error taken out. Damage: clean (joint, frame) pairs of
-all chains that a method changed by more than 1° and not so in the clean clip, and the mean change
-by damage over all pairs; 'of target': of the injected chain's two joints alone. Natural: pairs that
-the method changes in the clean clip in the same way (within 1°), counted apart. Precision, recall:
-intervals with an overlap (IoU) of at least 0.5; what the clean clip shows as well is left out.
-Alarms: intervals found in the clean clips, all chains together. Oracles know the true frames."""
+FSR: error frames with at least 80 % of the error taken out; worse: those left worse by more than
+0.5° than they were. Frames whose error is below 0.5° are neither error frames nor clean ones.
+Damage: clean (joint, frame) pairs of all chains that a method changed by more than 1° and not so
+in the clean clip, and the mean change by damage over all pairs; 'of target': of the injected
+chain's two joints alone. Natural: pairs that the method changes in the clean clip in the same way
+(within 1°), counted apart. Precision, recall: intervals with an overlap (IoU) of at least 0.5;
+what the clean clip shows as well is left out. Alarms: intervals found in the clean clips, all
+chains together. Oracles know the true frames."""
 
 
 def benchmark_to_markdown(summary: Summary, settings: Settings, source: str) -> str:
