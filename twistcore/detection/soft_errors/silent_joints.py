@@ -25,6 +25,7 @@ LEAST_STANDING = 0.03  # of all frames, at the level of most: images of other er
 MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and so many frames of it
 SMALLEST = float(np.radians(1.5))  # what is off by less all the time is not asked for
 MOST = 200  # errors a limb
+MOSTLY = 0.5  # of all frames still: no gap is as long
 ANSWERED = 1.25  # of what the other joint turns, that may be left of it with the error undone
 LEFT = 0.3  # of what silent joints turn, that an explanation may leave
 
@@ -68,7 +69,7 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
     for (row, side), share in still.items():
         # The same joint as the chain beside sees it.
         seen = {(row, side), (row - side * many, -side)} & answered
-        if seen and share >= still.get((row, -side), 0.0):
+        if (seen or share >= MOSTLY) and share >= still.get((row, -side), 0.0):
             found[row] = side
     return {
         row: side
