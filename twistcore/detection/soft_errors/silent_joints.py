@@ -21,10 +21,12 @@ LEAST_STILL = 0.08  # of the frames in which the other joint moves
 # Of equal parts of a clip, those in which it stands still at all: a joint that only rests for a
 # while does so in one or two.
 PARTS, LEAST_PARTS = 8, 4
-LEAST_STANDING = 0.08  # of all frames, at the level of most
+LEAST_STANDING = 0.03  # of all frames, at the level of most: images of other errors shift it
 MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and so many frames of it
 SMALLEST = float(np.radians(1.5))  # what is off by less all the time is not asked for
 MOST = 200  # errors a limb
+MOSTLY = 0.5  # of all frames still: no gap is as long
+ANSWERED = 1.25  # of what the other joint turns, that may be left of it with the error undone
 LEFT = 0.3  # of what silent joints turn, that an explanation may leave
 
 
@@ -56,8 +58,19 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
     A chain in which the image of a neighbour's error would show counts only if that one has a
     silent joint too: or there were nobody to tell the two apart.
     """
-    found = {r: s for r in range(surprise.rows) if (s := _silent_side(surprise, r)) is not None}
     many = surprise.limbs.count
+    still: dict[tuple[int, int], float] = {}
+    for row in range(surprise.rows):
+        for side, own, other in _both_ways(surprise, row):
+            if standing_level(own, other) is not None:
+                still[row, side] = float((np.abs(own) < STILL).mean())
+    answered = {at for at in still if _answered(*_both_ways(surprise, at[0])[at[1] < 0][1:])}
+    found: dict[int, int] = {}
+    for (row, side), share in still.items():
+        # The same joint as the chain beside sees it.
+        seen = {(row, side), (row - side * many, -side)} & answered
+        if (seen or share >= MOSTLY) and share >= still.get((row, -side), 0.0):
+            found[row] = side
     return {
         row: side
         for row, side in found.items()
@@ -65,11 +78,19 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
     }
 
 
-def _silent_side(surprise: Surprise, row: int) -> int | None:
+def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], ...]:
+    """Side, the joint that may be silent there, and the other one, of a chain."""
     x, y = surprise.x[row], surprise.y[row]
-    if standing_level(x, y) is not None:
-        return 1
-    return None if standing_level(y, x) is None else -1
+    return (1, x, y), (-1, y, x)
+
+
+def _answered(own: Array, other: Array) -> bool:
+    """Whether what a joint turns beside standing still is answered by the other joint.
+
+    Where a joint was held over gaps it stands still too, but what it turns elsewhere is its own.
+    """
+    turns = np.abs(own) >= STILL
+    return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
 
 
 def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:

@@ -222,7 +222,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
 
 def confidence(gain: float) -> float:
     """Probability that the repair is right, 0…1."""
-    return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 50.0) / 12.0))))
+    return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 
 
 def _told(error: SoftError) -> dict[str, Any]:

@@ -22,6 +22,7 @@ COVERED = 4.0  # nats for what a departure costs on average and for leaving it f
 CLOSE = 3.0  # σ from which a residual has little more to say
 FREE_AT = 10.0  # σ that an offset needs before its course is taken as it is
 SEEN = float(np.radians(0.05))  # an offset below is none
+LEAST = float(np.radians(2.0))  # of an error that is told by natural motion alone
 HOLE = 3  # frames below the threshold inside of an interval
 WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
@@ -236,7 +237,7 @@ class Search:
         if nothing - value < PRIOR or not len(seen):
             return None
         offset = offset[seen[0] : seen[-1] + 1]
-        if np.abs(offset).max() < SMALLEST:
+        if np.abs(offset).max() < LEAST:
             return None
         return SoftError(row, low + int(seen[0]), offset, nothing - value, sigma)
 
