@@ -139,7 +139,7 @@ def _kind(interval: Interval) -> str:
 
 def _explain(interval: Interval) -> None:
     evidence = interval.evidence or {}
-    if interval.kind != Kind.COUNTER_TWIST or "transition" in evidence:
+    if interval.kind != Kind.COUNTER_TWIST or ("follows" in evidence and "edges" not in evidence):
         for line in _in_words(evidence):
             print(f"    {line}")
         return
