@@ -97,7 +97,7 @@ def _explained_anew(
         k
         for k in known
         if (not k.firm or k.row % limbs.count in silent)
-        and _limb_has(surprise, unnatural, k.row, k.start - BESIDE, k.stop + BESIDE)
+        and _near_has(surprise, unnatural, k.row, k.start - BESIDE, k.stop + BESIDE)
     ]
     for k in doubted:
         surprise.take_out(k.row, k.start, -k.offset)
@@ -199,8 +199,9 @@ def _unnatural(surprise: Surprise) -> Mask:
     return out
 
 
-def _limb_has(surprise: Surprise, mask: Mask, row: int, low: int, high: int) -> bool:
-    return bool(mask[surprise.limb(row), max(low, 0) : high].any())
+def _near_has(surprise: Surprise, mask: Mask, row: int, low: int, high: int) -> bool:
+    rows = sorted({r for near in surprise.beside(row) for r in surprise.beside(near)})
+    return bool(mask[rows, max(low, 0) : high].any())
 
 
 def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
