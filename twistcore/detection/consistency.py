@@ -214,14 +214,15 @@ class ConsistencyDetector:
 def _with_soft(
     limbs: Limbs, fps: float, cut: Mask, chains: Sequence[ChainAnalysis]
 ) -> dict[str, ChainAnalysis]:
-    """Chains with what sets in softly, beside their intervals at the automatic τ."""
-    known = [
-        Known(c.row, i.start, i.offset)
-        for c in chains
-        for i in c.of_edges(automatic_tau(c))
-        if not i.open
-    ]
-    found, replaced = soft_intervals(limbs, fps, cut, known)
+    """Chains with what sets in softly, beside their intervals at the automatic τ.
+
+    It is sought as if the children had turned back in full: what they did not is no error of its
+    own.
+    """
+    jumps = [(c.row, i) for c in chains for i in c.of_edges(automatic_tau(c)) if not i.open]
+    known = [Known(row, i.start, i.offset) for row, i in jumps]
+    short = [(r, i.start, (i.followed - 1.0) * i.offset) for r, i in jumps if i.followed < 1.0]
+    found, replaced = soft_intervals(limbs.turned(short) if short else limbs, fps, cut, known)
     if not found:
         return {}
     spans: dict[int, list[tuple[int, int]]] = {}
