@@ -17,7 +17,7 @@ from twistcore.rotation import Array, wrap
 # of its σ and by so much of what P jumps, and both P's jumps and those of x + y close.
 NOT_FOLLOWED_SIGMA, NOT_FOLLOWED = 5.0, 0.08
 LEAST_FOLLOWED = 0.3  # below, one joint alone jumps, and that is no twist error
-CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.02, float(np.radians(0.05))
+CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 
 
 @dataclass(frozen=True, eq=False)
