@@ -210,6 +210,8 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
         parts.append(
             f"{name} with x {edge['residual_x_deg']:+.1f}° against y {edge['residual_y_deg']:+.1f}°"
         )
+    if (share := evidence.get("child_follows", 1.0)) < 1.0:
+        parts.append(f"the child turns back by {share:.0%} of it")
     if abs(interval.residual) > np.radians(0.005):
         parts.append(f"left over {np.degrees(interval.residual):+.2f}°")
     if interval.open:

@@ -243,7 +243,16 @@ def _with_soft(
 
 
 def _soft_interval(chain: str, found: SoftError) -> Interval:
-    return Interval(chain, found.start, found.stop, found.offset, confidence=0.9, residual=0.0)
+    share = found.followed
+    return Interval(
+        chain,
+        found.start,
+        found.stop,
+        found.offset,
+        confidence=0.9,
+        explain=partial(dict, child_follows=share) if share < 1.0 else None,
+        followed=share,
+    )
 
 
 def automatic_tau(c: ChainAnalysis) -> float:
