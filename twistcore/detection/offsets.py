@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.detection.counter_rotation import CounterRotation
-from twistcore.detection.edges import SUM_SHARE
+from twistcore.detection.edges import LONGEST, SUM_SHARE
 from twistcore.detection.pairing import ALL, LEVEL, Pair, PairTable
 from twistcore.detection.prediction import Mask
 from twistcore.rotation import Array, wrap
 
 # The child is said to follow only in part where both edges show it: x + y jumps there by so many
-# of its σ and by so much of what P jumps, and both P's jumps and those of x + y close.
+# of its σ and by so much of what P jumps, and both P's jumps and those of x + y close. The longest
+# edges may be parts of softer onsets, of which each signal's prediction takes its own share.
 NOT_FOLLOWED_SIGMA, NOT_FOLLOWED = 5.0, 0.08
 LEAST_FOLLOWED = 0.3  # below, one joint alone jumps, and that is no twist error
 CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
@@ -71,7 +72,8 @@ def _as_p_shows(
     sigma = np.hypot(sigma_x, sigma_y)
     size = np.abs(parent)
     if (
-        (child * parent < LEAST_FOLLOWED * parent**2).any()
+        max(a.stop - a.start for a in at) >= LONGEST
+        or (child * parent < LEAST_FOLLOWED * parent**2).any()
         or (apart * parent < NOT_FOLLOWED * parent**2).any()
         or (np.abs(apart) < NOT_FOLLOWED_SIGMA * sigma).any()
         or not _alike(parent, sigma_x, size)

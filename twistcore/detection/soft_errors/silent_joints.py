@@ -27,7 +27,8 @@ MOST = 200  # errors a limb
 LEFT = 0.3  # of what silent joints turn, that an explanation may leave
 # P turns farther than a silent C turns back where it does so by as much, on the way in and on the
 # way out, in step with it. That C turns back by less than 30 % is not asked for.
-FARTHER, FARTHEST, AS_MUCH, IN_STEP = 1.08, 1.0 / 0.3, 0.05, 0.99
+FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
+BESIDE = 8  # frames around, at least, that tell P's own motion
 
 
 def standing_level(increments: Array, other: Array) -> Array | None:
@@ -112,21 +113,21 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
     """How many times as far as a silent C turns back P turns in [start, stop); 1 if not clear.
 
-    What P does by nature is taken for even while C turns.
+    What P does by nature is taken for a cubic around.
     """
-    low, high = max(start - 2, 1), min(stop + 2, surprise.frames)
+    beside = max(BESIDE, (stop - start) // 2)
+    low, high = max(start - beside, 1), min(stop + beside, surprise.frames)
     x, back = surprise.x[row, low:high], -surprise.y[row, low:high]
-    still, t = np.abs(back) < STILL, np.arange(high - low)
-    if not still.any():
+    on_the_way = np.arange(len(back)) <= np.abs(np.cumsum(back)).argmax()
+    ways = np.stack([back * on_the_way, back * ~on_the_way])
+    smooth = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, len(x)), 4))[0]
+    x, ways = (v - (v @ smooth) @ smooth.T for v in (x, ways))
+    gram = ways @ ways.T
+    if np.linalg.cond(gram) > 1e6:
         return 1.0
-    own = x - np.interp(t, t[still], x[still])
-    top = 1 + int(np.abs(np.cumsum(back)).argmax())
-    times = []
-    for way in (slice(0, top), slice(top, None)):
-        a, b = np.where(still, 0.0, own)[way], np.where(still, 0.0, back)[way]
-        if not (a @ b >= IN_STEP * np.sqrt((a @ a) * (b @ b)) > 0.0):
-            return 1.0
-        times.append(float((a @ b) / (b @ b)))
+    times = np.linalg.solve(gram, ways @ x).tolist()
+    if np.linalg.norm(x - times @ ways) > OUT_OF_STEP * np.linalg.norm(x):
+        return 1.0
     clear = FARTHER <= min(times) and max(times) <= min((1.0 + AS_MUCH) * min(times), FARTHEST)
     return float(np.mean(times)) if clear else 1.0
 
