@@ -128,7 +128,7 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
     times = np.linalg.solve(gram, ways @ x).tolist()
     if np.linalg.norm(x - times @ ways) > OUT_OF_STEP * np.linalg.norm(x):
         return 1.0
-    clear = FARTHER <= min(times) and max(times) <= min((1.0 + AS_MUCH) * min(times), FARTHEST)
+    clear = min(times) >= FARTHER and max(times) <= min((1.0 + AS_MUCH) * min(times), FARTHEST)
     return float(np.mean(times)) if clear else 1.0
 
 
