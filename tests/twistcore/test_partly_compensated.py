@@ -68,14 +68,18 @@ def test_what_the_child_does_not_turn_back_is_no_flip_of_the_limb():
     assert [i.chain for i in together] == [error.chain]
 
 
-@pytest.mark.parametrize("label", QUIET_CHILD)
-def test_softer_errors_of_a_silent_child_are_as_large_as_p_shows(label):
-    for share in (1.0, 0.8, 0.5):
-        motion, error = wrong(label, share, ramp=8)
-        found = detect(motion, kinds={Kind.COUNTER_TWIST})
-        (own,) = (i for i in found if i.chain == error.chain and i.start >= 100)
-        assert own.followed == pytest.approx(share, abs=0.03)
-        assert np.abs(own.offset).max() == pytest.approx(abs(error.offset).max(), rel=0.04)
+@pytest.mark.parametrize(
+    ("label", "degrees", "at"),
+    # Of the last one three frames of each onset are found as edges, and doubted again.
+    [("Left Arm", 100.0, 300), ("Right UpLeg", 100.0, 250), ("Left Arm", 150.0, 200)],
+)
+def test_softer_errors_of_a_silent_child_are_as_large_as_p_shows(label, degrees, at):
+    for share in (1.0, 0.8):
+        motion, error = wrong(label, share, degrees, ramp=8, at=at)
+        found = detect(motion, [error.chain], kinds={Kind.COUNTER_TWIST})
+        (own,) = (i for i in found if i.start < error.stop and error.start < i.stop)
+        assert own.followed == pytest.approx(share, abs=0.05)
+        assert np.abs(own.offset).max() == pytest.approx(np.abs(error.offset).max(), rel=0.06)
 
 
 def test_detect_explain_says_by_how_much_the_child_turns_back(tmp_path, capsys):

@@ -217,12 +217,21 @@ def _with_soft(
     """Chains with what sets in softly, beside their intervals at the automatic τ.
 
     It is sought as if the children had turned back in full: what they did not is no error of its
-    own.
+    own. Where it then stands for such an error itself, nothing is known of that child.
     """
     jumps = [(c.row, i) for c in chains for i in c.of_edges(automatic_tau(c)) if not i.open]
     known = [Known(row, i.start, i.offset) for row, i in jumps]
-    short = [(r, i.start, (i.followed - 1.0) * i.offset) for r, i in jumps if i.followed < 1.0]
-    found, replaced = soft_intervals(limbs.turned(short) if short else limbs, fps, cut, known)
+    short = {
+        k: (row, i.start, (i.followed - 1.0) * i.offset)
+        for k, (row, i) in zip(known, jumps, strict=True)
+        if i.followed < 1.0
+    }
+    while True:
+        turned = limbs.turned(list(short.values())) if short else limbs
+        found, replaced = soft_intervals(turned, fps, cut, known)
+        if short.keys().isdisjoint(replaced):
+            break
+        short = {k: turn for k, turn in short.items() if k not in replaced}
     if not found:
         return {}
     spans: dict[int, list[tuple[int, int]]] = {}
