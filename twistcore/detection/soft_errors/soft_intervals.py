@@ -51,26 +51,12 @@ class Known:
 
 def soft_errors(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
-) -> tuple[list[SoftError], list[list[tuple[int, int]]]]:
-    """Soft errors; and by row the frames [low, high) in which they stand for all that is known.
+) -> tuple[list[SoftError], list[Known]]:
+    """Soft errors, and the known intervals that they stand in for.
 
     What is known is taken out; where something is left at any time scale that natural motion does
     not do, what was known there is doubted and all is explained anew.
     """
-    found, replaced = _explained_anew(limbs, fps, cut, known)
-    instead: list[list[tuple[int, int]]] = [[] for _ in range(len(limbs) * limbs.count)]
-    for f in found:
-        for row in range(f.row % limbs.count, len(instead), limbs.count):
-            if abs(row - f.row) <= limbs.count:
-                instead[row].append((f.start, f.stop))
-    for k in replaced:
-        instead[k.row].append((k.start, k.stop))
-    return found, instead
-
-
-def _explained_anew(
-    limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
-) -> tuple[list[SoftError], list[Known]]:
     surprise = Surprise(limbs, fps, cut)
     if not surprise.spans:
         return [], []
@@ -218,6 +204,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
         error.offset,
         confidence=confidence(error.gain),
         explain=partial(_told, error),
+        followed=error.followed,
     )
 
 
@@ -232,4 +219,5 @@ def _told(error: SoftError) -> dict[str, Any]:
         "gain": error.gain,
         "follows": "a soft onset",
         "sigma_deg": math.degrees(error.sigma),
+        "child_follows": error.followed,
     }
