@@ -194,17 +194,41 @@ class _ByName:
         return self._of(chain).strength(chain)
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        is_limb = isinstance(self.clip.chain(chain), Limb)
+        named = self.clip.chain(chain)
+        is_limb = isinstance(named, Limb)
         found: list[Interval] = []
         if (Kind.LIMB_FLIP if is_limb else Kind.COUNTER_TWIST) in self.kinds:
             found += self._of(chain).intervals(chain, tau)
+        if found and isinstance(named, Limb) and Kind.COUNTER_TWIST in self.kinds:
+            found = self._unless_not_followed(named, found)
         if not is_limb and Kind.LONE_JUMP in self.kinds:
             found += self.clip.jumps(self.method)[chain]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
+    def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
+        """Flips but those in which a child did not follow a twist error of the limb's first joint.
+
+        What it does not turn back turns the rest of the limb: one error, not two. Of chains that
+        the detector was not asked about nothing is known.
+        """
+        known = self.clip.kept(self.method)
+        names = [c.name for c in self.clip.chains if known and c.parent == limb.parent]
+        twists = [
+            i
+            for name in names
+            if known
+            for i in known.intervals(name, known.automatic_tau(name))
+            if i.followed < 1.0 and not i.open
+        ]
+        return [f for f in flips if not any(_same_frames(f, i) for i in twists)]
+
     def _of(self, name: str) -> Analysis:
         is_limb = isinstance(self.clip.chain(name), Limb)
         return self.clip.flips if is_limb else self.clip.by(self.method)
+
+
+def _same_frames(a: Interval, b: Interval) -> bool:
+    return abs(a.start - b.start) <= 1 and abs(a.stop - b.stop) <= 1
 
 
 @dataclass(frozen=True, eq=False)

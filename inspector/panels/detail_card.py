@@ -216,6 +216,8 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
             f"the limb is straight; at {evidence['transition'] + first_frame} "
             f"P turns by {turn:+.1f}°, C by {answer:+.1f}°"
         )
+    if (share := evidence.get("child_follows", 1.0)) < 1.0:
+        parts.append(f"the child turns back by {share:.0%} of it")
     if abs(interval.residual) > np.radians(0.005):
         parts.append(f"left over {np.degrees(interval.residual):+.2f}°")
     if interval.open:

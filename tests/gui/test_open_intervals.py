@@ -21,3 +21,15 @@ def test_the_card_says_why_an_interval_is_open():
     one_edge = replace(interval, explain=lambda: {**evidence, "edges": evidence["edges"][:1]})
     told = explanation(replace(judged, interval=one_edge), chain, 0)
     assert "open: the other side of the clip may be the wrong one" in told
+
+
+def test_the_card_says_by_how_much_the_child_turns_back():
+    found = detect(read_bvh(ASSETS / "walk_injected.bvh"))
+    judged = Review.of(found).state.intervals[0]
+    interval, chain = judged.interval, found.analysis.chain(judged.interval.chain)
+    assert "turns back" not in explanation(judged, chain, 0)
+    in_part = {**interval.evidence, "child_follows": 0.8}
+    told = explanation(
+        replace(judged, interval=replace(interval, explain=lambda: in_part)), chain, 0
+    )
+    assert "the child turns back by 80% of it" in told

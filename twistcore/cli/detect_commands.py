@@ -149,6 +149,8 @@ def _explain(interval: Interval) -> None:
             f"y {edge['residual_y_deg']:+.2f}°, agreement {edge['agreement']:.2f}, "
             f"jump {edge['jump_deg']:+.2f}° ± {edge['sigma_deg']:.3f}°"
         )
+    if (share := evidence.get("child_follows", 1.0)) < 1.0:
+        print(f"    the child turns back by {share:.0%} of it")
     print(f"    left over {math.degrees(interval.residual):+.3f}°")
 
 

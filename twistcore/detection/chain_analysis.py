@@ -14,7 +14,7 @@ from twistcore.detection.confidence import confidence
 from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.edges import Edges
 from twistcore.detection.interval import Interval
-from twistcore.detection.offsets import offsets_of
+from twistcore.detection.offsets import Course, offsets_of
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, unpaired
 from twistcore.detection.prediction import Mask
 from twistcore.rotation import Array, wrap
@@ -105,29 +105,29 @@ class ChainAnalysis:
         applied = len(pairs)
         pairs += unpaired(table, pairs, tau)
         new = [p for p in pairs if (table.low, p) not in self._known]
-        levels = offsets_of(new, table, self.limb, self.row, self.step)
-        for pair, level in zip(new, levels, strict=True):
-            self._known[table.low, pair] = self._interval(pair, table, *level)
+        courses = offsets_of(new, table, self.limb, self.row, self.step)
+        for pair, course in zip(new, courses, strict=True):
+            self._known[table.low, pair] = self._interval(pair, table, course)
         known = [self._known[table.low, p] for p in pairs]
         found = known[:applied] + [replace(i, open=True) for i in known[applied:]]
         return sorted(found, key=lambda i: (i.start, i.stop))
 
-    def _interval(
-        self, pair: Pair, table: PairTable, start: int, offset: Array, residual: float
-    ) -> Interval:
+    def _interval(self, pair: Pair, table: PairTable, course: Course) -> Interval:
         at = [k for k in pair[:2] if k >= 0]
         jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
         sigma = math.hypot(*sigmas)
         margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
+        offset, residual = course.offset, course.residual
         return Interval(
             self.name,
-            start,
-            start + len(offset),
+            course.start,
+            course.start + len(offset),
             offset,
             confidence=confidence(pair.gain, abs(residual) / sigma, margin, len(offset)),
             open=not any(_shown_in_both(self.limb, self.row, table.edges, k) for k in at),
             residual=residual,
-            explain=partial(_explained, self.limb, self.row, table.edges, pair, residual),
+            explain=partial(_explained, self.limb, self.row, table.edges, pair, course),
+            followed=course.followed,
         )
 
 
@@ -148,7 +148,7 @@ def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> boo
 
 
 def _explained(
-    limb: CounterRotation, row: int, edges: Edges, pair: Pair, residual: float
+    limb: CounterRotation, row: int, edges: Edges, pair: Pair, course: Course
 ) -> dict[str, Any]:
     """Why an interval was found; degrees."""
     at = [k for k in pair[:2] if k >= 0]
@@ -156,8 +156,9 @@ def _explained(
         "gain": pair.gain,
         "follows": _FOLLOWS[pair.follows],
         "edges": [_edge_explained(limb, row, edges, k) for k in at],
-        "closing_residual_deg": math.degrees(residual),
+        "closing_residual_deg": math.degrees(course.residual),
         "closing_sigma_deg": math.degrees(math.hypot(*edges.sigma[at])),
+        "child_follows": course.followed,
     }
 
 

@@ -105,16 +105,38 @@ def _line_analyses(
 def _with_soft(
     limbs: Limbs, fps: float, cut: Mask, chains: list[ChainAnalysis]
 ) -> list[ChainAnalysis]:
-    """Chains with what sets in softly, beside their intervals at the automatic τ."""
-    known = [
-        Known(c.row, i.start, i.offset, firm=any(i is s.interval for s in c.standing))
+    """Chains with what sets in softly, beside their intervals at the automatic τ.
+
+    It is sought as if the children had turned back in full: what they did not is no error of its
+    own. Where it then stands for such an error itself, nothing is known of that child.
+    """
+    jumps = [
+        (c.row, i, any(i is s.interval for s in c.standing))
         for c in chains
         for i in c.intervals(c.automatic_tau())
         if not i.open
     ]
-    soft, instead = soft_errors(limbs, fps, cut, known)
+    known = [Known(row, i.start, i.offset, firm) for row, i, firm in jumps]
+    short = {
+        k: (row, i.start, (i.followed - 1.0) * i.offset)
+        for k, (row, i, _) in zip(known, jumps, strict=True)
+        if i.followed < 1.0
+    }
+    while True:
+        turned = limbs.turned(list(short.values())) if short else limbs
+        soft, replaced = soft_errors(turned, fps, cut, known)
+        if short.keys().isdisjoint(replaced):
+            break
+        short = {k: turn for k, turn in short.items() if k not in replaced}
     if not soft:
         return chains
+    instead: dict[int, list[tuple[int, int]]] = {c.row: [] for c in chains}
+    for e in soft:
+        for row in (e.row - limbs.count, e.row, e.row + limbs.count):
+            if row in instead:
+                instead[row].append((e.start, e.stop))
+    for k in replaced:
+        instead[k.row].append((k.start, k.stop))
     return [
         c.with_soft([_standing(c.name, e) for e in soft if e.row == c.row], instead[c.row])
         for c in chains

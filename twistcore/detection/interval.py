@@ -32,7 +32,8 @@ class Interval:
     open: it may be the other side of the clip that is wrong, or one joint alone, so it is not
     applied unasked;
     residual: what is left of the offset behind the closing edge, or the turn of a lone jump,
-    radians; explain: tells why it was found, asked only where a person looks.
+    radians; explain: tells why it was found, asked only where a person looks; followed: the share
+    of the offset by which C turned back, 1 but where it clearly did so only in part.
     """
 
     chain: str
@@ -46,6 +47,7 @@ class Interval:
     kind: Kind = Kind.COUNTER_TWIST
     carried: bool = False
     joint: str = ""
+    followed: float = 1.0
 
     def __repr__(self) -> str:
         sure = "" if self.confidence is None else f", confidence {self.confidence:.2f}"

@@ -10,11 +10,20 @@ the pose, but not on the level of the error, so an increment φ is undone at its
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from twistcore.detection.prediction import Index
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.rotation import Array, conjugate, multiply, wrap
+from twistcore.rotation import (
+    Array,
+    conjugate,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+    wrap,
+)
 
 
 class Image:
@@ -62,6 +71,20 @@ class Limbs:
                 pair = twist_increments(self.joints[k, i], self.joints[k + 1, i], axis)
                 out[0, k, i], out[1, k, i] = pair
         return out.reshape(2, -1, self.frames)
+
+    def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
+        """The same limbs with children turned about their chain's axis, in their parent's frame.
+
+        turns: row of the chain, first frame, angles (frames,) in radians.
+        """
+        joints = self.joints.copy()
+        for row, start, angle in turns:
+            k, i = divmod(row, self.count)
+            at = slice(start, start + len(angle))
+            axis = self.axes[k, i] if self.axes.ndim == 3 else self.axes[k, i, at]
+            turn = quaternion_from_axis_angle(axis, angle)
+            joints[k + 1, i, at] = normalise(multiply(turn, joints[k + 1, i, at]))
+        return Limbs(joints, self.axes)
 
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
         """How errors of runs of chains, first … first + length − 1, show in their neighbours.

@@ -6,16 +6,16 @@ is no error. Standing still while the other joint of the chain moves tells it fr
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from twistcore.detection.prediction import FLOOR, Mask
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.surprise import Surprise
-from twistcore.rotation import Array
+from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 
-STILL = float(
-    np.radians(3e-4)
-)  # a frame: a silent joint's text has six decimals, or stays the same
+STILL = float(np.radians(2e-4))  # a frame, as six decimals of text leave it
 STANDS = float(np.radians(0.1))  # how far a level that stands may be off
 LEAST_STILL = 0.08  # of the frames in which the other joint moves
 # Of equal parts of a clip, those in which it stands still at all: a joint that only rests for a
@@ -28,6 +28,10 @@ MOST = 200  # errors a limb
 MOSTLY = 0.5  # of all frames still: no gap is as long
 ANSWERED = 1.25  # of what the other joint turns, that may be left of it with the error undone
 LEFT = 0.3  # of what silent joints turn, that an explanation may leave
+# P turns farther than a silent C turns back where it does so by as much, on the way in and on the
+# way out, in step with it. That C turns back by less than 30 % is not asked for.
+FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
+BESIDE = 8  # frames around, at least, that tell P's own motion
 
 
 def standing_level(increments: Array, other: Array) -> Array | None:
@@ -115,27 +119,50 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
             if level is None:
                 continue
             for start, stop in off_runs(np.where(done[row], 0.0, level)):
-                offset = level[start:stop]
-                share = _left(surprise, sides, SoftError(row, start, offset, 0.0, STANDS))
-                rivals.append((share, start, row, offset))
+                farther = _farther(surprise, row, start, stop) if side < 0 else 1.0
+                offset = farther * level[start:stop]
+                gain = float(len(offset))
+                error = SoftError(row, start, offset, gain, STANDS, 1.0 / farther)
+                rivals.append((_left(surprise, sides, error), error))
         if not rivals:
             break
-        share, start, row, offset = min(rivals, key=lambda r: r[:3])
+        share, best = min(rivals, key=lambda r: (r[0], r[1].start, r[1].row))
         if share > LEFT:
             break
-        stop = start + len(offset)
-        _take_out(surprise, row, start, offset)
-        done[row, start:stop] = True
-        found.append(SoftError(row, start, offset, float(len(offset)), STANDS))
+        _take_out(surprise, best)
+        done[best.row, best.start : best.stop] = True
+        found.append(best)
     return found
+
+
+def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
+    """How many times as far as a silent C turns back P turns in [start, stop); 1 if not clear.
+
+    What P does by nature is taken for a cubic around.
+    """
+    beside = max(BESIDE, (stop - start) // 2)
+    low, high = max(start - beside, 1), min(stop + beside, surprise.frames)
+    x, back = surprise.x[row, low:high], -surprise.y[row, low:high]
+    on_the_way = np.arange(len(back)) <= np.abs(np.cumsum(back)).argmax()
+    ways = np.stack([back * on_the_way, back * ~on_the_way])
+    smooth = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, len(x)), 4))[0]
+    x, ways = (v - (v @ smooth) @ smooth.T for v in (x, ways))
+    gram = ways @ ways.T
+    if np.linalg.cond(gram) > 1e6:
+        return 1.0
+    times = np.linalg.solve(gram, ways @ x).tolist()
+    if np.linalg.norm(x - times @ ways) > OUT_OF_STEP * np.linalg.norm(x):
+        return 1.0
+    clear = min(times) >= FARTHER and max(times) <= min((1.0 + AS_MUCH) * min(times), FARTHEST)
+    return float(np.mean(times)) if clear else 1.0
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
     """Share of what silent joints turn around an error that is left without it."""
     before = _turned(surprise, sides, error)
-    _take_out(surprise, error.row, error.start, error.offset)
+    _take_out(surprise, error)
     left = _turned(surprise, sides, error)
-    _take_out(surprise, error.row, error.start, -error.offset)
+    _take_out(surprise, replace(error, offset=-error.offset))
     return left / max(before, FLOOR)
 
 
@@ -146,9 +173,15 @@ def _turned(surprise: Surprise, sides: dict[int, int], error: SoftError) -> floa
     return float(sum(np.abs(v).sum() for v in silent))
 
 
-def _take_out(surprise: Surprise, row: int, start: int, offset: Array) -> None:
-    surprise.take_out(row, start, offset)
-    surprise.look_again(row, start, start + len(offset))
+def _take_out(surprise: Surprise, error: SoftError) -> None:
+    surprise.take_out(error.row, error.start, error.followed * error.offset)
+    if error.followed < 1.0:
+        k, i = divmod(error.row, surprise.limbs.count)
+        at, axis = slice(error.start, error.stop), surprise.limbs.axes[k, i]
+        rest = (error.followed - 1.0) * error.offset
+        turn = quaternion_from_axis_angle(axis if axis.ndim == 1 else axis[at], rest)
+        surprise.joints[k, i, at] = normalise(multiply(surprise.joints[k, i, at], turn))
+    surprise.look_again(error.row, error.start, error.stop)
 
 
 def off_runs(level: Array) -> list[tuple[int, int]]:

@@ -11,7 +11,8 @@ from twistcore.rotation import Array
 class SoftError:
     """Twist error of P of the chain in `row`, from frame `start` on, (frames,), radians.
 
-    gain: nats against natural motion; sigma: of its repair, radians.
+    gain: nats against natural motion; sigma: of its repair, radians; followed: the share of it by
+    which C turns back.
     """
 
     row: int
@@ -19,6 +20,7 @@ class SoftError:
     offset: Array
     gain: float
     sigma: float
+    followed: float = 1.0
 
     @property
     def stop(self) -> int:

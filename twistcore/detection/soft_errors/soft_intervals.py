@@ -51,26 +51,12 @@ class Known:
 
 def soft_errors(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
-) -> tuple[list[SoftError], list[list[tuple[int, int]]]]:
-    """Soft errors; and by row the frames [low, high) in which they stand for all that is known.
+) -> tuple[list[SoftError], list[Known]]:
+    """Soft errors, and the known intervals that they stand in for.
 
     What is known is taken out; where something is left at any time scale that natural motion does
     not do, what was known there is doubted and all is explained anew.
     """
-    found, replaced = _explained_anew(limbs, fps, cut, known)
-    instead: list[list[tuple[int, int]]] = [[] for _ in range(len(limbs) * limbs.count)]
-    for f in found:
-        for row in range(f.row % limbs.count, len(instead), limbs.count):
-            if abs(row - f.row) <= limbs.count:
-                instead[row].append((f.start, f.stop))
-    for k in replaced:
-        instead[k.row].append((k.start, k.stop))
-    return found, instead
-
-
-def _explained_anew(
-    limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
-) -> tuple[list[SoftError], list[Known]]:
     surprise = Surprise(limbs, fps, cut)
     if not surprise.spans:
         return [], []
@@ -97,7 +83,7 @@ def _explained_anew(
         k
         for k in known
         if (not k.firm or k.row % limbs.count in silent)
-        and _limb_has(surprise, unnatural, k.row, k.start - BESIDE, k.stop + BESIDE)
+        and _near_has(surprise, unnatural, k.row, k.start - BESIDE, k.stop + BESIDE)
     ]
     for k in doubted:
         surprise.take_out(k.row, k.start, -k.offset)
@@ -199,8 +185,9 @@ def _unnatural(surprise: Surprise) -> Mask:
     return out
 
 
-def _limb_has(surprise: Surprise, mask: Mask, row: int, low: int, high: int) -> bool:
-    return bool(mask[surprise.limb(row), max(low, 0) : high].any())
+def _near_has(surprise: Surprise, mask: Mask, row: int, low: int, high: int) -> bool:
+    rows = sorted({r for near in surprise.beside(row) for r in surprise.beside(near)})
+    return bool(mask[rows, max(low, 0) : high].any())
 
 
 def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
@@ -217,6 +204,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
         error.offset,
         confidence=confidence(error.gain),
         explain=partial(_told, error),
+        followed=error.followed,
     )
 
 
@@ -231,4 +219,5 @@ def _told(error: SoftError) -> dict[str, Any]:
         "gain": error.gain,
         "follows": "a soft onset",
         "sigma_deg": math.degrees(error.sigma),
+        "child_follows": error.followed,
     }

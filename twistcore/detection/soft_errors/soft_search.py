@@ -27,7 +27,7 @@ HOLE = 3  # frames below the threshold inside of an interval
 WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
 MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are tried
-MOST = 200  # intervals a limb
+IN_VAIN = 20  # seeds of a limb that nothing explains, one after the other, before it is left
 
 
 @dataclass(frozen=True)
@@ -40,21 +40,6 @@ class Seed:
     position: int
     middle: int
     length: int
-
-
-def seeds_of(surprise: Surprise, rows: Index) -> list[Seed]:
-    """The best seed of each span in each row, none below NEAR·SEED; highest gain first."""
-    found = []
-    for k, a in enumerate(surprise.at):
-        gain = gains(surprise, k, rows)
-        best = gain.argmax(axis=1)
-        for row, position in zip(rows.tolist(), best.tolist(), strict=True):
-            value = float(gain[rows.tolist().index(row), position])
-            if value > NEAR * SEED:
-                span = a.natural.span
-                middle = span.step * position + span.reach + span.length // 2
-                found.append(Seed(value, row, k, position, middle, span.length))
-    return sorted(found, key=lambda s: -s.gain)
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
@@ -73,13 +58,16 @@ class Search:
     def __init__(self, surprise: Surprise, limb: list[int]) -> None:
         self._surprise, self._limb = surprise, limb
         self._gain: dict[tuple[int, int], Array] = {}
+        self._top: dict[tuple[int, int], Seed | None] = {}
         self._done: dict[int, Mask] = {r: np.zeros(surprise.frames, dtype=bool) for r in limb}
         for row in limb:
             self._update(row)
 
     def _update(self, row: int) -> None:
+        """Gains of a row's spans anew, and the best of each."""
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
+            self._top[row, k] = self._seed(row, k)
 
     def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:
         """The best seed of a span in a row that is not done with, or that near a frame."""
@@ -99,61 +87,64 @@ class Search:
     def run(self) -> list[SoftError]:
         """Soft errors, taken out of the surprise as they are found."""
         found: list[SoftError] = []
-        for _ in range(MOST):
-            seeds = [
-                s
-                for row in self._limb
-                for k in range(len(self._surprise.at))
-                if (s := self._seed(row, k)) and s.gain > SEED
-            ]
+        in_vain = 0
+        while in_vain < IN_VAIN:
+            seeds = [s for s in self._top.values() if s and s.gain > SEED]
             if not seeds:
                 break
             top = max(seeds, key=lambda s: (round(s.gain), -s.length))
             best = self._best_of_limb(top)
             if best is None:
+                in_vain += 1
                 reach = max(2, top.length // 2)
                 self._done[top.row][max(top.middle - reach, 0) : top.middle + reach + 1] = True
+                for k in range(len(self._surprise.at)):
+                    self._top[top.row, k] = self._seed(top.row, k)
                 continue
+            in_vain = 0
             found.append(best)
             self._take_out(best.row, best.start, best.offset)
+            for row in self._surprise.beside(best.row):
+                if row in self._done:
+                    self._update(row)
         return found
 
     def _take_out(self, row: int, start: int, offset: Array) -> None:
         self._surprise.take_out(row, start, offset)
         self._surprise.look_again(row, start, start + len(offset))
-        for r in self._surprise.beside(row):
-            self._update(r)
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
         """What explains a seed best, in its own chain or in one whose image it may be."""
         rivals: list[SoftError] = []
-        for row in self._limb:
+        for row in self._surprise.beside(top.row):
+            if row not in self._done:
+                continue
             places = []
             for k, a in enumerate(self._surprise.at):
                 reach = a.natural.span.length // 2 + 2
-                near = top.middle - reach, top.middle + reach
-                place = self._seed(row, k, near)
+                place = self._seed(row, k, (top.middle - reach, top.middle + reach))
                 if place and place.gain > NEAR * SEED:
                     places.append(place)
             if (found := self._shortest(row, places)) is not None:
                 rivals.append(found)
-        if not rivals:
+        judged = [(self._gain_of_limb(f), -k) for k, f in enumerate(rivals)]
+        if not judged:
             return None
-        low, high = min(f.start for f in rivals), max(f.stop for f in rivals)
-        margin = (high - low) // 2 + 8
-        window = max(low - margin, 0), min(high + margin, self._surprise.frames)
-        before = sum(self._surprise.of(r, *window) for r in self._limb)
-        judged = []
-        for f in rivals:
-            self._surprise.take_out(f.row, f.start, f.offset)
-            self._surprise.look_again(f.row, f.start, f.stop)
-            judged.append(before - sum(self._surprise.of(r, *window) for r in self._limb))
-            self._surprise.take_out(f.row, f.start, -f.offset)
-            self._surprise.look_again(f.row, f.start, f.stop)
-        best = int(np.argmax(judged))
+        value, k = max(judged)
+        best = rivals[-k]
         # The image of another chain's error is explained at the cost of that chain.
-        enough = max(PRIOR, OF_LIMB * rivals[best].gain)
-        return rivals[best] if judged[best] > enough else None
+        return best if value > max(PRIOR, OF_LIMB * best.gain) else None
+
+    def _gain_of_limb(self, error: SoftError) -> float:
+        """By how much an error, taken out, lowers the surprise of its chain and those beside it."""
+        margin = len(error.offset) // 2 + 8
+        window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
+        rows = self._surprise.beside(error.row)
+        before = sum(self._surprise.of(r, *window) for r in rows)
+        self._take_out(error.row, error.start, error.offset)
+        after = sum(self._surprise.of(r, *window) for r in rows)
+        self._take_out(error.row, error.start, -error.offset)
+        return before - after
 
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
         """Of what explains seeds of shorter and longer spans the first that leaves no other.

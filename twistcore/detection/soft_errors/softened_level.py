@@ -111,7 +111,7 @@ def _descended(
 ) -> tuple[Array, Array, float]:
     """The four numbers, their course and what it leaves, at one width of the scales."""
     damping, best = 1e-2, np.inf
-    course_: Array = np.zeros(frames)
+    course_ = np.zeros(frames)
     step: Array = np.zeros(len(_AT))
     slopes, rest = np.zeros((len(_AT), 1)), np.zeros(1)
     for _ in range(MOST_STEPS):
@@ -133,5 +133,5 @@ def _descended(
                 break
         curvature = slopes @ slopes.T
         curvature += damping * np.diag(np.diag(curvature) + 1e-9)
-        step = -np.linalg.solve(curvature, slopes @ rest)
+        step = np.asarray(-np.linalg.solve(curvature, slopes @ rest), dtype=np.float64)
     return number, course_, best
