@@ -1,0 +1,104 @@
+"""The figure of docs/method.md, Soft errors: python -m benchmarks.soft_figure CLIP -o FILE.
+
+Errors of 10-40° low-passed at 10 Hz (as in F10) are put into a clip in which both joints of every
+chain twist on their own: what P and C do, what of P's twist goes with the sum of both, which
+no error touches, what departs from a bridge, and δ as it was found and as it was injected.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+
+mpl.use("Agg")
+from matplotlib import pyplot as plt
+
+from twistcore.analysis import analyse
+from twistcore.bvh import read_bvh
+from twistcore.detection.soft_errors.departures import spans
+from twistcore.detection.soft_errors.natural_scale import natural_scales, unlikely_increments
+from twistcore.refinement import applied_unasked
+from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, prepare
+from twistcore.synthesis.protocol import twist_increments
+
+BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
+SPAN = 32  # frames of the departures that are drawn
+
+
+def draw(clip: Path, name: str, seed: int, output: Path) -> None:
+    """The figure of a chain."""
+    motion = read_bvh(clip).motion
+    motion = motion.sliced(1, motion.frames)
+    protocol = replace(parse_protocol("H12+F10"), delta=(10.0, 40.0))
+    clean = prepare(motion, analyse(motion).chains, protocol)
+    chains = analyse(clean).chains
+    chain = next(c for c in chains if c.name == name)
+    errors = draw_errors(clean, [chain], generator(seed, clip.name), protocol)
+    erring = inject(clean, chains, errors)
+    true, found = np.zeros(clean.frames), np.zeros(clean.frames)
+    for e in errors:
+        true[e.start : e.stop] = e.offset
+    for i in applied_unasked(analyse(erring).detect(kinds="counter-twist")):
+        if i.chain == name:
+            found[i.start : i.stop] += i.offset
+    x, y = (v[None] for v in twist_increments(erring, chain))
+    bad = unlikely_increments(x, y, erring.fps)
+    natural = natural_scales(x, y, erring.fps, spans(erring.fps, erring.frames), bad)
+    n = min(natural, key=lambda n: abs(n.span.length - SPAN))
+    u, total = n.rest(*(n.span.departures(np.cumsum(v, axis=1)) for v in (x, y)))
+    spread, middle = n.spread(total)[1, 0], n.span.reach + n.span.length // 2
+    at = (n.span.step * np.arange(u.shape[-1]) + middle) / erring.fps
+    seconds = np.arange(clean.frames) / clean.fps
+    beta = float(n.beta[0])
+    figure, panels = plt.subplots(3, 1, figsize=(9, 6.5), sharex=True)
+    level_x, level_y = (np.degrees(np.cumsum(v[0])) for v in (x, y))
+    panels[0].plot(seconds, level_x, color=BEFORE, lw=1.4, label="P")
+    panels[0].plot(seconds, level_y, color=AFTER, lw=1.4, label="C")
+    with_sum = beta * (level_x + level_y)
+    label = f"what of P goes with P + C ({beta:.2f} of it)"
+    panels[0].plot(seconds, with_sum, ":", color=SOFT, lw=1.4, label=label)
+    panels[1].fill_between(
+        at,
+        *np.degrees([-3.0 * spread, 3.0 * spread]),
+        color=SOFT,
+        alpha=0.2,
+        lw=0,
+        label="natural: 3 σ",
+    )
+    panels[1].plot(at, np.degrees(u[1, 0]), ".-", ms=3, color=BEFORE, lw=1.0, label="u")
+    panels[2].plot(seconds, np.degrees(true), color=SOFT, lw=3.0, alpha=0.4, label="injected")
+    panels[2].plot(seconds, np.degrees(found), color=AFTER, lw=1.4, label="found")
+    titles = (
+        "twist so far of P and C, with the errors",
+        f"what departs from bridges over {n.span.length} frames, at their middle",
+        "δ",
+    )
+    for panel, title in zip(panels, titles, strict=True):
+        panel.set_title(title, fontsize=9, loc="left")
+        panel.set_ylabel("degrees")
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.legend(
+            frameon=False, fontsize=8, loc="lower right", bbox_to_anchor=(1, 0.98), ncols=3
+        )
+    panels[2].set_xlabel("seconds")
+    figure.tight_layout()
+    figure.savefig(output, dpi=110)
+
+
+def main() -> None:
+    """Draw it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("clip", type=Path)
+    parser.add_argument("--chain", default="LeftArm")
+    parser.add_argument("--seed", type=int, default=3)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    arguments = parser.parse_args()
+    draw(arguments.clip, arguments.chain, arguments.seed, arguments.output)
+
+
+if __name__ == "__main__":
+    main()
