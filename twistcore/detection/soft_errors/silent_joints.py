@@ -131,7 +131,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
             break
         _take_out(surprise, best)
         done[best.row, best.start : best.stop] = True
-        found.append(best)
+        found.append(best.trimmed())
     return found
 
 

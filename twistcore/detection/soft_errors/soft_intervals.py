@@ -21,7 +21,7 @@ from twistcore.detection.soft_errors.silent_joints import (
     silent_level,
     silent_sides,
 )
-from twistcore.detection.soft_errors.soft_error import SoftError
+from twistcore.detection.soft_errors.soft_error import SoftError, judged
 from twistcore.detection.soft_errors.soft_search import SEED, Search, gains
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.rotation import Array
@@ -58,6 +58,7 @@ def soft_errors(
     not do, what was known there is doubted and all is explained anew.
     """
     surprise = Surprise(limbs, fps, cut)
+    captured = surprise.x, surprise.y
     if not surprise.spans:
         return [], []
     for k in known:
@@ -95,6 +96,16 @@ def soft_errors(
         found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
     if lively.any():
         found += _better(surprise, doubted, _lively_errors(surprise, bad, lively))
+    last = surprise.rows - limbs.count
+    found = [
+        judged(
+            f,
+            captured[0][f.row],
+            captured[1][f.row],
+            only_witness=f.row >= last and sides.get(f.row) == -1,
+        )
+        for f in found
+    ]
     replaced = [k for k in doubted if any(_meets(surprise, k, f) for f in found)]
     return found, replaced
 
@@ -205,6 +216,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
         confidence=confidence(error.gain),
         explain=partial(_told, error),
         followed=error.followed,
+        open=error.unsure,
     )
 
 

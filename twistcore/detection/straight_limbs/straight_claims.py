@@ -81,10 +81,10 @@ class Jumps:
         out = []
         for table in self.tables:
             pairs = best_pairs(table, self.tau, self.fps)
-            levels = offsets_of(pairs, table, self.counter, self.row, self.step)
-            for pair, (start, offset, _) in zip(pairs, levels, strict=True):
-                at = [k for k in pair[:2] if k >= 0]
-                out.append(_Jumping(start, offset, tuple(table.edges.peak[at].tolist())))
+            courses = offsets_of(pairs, table, self.counter, self.row, self.step)
+            for pair, found in zip(pairs, courses, strict=True):
+                peaks = table.edges.peak[[k for k in pair[:2] if k >= 0]].tolist()
+                out.append(_Jumping(found.start, found.offset, tuple(peaks)))
         return out
 
 
