@@ -16,6 +16,7 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.natural_scale import unlikely_increments
 from twistcore.detection.soft_errors.silent_joints import (
+    STANDS,
     off_runs,
     silent_errors,
     silent_level,
@@ -70,7 +71,7 @@ def soft_errors(
     unnatural = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for row, side in sides.items():
         level = silent_level(surprise, row, side)
-        for start, stop in off_runs(level) if level is not None else ():
+        for start, stop in off_runs(level, cut) if level is not None else ():
             unnatural[row, start:stop] = True
     bad = np.zeros_like(unnatural)
     if lively.any():
@@ -94,6 +95,14 @@ def soft_errors(
     limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
     for i in limbs_left:
         found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
+    # Where a silent joint now stands still, nothing else is wrong there.
+    standing = {r: v for r, s in sides.items() if (v := silent_level(surprise, r, s)) is not None}
+    replaced = [
+        k
+        for k in doubted
+        if k.row in standing and np.abs(standing[k.row][k.start : k.stop]).max() <= STANDS
+    ]
+    doubted = [k for k in doubted if k not in replaced]
     if lively.any():
         found += _better(surprise, doubted, _lively_errors(surprise, bad, lively))
     last = surprise.rows - limbs.count
@@ -106,7 +115,7 @@ def soft_errors(
         )
         for f in found
     ]
-    replaced = [k for k in doubted if any(_meets(surprise, k, f) for f in found)]
+    replaced += [k for k in doubted if any(_meets(surprise, k, f) for f in found)]
     return found, replaced
 
 
