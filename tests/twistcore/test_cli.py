@@ -231,7 +231,7 @@ def doubtful(tmp_path_factory):
     """The walk with two small errors and one that never ends: an open interval."""
     clip = read_bvh(WALK)
     offsets = {c: np.zeros(clip.motion.frames) for c in ("LeftArm", "RightForeArm", "RightLeg")}
-    offsets["LeftArm"][250:] = 0.5
+    offsets["LeftArm"][200:] = 0.5
     offsets["RightForeArm"][120:131] = -0.03
     offsets["RightLeg"][35:43] = 0.05
     path = tmp_path_factory.mktemp("doubtful") / "walk.bvh"

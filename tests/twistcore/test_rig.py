@@ -171,7 +171,9 @@ def test_a_chain_goes_with_its_intervals_and_undo_brings_both_back(dirty_walk, r
     others = [j for j in before.intervals if j.interval.chain != "LeftForeArm"]
     assert [j for j in review.state.intervals if j.id < before.next_id] == others
     new = [j.interval for j in review.state.intervals if j.id >= before.next_id]
-    assert {(i.kind, i.joint) for i in new} == {(Kind.LONE_JUMP, "LeftForeArm")}
+    jumps = {(i.kind, i.joint) for i in new if i.kind == Kind.LONE_JUMP}
+    assert jumps == {(Kind.LONE_JUMP, "LeftForeArm")}
+    assert all(i.open for i in new)  # what LeftArm shows of it is no error of its own for sure
     review.undo()
     assert review.state is before
     review.redo()

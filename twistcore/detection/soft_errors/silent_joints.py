@@ -25,6 +25,7 @@ LEAST_STANDING = 0.03  # of all frames, at the level of most: images of other er
 MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and so many frames of it
 SMALLEST = float(np.radians(1.5))  # what is off by less all the time is not asked for
 MOST = 200  # errors a limb
+SHORTEST = 8  # frames between cuts, below which nothing is said
 MOSTLY = 0.5  # of all frames still: no gap is as long
 ANSWERED = 1.25  # of what the other joint turns, that may be left of it with the error undone
 LEFT = 0.3  # of what silent joints turn, that an explanation may leave
@@ -118,7 +119,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
             level = silent_level(surprise, row, side)
             if level is None:
                 continue
-            for start, stop in off_runs(np.where(done[row], 0.0, level)):
+            for start, stop in off_runs(np.where(done[row], 0.0, level), surprise.cut):
                 farther = _farther(surprise, row, start, stop) if side < 0 else 1.0
                 offset = farther * level[start:stop]
                 gain = float(len(offset))
@@ -131,7 +132,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
             break
         _take_out(surprise, best)
         done[best.row, best.start : best.stop] = True
-        found.append(best)
+        found.append(best.trimmed())
     return found
 
 
@@ -184,11 +185,22 @@ def _take_out(surprise: Surprise, error: SoftError) -> None:
     surprise.look_again(error.row, error.start, error.stop)
 
 
-def off_runs(level: Array) -> list[tuple[int, int]]:
-    """Frames [start, stop) in which a level is off, where it is by as much as is asked for."""
+def off_runs(level: Array, cut: Mask) -> list[tuple[int, int]]:
+    """Frames [start, stop) in which a level is off, where it is by as much as is asked for.
+
+    A cut ends a run; what lies before it in a few frames at the start, as a T-pose does, is none.
+    """
     off = np.flatnonzero(np.abs(level) > STANDS)
     if not len(off):
         return []
-    runs = np.split(off, np.flatnonzero(np.diff(off) > 1) + 1)
-    spans = [(max(int(r[0]) - 2, 0), min(int(r[-1]) + 3, len(level))) for r in runs]
-    return [(a, b) for a, b in spans if np.abs(level[a:b]).max() > SMALLEST]
+    runs = np.split(off, np.flatnonzero((np.diff(off) > 1) | cut[off[1:]]) + 1)
+    cuts = np.flatnonzero(cut)
+    spans = []
+    for run in runs:
+        before, behind = cuts[cuts <= run[0]], cuts[cuts > run[-1]]
+        low = int(before[-1]) if len(before) else 0
+        high = int(behind[0]) if len(behind) else len(level)
+        start, stop = max(int(run[0]) - 2, low), min(int(run[-1]) + 3, high)
+        if np.abs(level[start:stop]).max() > SMALLEST and high - low >= SHORTEST:
+            spans.append((start, stop))
+    return spans

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from twistcore.rotation import Array
+
+SEEN = float(np.radians(0.05))  # an offset below is none
+# Both joints turn in an error. Where one turns by less than this share of the other, and that is
+# clear beside what it does by nature, one joint moved alone. It is looked for where the error is
+# steepest; a soft onset is lost in natural motion.
+SHOWN_IN_BOTH, CLEAR = 0.35, 30.0
+AROUND = 8  # frames around that tell natural motion
+LEAST_BEHIND = 2.0  # times as long as an error at an end of the clip must all else be
 
 
 @dataclass(frozen=True, eq=False)
@@ -12,7 +22,7 @@ class SoftError:
     """Twist error of P of the chain in `row`, from frame `start` on, (frames,), radians.
 
     gain: nats against natural motion; sigma: of its repair, radians; followed: the share of it by
-    which C turns back.
+    which C turns back; unsure: to be shown only.
     """
 
     row: int
@@ -21,8 +31,48 @@ class SoftError:
     gain: float
     sigma: float
     followed: float = 1.0
+    unsure: bool = False
 
     @property
     def stop(self) -> int:
         """The frame behind it."""
         return self.start + len(self.offset)
+
+    def trimmed(self) -> SoftError:
+        """The same without frames at its ends in which it is none."""
+        seen = np.flatnonzero(np.abs(self.offset) > SEEN)
+        if not len(seen):
+            return self
+        first, last = int(seen[0]), int(seen[-1]) + 1
+        return replace(self, start=self.start + first, offset=self.offset[first:last])
+
+
+def judged(error: SoftError, x: Array, y: Array, *, only_witness: bool) -> SoftError:
+    """The error, unsure where one joint moved alone, or where either side may be the wrong one.
+
+    x, y: increments of its chain as captured, (frames,); only_witness: C tells it, and there is no
+    chain from C on whose error it could be: then P must clearly turn with it.
+    """
+    frames = len(x)
+    at_end = error.start == 0 or error.stop == frames
+    either = at_end and LEAST_BEHIND * len(error.offset) > frames - len(error.offset)
+    return replace(error, unsure=either or not _shown_in_both(error, x, y, not only_witness))
+
+
+def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
+    """Whether x turns with the error and y against it; `if_unclear` where it cannot be told."""
+    course = np.zeros(len(x) + 1)
+    course[error.start : error.stop] = error.offset
+    steps = np.diff(course, prepend=course[0])[: len(x)]
+    steepest = int(np.abs(steps[1:]).argmax()) + 1
+    low, high = max(steepest - AROUND, 1), min(steepest + AROUND + 1, len(x))
+    edge = slice(max(steepest - 1, 1), steepest + 2)
+    turned = []
+    for own in (x, y):
+        natural = own - steps if own is x else own + steps
+        by_nature = float(np.median(natural[low:high]))
+        unrest = float(np.median(np.abs(natural[low:high] - by_nature)))
+        if abs(steps[edge].sum()) < CLEAR * max(unrest, SEEN):
+            return if_unclear
+        turned.append(abs(float(own[edge].sum()) - by_nature * len(own[edge])))
+    return min(turned) >= SHOWN_IN_BOTH * max(turned)

@@ -16,12 +16,13 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.natural_scale import unlikely_increments
 from twistcore.detection.soft_errors.silent_joints import (
+    STANDS,
     off_runs,
     silent_errors,
     silent_level,
     silent_sides,
 )
-from twistcore.detection.soft_errors.soft_error import SoftError
+from twistcore.detection.soft_errors.soft_error import SoftError, judged
 from twistcore.detection.soft_errors.soft_search import SEED, Search, gains
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.rotation import Array
@@ -58,6 +59,7 @@ def soft_errors(
     not do, what was known there is doubted and all is explained anew.
     """
     surprise = Surprise(limbs, fps, cut)
+    captured = surprise.x, surprise.y
     if not surprise.spans:
         return [], []
     for k in known:
@@ -69,7 +71,7 @@ def soft_errors(
     unnatural = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for row, side in sides.items():
         level = silent_level(surprise, row, side)
-        for start, stop in off_runs(level) if level is not None else ():
+        for start, stop in off_runs(level, cut) if level is not None else ():
             unnatural[row, start:stop] = True
     bad = np.zeros_like(unnatural)
     if lively.any():
@@ -93,9 +95,27 @@ def soft_errors(
     limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
     for i in limbs_left:
         found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
+    # Where a silent joint now stands still, nothing else is wrong there.
+    standing = {r: v for r, s in sides.items() if (v := silent_level(surprise, r, s)) is not None}
+    replaced = [
+        k
+        for k in doubted
+        if k.row in standing and np.abs(standing[k.row][k.start : k.stop]).max() <= STANDS
+    ]
+    doubted = [k for k in doubted if k not in replaced]
     if lively.any():
         found += _better(surprise, doubted, _lively_errors(surprise, bad, lively))
-    replaced = [k for k in doubted if any(_meets(surprise, k, f) for f in found)]
+    last = surprise.rows - limbs.count
+    found = [
+        judged(
+            f,
+            captured[0][f.row],
+            captured[1][f.row],
+            only_witness=f.row >= last and sides.get(f.row) == -1,
+        )
+        for f in found
+    ]
+    replaced += [k for k in doubted if any(_meets(surprise, k, f) for f in found)]
     return found, replaced
 
 
@@ -205,6 +225,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
         confidence=confidence(error.gain),
         explain=partial(_told, error),
         followed=error.followed,
+        open=error.unsure,
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.detection.prediction import Index, Mask
-from twistcore.detection.soft_errors.soft_error import SoftError
+from twistcore.detection.soft_errors.soft_error import SEEN, SoftError
 from twistcore.detection.soft_errors.softened_level import KERNELS, fitted, guess
 from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise, cost
 from twistcore.rotation import Array
@@ -21,7 +21,6 @@ LEVEL_PRICE = 8.0  # of the four numbers of a softened level
 COVERED = 4.0  # nats for what a departure costs on average and for leaving it free
 CLOSE = 3.0  # σ from which a residual has little more to say
 FREE_AT = 10.0  # σ that an offset needs before its course is taken as it is
-SEEN = float(np.radians(0.05))  # an offset below is none
 LEAST = float(np.radians(2.0))  # of an error that is told by natural motion alone
 HOLE = 3  # frames below the threshold inside of an interval
 WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it

@@ -82,9 +82,9 @@ class Jumps:
         for table in self.tables:
             pairs = best_pairs(table, self.tau, self.fps)
             courses = offsets_of(pairs, table, self.counter, self.row, self.step)
-            for pair, course in zip(pairs, courses, strict=True):
+            for pair, found in zip(pairs, courses, strict=True):
                 peaks = table.edges.peak[[k for k in pair[:2] if k >= 0]].tolist()
-                out.append(_Jumping(course.start, course.offset, tuple(peaks)))
+                out.append(_Jumping(found.start, found.offset, tuple(peaks)))
         return out
 
 
