@@ -273,10 +273,14 @@ def test_the_level_of_a_silent_joint_is_that_of_most_frames():
     level[150:240] = THIRTY * np.sin(np.linspace(0.0, np.pi, 90))
     silent = np.diff(level, prepend=0.0)
     np.testing.assert_allclose(standing_level(silent, turning), level, atol=1e-9)
-    ((start, stop),) = off_runs(level)
+    nowhere = np.zeros(400, dtype=bool)
+    ((start, stop),) = off_runs(level, nowhere)
     assert start <= 150
     assert stop >= 240
-    assert off_runs(0.04 * level) == []  # 1.2°: less than is asked for
+    assert off_runs(0.04 * level, nowhere) == []  # 1.2°: less than is asked for
+    cut = nowhere.copy()
+    cut[200] = True
+    assert off_runs(level, cut) == [(start, 200), (200, stop)]
 
 
 def surprise_of(motion, name="LeftArm", cut=None):
