@@ -121,6 +121,13 @@ def test_a_silent_joint_tells_an_error_of_any_pace(name, shape):
     assert elsewhere == 0.0
 
 
+@pytest.mark.xfail(strict=True, reason="its gain is its length: 34 frames come to 0.02")
+def test_what_a_silent_joint_tells_is_sure():
+    _, dirty = erring(clip("walk.bvh"), "RightForeArm", 150, SHAPES["ramp of 8"])
+    (standing,) = soft_of(dirty)
+    assert standing.interval.confidence > 0.5
+
+
 @pytest.mark.parametrize("fps", [30, 60])
 def test_at_lower_rates_too(fps):
     base = clip("walk.bvh")
@@ -302,11 +309,12 @@ def test_the_rig_of_the_samples_has_silent_joints_and_made_rich_it_has_none():
         assert silent_sides(surprise_of(clip(name, "rich"))[0]) == {}
 
 
-def test_a_joint_held_over_gaps_is_not_the_silent_one():
+@pytest.mark.parametrize(("fill", "least"), [("GH", 8.0), ("GI", 3.0)])
+def test_a_joint_held_over_gaps_is_not_the_silent_one(fill, least):
     motion, chains = clip("walk.bvh"), find_chains(clip("walk.bvh"))
     chain = chain_of(motion, "RightArm")
     for seed in (0, 1):
-        errors = draw_errors(motion, [chain], generator(seed, "walk", 6), parse_protocol("GH"))
+        errors = draw_errors(motion, [chain], generator(seed, "walk", 6), parse_protocol(fill))
         dirty = inject(motion, chains, errors)
         surprise, rows = surprise_of(dirty)
         assert silent_sides(surprise)[rows["RightArm"]] == -1
@@ -314,7 +322,7 @@ def test_a_joint_held_over_gaps_is_not_the_silent_one():
         full = np.zeros(motion.frames)
         for e in errors:
             full[e.start : e.stop] = e.offset
-        large = np.abs(full) > np.radians(8.0)
+        large = np.abs(full) > np.radians(least)
         assert np.degrees(np.abs(total["RightArm"] - full)[large]).max() < 0.5
 
 
