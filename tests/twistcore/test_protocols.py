@@ -31,13 +31,14 @@ from twistcore.synthesis import (
     read_truth,
 )
 from twistcore.synthesis.injection import LEAST
-from twistcore.synthesis.offset_shape import STRAIGHT, shaped
+from twistcore.synthesis.offset_shape import shaped
 from twistcore.synthesis.protocol import PROTOCOLS, twist_increments
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 CHAINS = find_chains(WALK)
 RAMPS = ["R6", "R8", "R12", "R16"]
 FILTERED = ["F15", "F10", "F6"]
+STRAIGHT = np.radians(18.0)
 NEW = [*RAMPS, *FILTERED, "D", "S", "K50", "K80", "B", "ST", "FL", "NB", "M5", "GH", "GI", "SL"]
 # Name, frames, sum of δ in degrees, with seed 7: as drawn before there were the protocols above.
 BEFORE = {

@@ -269,6 +269,9 @@ def test_a_joint_that_never_twists_is_silent_one_that_rests_is_not():
     rests = turning[::-1].copy()
     rests[100:200] = 0.0
     assert standing_level(rests, turning) is None
+    halts = turning[::-1].copy()
+    halts[::25] = 0.0  # now and then, at its turning points as well
+    assert standing_level(halts, turning) is None
     both_rest = turning.copy()
     both_rest[100:300] = 0.0
     assert standing_level(both_rest, both_rest) is None
