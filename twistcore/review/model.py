@@ -130,7 +130,9 @@ class ReviewState:
             j.interval for j in self.intervals if j.decision in wanted and j.interval.repairable
         )
 
-    def unasked(self, at_least: float = 0.0, *, include_open: bool = False) -> tuple[int, ...]:
+    def unasked(
+        self, at_least: float | None = None, *, include_open: bool = False
+    ) -> tuple[int, ...]:
         """Ids of undecided intervals that :func:`applied_unasked` lets pass."""
         undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
         passing = applied_unasked(undecided, at_least, include_open=include_open)
