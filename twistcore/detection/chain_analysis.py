@@ -70,11 +70,13 @@ class ChainAnalysis:
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
         """Intervals at τ radians, by start."""
-        found = list(self.between_edges(tau))
-        if self.instead:
-            found = [i for i in found if not any(_meet(i, frames) for frames in self.instead)]
+        found = [i for i in self.between_edges(tau) if not self.gives_way(i)]
         past = [s.interval for s in self.standing if s.strength >= tau]
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
+
+    def gives_way(self, interval: Interval) -> bool:
+        """Whether soft errors stand for an interval between jumps."""
+        return any(_meet(interval, frames) for frames in self.instead)
 
     def with_soft(
         self, soft: Sequence[Standing], instead: Sequence[tuple[int, int]]

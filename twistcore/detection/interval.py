@@ -49,7 +49,7 @@ class Interval:
 
     def __repr__(self) -> str:
         sure = "" if self.confidence is None else f", confidence {self.confidence:.2f}"
-        turn = f"{math.degrees(self.size):+.1f}°{sure}{', open' if self.open else ''}"
+        turn = f"{math.degrees(self.shown):+.1f}°{sure}{', open' if self.open else ''}"
         turn += "" if self.kind == Kind.COUNTER_TWIST else f", {self.kind}"
         return f"<Interval {self.chain} {self.start}–{self.stop}: {turn}>"
 
@@ -77,6 +77,21 @@ class Interval:
     def size(self) -> float:
         """What a table shows of it: the offset's median, or the turn of a lone jump, radians."""
         return self.residual if self.kind == Kind.LONE_JUMP else self.delta
+
+    @property
+    def largest(self) -> float:
+        """The offset of the frame in which it is largest, radians; 0 for none."""
+        return max(self.offset.tolist(), key=abs, default=0.0)
+
+    @property
+    def shown(self) -> float:
+        """The angle that people are shown: its size, or the largest offset where that tells little.
+
+        Of a ramp or a drift the median may be next to nothing: what is less than half of the
+        largest offset does not stand for the interval.
+        """
+        largest = self.largest
+        return largest if abs(self.size) < 0.5 * abs(largest) else self.size
 
     @property
     def repairable(self) -> bool:

@@ -88,7 +88,7 @@ def _in_interval(place: Place, interval: Interval) -> Reason:
     if interval.start <= place.frame < interval.stop:
         frames = place.span(interval.start, interval.stop).partition(" ")[2]
         called = place.called(place.frame).capitalize()
-        size = signed(interval.residual if lone else interval.delta)
+        size = signed(interval.shown)
         joint = f" of {interval.joint}" if lone else ""
         what = f"{interval.kind} {frames}{joint} ({size})"
         text = f"{called} lies in an interval: {what}. {text} is {side} τ."
