@@ -38,9 +38,7 @@ def applied_unasked(
     its intervals out.
     """
     return tuple(
-        i
-        for i in intervals
-        if i.repairable and (include_open or not i.open) and _sure(i, at_least)
+        i for i in intervals if i.repairable and (include_open or not i.open) and _sure(i, at_least)
     )
 
 

@@ -138,7 +138,7 @@ class DetailCard(QWidget):
         chain = self._document.find_chain(interval.chain)
         what = "" if kind == Kind.COUNTER_TWIST else f" · {KINDS[interval.kind][0]}"
         varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
-        if interval.shown != interval.size:
+        if interval.soft_ended:
             varies += f", up to {np.degrees(interval.shown):+.1f}°".replace("-", "−")
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
         self.title.setText(f"<b>{chain.label}</b>{what} · {count}{varies}")
@@ -152,7 +152,7 @@ class DetailCard(QWidget):
             self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
             self.start.setValue(interval.start + first)
             self.stop.setValue(interval.stop + first)
-            self.delta.setValue(float(np.degrees(interval.size)))  # what an edit moves
+            self.delta.setValue(float(np.degrees(interval.shown)))
         if not self.note.hasFocus() and not self.reason.hasFocus():
             self._show_note(judged)
 

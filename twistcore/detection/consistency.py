@@ -91,7 +91,7 @@ def _line_analyses(
         if row in straight:
             own = straight[row].leaves(own)
             standing = tuple(
-                # Its transition may reach beyond it; the curve is past τ where there is an interval.
+                # Its transition may reach beyond it, where the curve has no interval.
                 Standing(
                     interval_of(chain.name, e), e.strength, min(max(e.peak, e.start), e.stop - 1)
                 )

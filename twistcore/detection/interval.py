@@ -81,17 +81,27 @@ class Interval:
     @property
     def largest(self) -> float:
         """The offset of the frame in which it is largest, radians; 0 for none."""
-        return max(self.offset.tolist(), key=abs, default=0.0)
+        return float(self.offset[np.abs(self.offset).argmax()]) if len(self.offset) else 0.0
+
+    @property
+    def soft_ended(self) -> bool:
+        """Whether the offset sets in or ends softly: at an end less than half of it is there."""
+        ends = np.abs(self.offset[[0, -1]]) if len(self.offset) else np.zeros(2)
+        return bool(ends.min() < 0.5 * abs(self.largest))
 
     @property
     def shown(self) -> float:
-        """The angle that people are shown: its size, or the largest offset where that tells little.
+        """The angle that people are shown: its size, or the largest offset of a soft-ended one.
 
-        Of a ramp or a drift the median may be next to nothing: what is less than half of the
-        largest offset does not stand for the interval.
+        The median of a ramp or a drift depends on how far its ends are counted in.
         """
-        largest = self.largest
-        return largest if abs(self.size) < 0.5 * abs(largest) else self.size
+        return self.largest if self.soft_ended else self.size
+
+    @property
+    def seen_at(self) -> int:
+        """The first frame in which at least half of the largest offset is there to be seen."""
+        there = np.flatnonzero(np.abs(self.offset) >= 0.5 * abs(self.largest))
+        return self.start + (int(there[0]) if len(there) else 0)
 
     @property
     def repairable(self) -> bool:

@@ -213,7 +213,13 @@ def resized(interval: Interval, start: int, stop: int) -> Interval:
 
 
 def levelled(interval: Interval, delta: float) -> Interval:
-    """The interval moved by whole to a new median offset `delta`, radians."""
+    """The interval moved by whole to a new median offset `delta`, radians.
+
+    One whose ends are soft gets `delta` as its largest offset: its course is stretched, so that its
+    ends stay soft.
+    """
+    if interval.soft_ended:
+        return interval.with_offset(interval.start, interval.offset * (delta / interval.largest))
     return interval.with_offset(interval.start, wrap(interval.offset + (delta - interval.delta)))
 
 
