@@ -85,7 +85,7 @@ class Interval:
 
     @property
     def soft_ended(self) -> bool:
-        """Whether the offset sets in or ends softly: at an end less than a quarter of it is there."""
+        """Whether it sets in or ends softly: at an end less than a quarter of it is there."""
         ends = np.abs(self.offset[[0, -1]]) if len(self.offset) else np.zeros(2)
         return bool(ends.min() < 0.25 * abs(self.largest))
 

@@ -10,7 +10,7 @@ from twistcore.detection.interval import Interval
 from twistcore.rotation import Array
 
 SOFT = "a soft onset"  # what the evidence of such an interval follows
-THERE = 0.9  # of the largest offset: from there on it has set in
+BEGUN, THERE = 0.05, 0.9  # of the largest offset: it sets in from the first to the second
 
 
 def soft_onset(interval: Interval) -> str:
@@ -31,7 +31,9 @@ def soft_onset(interval: Interval) -> str:
 
 
 def onset_frames(offset: Array) -> tuple[int, int]:
-    """Frames until an offset, (frames,), is nearly at its largest, and from there to its end."""
+    """Frames that an offset, (frames,), takes to be nearly at its largest, and to be gone."""
     size = np.abs(offset)
-    there = np.flatnonzero(size >= THERE * size.max(initial=0.0))
-    return (int(there[0]) + 1, len(offset) - int(there[-1])) if len(there) else (0, 0)
+    if not size.any():
+        return 0, 0
+    begun, there = (np.flatnonzero(size >= share * size.max()) for share in (BEGUN, THERE))
+    return int(there[0] - begun[0]) + 1, int(begun[-1] - there[-1]) + 1
