@@ -85,9 +85,10 @@ class Interval:
 
     @property
     def soft_ended(self) -> bool:
-        """Whether it sets in or ends softly: at an end less than a quarter of it is there."""
-        ends = np.abs(self.offset[[0, -1]]) if len(self.offset) else np.zeros(2)
-        return bool(ends.min() < 0.25 * abs(self.largest))
+        """Whether a counter-twist sets in or ends softly: less than a quarter of it is there."""
+        if self.kind != Kind.COUNTER_TWIST or not len(self.offset):
+            return False
+        return bool(np.abs(self.offset[[0, -1]]).min() < 0.25 * abs(self.largest))
 
     @property
     def shown(self) -> float:
