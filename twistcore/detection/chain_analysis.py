@@ -120,13 +120,15 @@ class ChainAnalysis:
         at = [k for k in pair[:2] if k >= 0]
         jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
         sigma = math.hypot(*sigmas)
+        # At a clip's end one edge tells all: what its pair gains has the price of an end taken off.
+        gain = pair.gain if len(at) > 1 else max(pair.gain, float(table.edges.gain[at[0]]))
         margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
         return Interval(
             self.name,
             start,
             start + len(offset),
             offset,
-            confidence=confidence(pair.gain, abs(residual) / sigma, margin, len(offset)),
+            confidence=confidence(gain, abs(residual) / sigma, margin, len(offset)),
             open=not any(_shown_in_both(self.limb, self.row, table.edges, k) for k in at),
             residual=residual,
             explain=partial(_explained, self.limb, self.row, table.edges, pair, residual),
