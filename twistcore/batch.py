@@ -68,6 +68,6 @@ def severity(intervals: Iterable[Interval], frames: int) -> float:
     """
     total = sum(
         float(np.degrees(np.abs(i.offset)).sum()) * (1.0 if i.confidence is None else i.confidence)
-        for i in applied_unasked(intervals)
+        for i in applied_unasked(intervals, 0.0)
     )
     return total / max(frames, 1)

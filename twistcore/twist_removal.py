@@ -22,24 +22,30 @@ from twistcore.rotation import (
     wrap,
 )
 
+SURE_ENOUGH = 0.5  # confidence from which an interval is corrected unasked, if nobody names one
 _FOLDED = 1e-6  # of the skeleton's height: a line so short has no direction
 _ON_AXIS = np.sin(np.radians(0.5))
 
 
 def applied_unasked(
-    intervals: Iterable[Interval], at_least: float = 0.0, *, include_open: bool = False
+    intervals: Iterable[Interval], at_least: float | None = None, *, include_open: bool = False
 ) -> tuple[Interval, ...]:
     """The intervals that may be corrected without a person's word: the one rule for that.
 
-    No lone jump, for there is nothing to take out; closed ones, or also those without a second
-    edge; with a confidence of `at_least`, 0…1. Where a detector knows no confidence, as the
-    paper's, there is none to rely on: it counts as 0.
+    No lone jump, for there is nothing to take out; closed ones, or also those that are open; with
+    a confidence of `at_least`, 0…1, or of :data:`SURE_ENOUGH` where nobody names one. A detector
+    that knows no confidence, as the paper's, is then taken at its word; one that is named leaves
+    its intervals out.
     """
     return tuple(
-        i
-        for i in intervals
-        if i.repairable and (include_open or not i.open) and (i.confidence or 0.0) >= at_least
+        i for i in intervals if i.repairable and (include_open or not i.open) and _sure(i, at_least)
     )
+
+
+def _sure(interval: Interval, at_least: float | None) -> bool:
+    if interval.confidence is None:
+        return not at_least
+    return interval.confidence >= (SURE_ENOUGH if at_least is None else at_least)
 
 
 def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:

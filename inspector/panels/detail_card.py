@@ -33,6 +33,7 @@ from twistcore.detection import Interval, Kind
 from twistcore.limb import Limb
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
+from twistcore.review.soft_onset import soft_onset
 from twistcore.why_not import Why
 
 _RARE, _RARER = 0.7, 3.0  # logarithms of odds: a side where a limb is half as often, hardly ever
@@ -137,11 +138,13 @@ class DetailCard(QWidget):
         chain = self._document.find_chain(interval.chain)
         what = "" if kind == Kind.COUNTER_TWIST else f" · {KINDS[interval.kind][0]}"
         varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
+        if interval.soft_ended:
+            varies += f", up to {np.degrees(interval.shown):+.1f}°".replace("-", "−")
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
         self.title.setText(f"<b>{chain.label}</b>{what} · {count}{varies}")
         first = self._document.first_frame
         self.why.set_text(escape(explanation(judged, chain, first)))
-        self.why.setToolTip(_flip_figures(judged, chain) if isinstance(chain, Limb) else "")
+        self.why.setToolTip(_figures(judged, chain))
         if isinstance(chain, Limb):
             self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
@@ -149,7 +152,7 @@ class DetailCard(QWidget):
             self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
             self.start.setValue(interval.start + first)
             self.stop.setValue(interval.stop + first)
-            self.delta.setValue(float(np.degrees(interval.size)))
+            self.delta.setValue(float(np.degrees(interval.shown)))
         if not self.note.hasFocus() and not self.reason.hasFocus():
             self._show_note(judged)
 
@@ -210,6 +213,8 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
         parts.append(
             f"{name} with x {edge['residual_x_deg']:+.1f}° against y {edge['residual_y_deg']:+.1f}°"
         )
+    if soft := soft_onset(interval):
+        parts.append("found as it sets in softly, and edited" if judged.edited else soft)
     if "transition" in evidence:
         turn, answer = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         parts.append(
@@ -259,6 +264,20 @@ def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
     if not judged.supported:
         sentences.append("No longer found at this τ.")
     return " ".join(sentences).replace("-", "−")
+
+
+def _figures(judged: Judged, chain: Chain) -> str:
+    """What an interval was compared with, for who wants to know."""
+    if isinstance(chain, Limb):
+        return _flip_figures(judged, chain)
+    if not soft_onset(judged.interval) or judged.by_hand:
+        return ""
+    gain = (judged.interval.evidence or {})["gain"]
+    return (
+        "Compared: P's level in spans of all lengths with the line between their ends,\n"
+        "and what that does elsewhere in the clip. For an error, against motion alone,\n"
+        f"speak {gain:.0f} (logarithm of odds)."
+    )
 
 
 def _flip_figures(judged: Judged, limb: Limb) -> str:

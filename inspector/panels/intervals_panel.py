@@ -68,7 +68,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         judged, shared = thing
         interval, document = judged.interval, self._document
         assert document.data is not None
-        delta, first = float(np.degrees(interval.size)), document.first_frame
+        delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
         seen = (interval.kind, judged.decision) == (Kind.LONE_JUMP, Decision.ACCEPTED)
         decision = "✓ seen" if seen else MARKS[judged.decision]

@@ -178,15 +178,9 @@ class Document(OpenClip):
         return datetime.now(UTC).isoformat(timespec="seconds")
 
     def accept_undecided(self) -> bool:
-        """Accept all to be corrected that nobody has judged, in one step; False if that failed."""
-        ids = self.correctable_undecided
+        """Accept what may be without a look at it, in one step; False if that failed."""
+        ids = self.review.state.unasked()
         return not ids or self.do(Decide(ids, Decision.ACCEPTED, self.reviewer, self.now()))
-
-    @property
-    def correctable_undecided(self) -> tuple[int, ...]:
-        """Ids of what nobody has judged; no lone jumps, which nobody has seen, either."""
-        undecided = (j for j in self.intervals if j.decision == Decision.UNDECIDED)
-        return tuple(j.id for j in undecided if j.interval.repairable)
 
     def begin_drag(self) -> int:
         """A number for the commands of one drag, which are undone together."""

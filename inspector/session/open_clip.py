@@ -129,7 +129,7 @@ class OpenClip(QObject):
             self.select_interval(None)
 
     def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
-        """Select an interval and its chain; with `jump` the playhead goes to its start."""
+        """Select an interval and its chain; with `jump` the playhead goes where it is seen."""
         judged = None if interval_id is None else self.review.state.find(interval_id)
         changed, self.interval_id = interval_id != self.interval_id, interval_id
         if judged is not None and judged.interval.chain != self.chain:
@@ -138,7 +138,7 @@ class OpenClip(QObject):
         if changed:
             self.interval_changed.emit()
         if judged is not None and jump:
-            self.go_to(judged.interval.start)
+            self.go_to(judged.interval.seen_at)
 
     def step_interval(
         self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()

@@ -11,6 +11,7 @@ from inspector.session.document import Document
 from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import replay_path
 from inspector.widgets.write_dialog import WriteDialog
+from twistcore.refinement import SURE_ENOUGH
 from twistcore.review import Decision
 from twistcore.review.model import SEEN
 
@@ -24,8 +25,14 @@ class ExportDialog(WriteDialog):
         told = Counter(j.verdict for j in document.intervals)
         words = [f"{told[v]} {v}" for v in (Decision.ACCEPTED, SEEN) if told[v] or v != SEEN]
         words += [f"{told[v]} {v}" for v in (Decision.REJECTED, Decision.UNDECIDED)]
-        undecided = len(document.correctable_undecided)
-        self.undecided = QCheckBox(f"Correct the {undecided} undecided ones as well")
+        undecided = len(document.review.state.unasked()) if document.data else 0
+        repairable = (j for j in document.intervals if j.interval.repairable)
+        every = sum(j.decision == Decision.UNDECIDED for j in repairable)
+        which = f"{undecided}" if undecided == every else f"{undecided} sure of {every}"
+        self.undecided = QCheckBox(f"Correct the {which} undecided ones as well")
+        self.undecided.setToolTip(
+            f"Closed ones, with a confidence of {SURE_ENOUGH:.2f} or more if they have any"
+        )
         self.undecided.setEnabled(undecided > 0)
         self.session = QCheckBox("Session beside it, to go on or to replay the export")
         self.report = QCheckBox("Report beside it (HTML, CSV, JSON, markers for Blender)")

@@ -4,6 +4,7 @@ import re
 import shutil
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -15,6 +16,7 @@ import twistcore.analysis as core
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, find_flips, flip
 from twistcore.export.compare import compare
+from twistcore.refinement import applied_unasked
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -213,9 +215,20 @@ def test_a_review_accepts_by_confidence_in_one_step(found, at_least, left):
     assert review.accepted == ()
 
 
+def test_a_confidence_of_a_half_is_asked_for_where_nobody_names_one(found):
+    low, high = (replace(found[0], confidence=c) for c in (0.49, 0.5))
+    assert applied_unasked([low, high]) == (high,)
+    assert applied_unasked([low, high], 0.0) == (low, high)
+    assert applied_unasked([low, high], 0.6) == ()
+    assert applied_unasked([replace(high, open=True)]) == ()
+    assert applied_unasked([replace(high, open=True)], include_open=True) != ()
+
+
 def test_without_a_confidence_none_is_relied_on(clip):
     """The paper's detector knows none: a wish for any leaves its intervals to a person."""
-    review = tc.Review.of(tc.detect(clip, method="paper"))
+    paper = tc.detect(clip, method="paper")
+    assert applied_unasked(paper) == applied_unasked(paper, 0.0) == paper.intervals
+    review = tc.Review.of(paper)
     assert review.accept(0.01) == 0
     assert review.accept() == len(review.state.intervals) > 0
 

@@ -208,11 +208,11 @@ def test_cuts_and_what_is_too_short_between_them():
 
 
 def test_a_jump_that_nothing_takes_back():
-    found = detect(twisted(WALK, ARM, 60.0, 150), kinds={Kind.COUNTER_TWIST})
+    found = detect(twisted(WALK, ARM, 60.0, 170), kinds={Kind.COUNTER_TWIST})
     (interval,) = [i for i in found if i.chain == ARM]  # open: clear enough alone
     bare = Detection(found.analysis, found.method, found.tau, ())
     assert interval.open
-    assert why_not(bare, ARM, 150).why == Why.MOVED
+    assert why_not(bare, ARM, 170).why == Why.MOVED
     # In noise it is not that clear.
     noisy = detect(shaken(twisted(WALK, ARM, 14.0, 150), 1.0), tau_degrees=3.0)
     reason = only_one(noisy, ARM, 150)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from twistcore.bvh import Clip, read_bvh, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
@@ -22,7 +22,7 @@ from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.export.report import Report, check_report, write_report
-from twistcore.refinement import children_off_axis
+from twistcore.refinement import SURE_ENOUGH, applied_unasked, children_off_axis
 from twistcore.review import Review, read_session
 from twistcore.review.model import SEEN
 
@@ -46,7 +46,7 @@ def refine(arguments: argparse.Namespace) -> int:
     if arguments.report:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
     count = told_of(applied, found, "corrected")
-    print(f"{arguments.output}: {count}{lone_jumps(found)}")
+    print(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
     skipped = _tell_uncorrected(clip, chains, applied)
     return int(skipped or bool(tell_no_chain(arguments.clip, found.analysis.chains_and_limbs)))
 
@@ -64,6 +64,18 @@ def apply(arguments: argparse.Namespace) -> int:
     seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
     print(f"{arguments.output}: {count}{seen}")
     return int(_tell_uncorrected(clip, chains, chosen))
+
+
+def _too_unsure(arguments: argparse.Namespace, found: Iterable[Interval]) -> str:
+    """', 2 of a confidence below 0.5 left' where there are any that nothing else speaks against."""
+    least, also = arguments.min_confidence, arguments.include_open
+    may_be, sure = (applied_unasked(found, at, include_open=also) for at in (0.0, least))
+    left = len(may_be) - len(sure)
+    return f", {left} of a confidence below {_least(least):g} left" if left else ""
+
+
+def _least(asked: float | None) -> float:
+    return SURE_ENOUGH if asked is None else asked
 
 
 def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> bool:

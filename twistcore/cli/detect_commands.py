@@ -23,6 +23,7 @@ from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
+from twistcore.review.soft_onset import soft_onset
 from twistcore.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import read_profile
 from twistcore.why_not import peaks_without_interval
@@ -107,7 +108,7 @@ def detect(arguments: argparse.Namespace) -> int:
         print_json(_detection_to_json(arguments, clip, found))
     else:
         for i in found:
-            name, degrees = i.joint or i.chain, math.degrees(i.size)
+            name, degrees = i.joint or i.chain, math.degrees(i.shown)
             print(
                 f"{name:<20} {i.start:>7} – {i.stop:<7} {degrees:>+9.2f}°"
                 f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
@@ -139,7 +140,10 @@ def _kind(interval: Interval) -> str:
 
 def _explain(interval: Interval) -> None:
     evidence = interval.evidence or {}
-    if interval.kind != Kind.COUNTER_TWIST or ("follows" in evidence and "edges" not in evidence):
+    if told := soft_onset(interval):
+        print(f"    {told}, gain {evidence['gain']:.1f}".replace("−", "-"))
+        return
+    if interval.kind != Kind.COUNTER_TWIST or "transition" in evidence:
         for line in _in_words(evidence):
             print(f"    {line}")
         return

@@ -27,6 +27,7 @@ from twistcore.cli.argument_types import (
 )
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import TwistError
+from twistcore.refinement import SURE_ENOUGH
 from twistcore.synthesis import PROTOCOLS
 from twistcore.version import __version__
 
@@ -103,9 +104,14 @@ def _parser() -> argparse.ArgumentParser:
     _clip(refine)
     _output(refine)
     _detection(refine)
-    refine.add_argument("--min-confidence", type=float, default=0.0, metavar="X")
     refine.add_argument(
-        "--include-open", action="store_true", help="also correct intervals without a second edge"
+        "--min-confidence",
+        type=float,
+        metavar="X",
+        help=f"correct what has at least this; default {SURE_ENOUGH:g}, 0: whatever is closed",
+    )
+    refine.add_argument(
+        "--include-open", action="store_true", help="also correct intervals that are open"
     )
     refine.add_argument("--report", type=folder, metavar="DIR", help="also write a report")
     refine.set_defaults(run=correct_commands.refine)

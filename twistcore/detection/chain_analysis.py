@@ -70,11 +70,13 @@ class ChainAnalysis:
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
         """Intervals at τ radians, by start."""
-        found = list(self.between_edges(tau))
-        if self.instead:
-            found = [i for i in found if not any(_meet(i, frames) for frames in self.instead)]
+        found = [i for i in self.between_edges(tau) if not self.gives_way(i)]
         past = [s.interval for s in self.standing if s.strength >= tau]
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
+
+    def gives_way(self, interval: Interval) -> bool:
+        """Whether soft errors stand for an interval between jumps."""
+        return any(_meet(interval, frames) for frames in self.instead)
 
     def with_soft(
         self, soft: Sequence[Standing], instead: Sequence[tuple[int, int]]
@@ -116,6 +118,8 @@ class ChainAnalysis:
         at = [k for k in pair[:2] if k >= 0]
         jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
         sigma = math.hypot(*sigmas)
+        # At a clip's end one edge tells all: what its pair gains has the price of an end taken off.
+        gain = pair.gain if len(at) > 1 else max(pair.gain, float(table.edges.gain[at[0]]))
         margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
         offset, residual = course.offset, course.residual
         return Interval(
@@ -123,7 +127,7 @@ class ChainAnalysis:
             course.start,
             course.start + len(offset),
             offset,
-            confidence=confidence(pair.gain, abs(residual) / sigma, margin, len(offset)),
+            confidence=confidence(gain, abs(residual) / sigma, margin, len(offset)),
             open=not any(_shown_in_both(self.limb, self.row, table.edges, k) for k in at),
             residual=residual,
             explain=partial(_explained, self.limb, self.row, table.edges, pair, course),

@@ -91,7 +91,10 @@ def _line_analyses(
         if row in straight:
             own = straight[row].leaves(own)
             standing = tuple(
-                Standing(interval_of(chain.name, e), e.strength, e.peak)
+                # Its transition may reach beyond it, where the curve has no interval.
+                Standing(
+                    interval_of(chain.name, e), e.strength, min(max(e.peak, e.start), e.stop - 1)
+                )
                 for e in straight[row].errors
             )
         analyses.append(

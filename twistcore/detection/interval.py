@@ -51,7 +51,7 @@ class Interval:
 
     def __repr__(self) -> str:
         sure = "" if self.confidence is None else f", confidence {self.confidence:.2f}"
-        turn = f"{math.degrees(self.size):+.1f}°{sure}{', open' if self.open else ''}"
+        turn = f"{math.degrees(self.shown):+.1f}°{sure}{', open' if self.open else ''}"
         turn += "" if self.kind == Kind.COUNTER_TWIST else f", {self.kind}"
         return f"<Interval {self.chain} {self.start}–{self.stop}: {turn}>"
 
@@ -79,6 +79,32 @@ class Interval:
     def size(self) -> float:
         """What a table shows of it: the offset's median, or the turn of a lone jump, radians."""
         return self.residual if self.kind == Kind.LONE_JUMP else self.delta
+
+    @property
+    def largest(self) -> float:
+        """The offset of the frame in which it is largest, radians; 0 for none."""
+        return float(self.offset[np.abs(self.offset).argmax()]) if len(self.offset) else 0.0
+
+    @property
+    def soft_ended(self) -> bool:
+        """Whether a counter-twist sets in or ends softly: less than a quarter of it is there."""
+        if self.kind != Kind.COUNTER_TWIST or not len(self.offset):
+            return False
+        return bool(np.abs(self.offset[[0, -1]]).min() < 0.25 * abs(self.largest))
+
+    @property
+    def shown(self) -> float:
+        """The angle that people are shown: its size, or the largest offset of a soft-ended one.
+
+        The median of a ramp or a drift depends on how far its ends are counted in.
+        """
+        return self.largest if self.soft_ended else self.size
+
+    @property
+    def seen_at(self) -> int:
+        """The first frame in which at least half of the largest offset is there to be seen."""
+        there = np.flatnonzero(np.abs(self.offset) >= 0.5 * abs(self.largest))
+        return self.start + (int(there[0]) if len(there) else 0)
 
     @property
     def repairable(self) -> bool:

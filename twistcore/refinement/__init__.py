@@ -2,6 +2,7 @@
 
 from twistcore.refinement.corrected import Angles, Corrected
 from twistcore.twist_removal import (
+    SURE_ENOUGH,
     applied_unasked,
     carried_by_limb,
     children_off_axis,
@@ -11,6 +12,7 @@ from twistcore.twist_removal import (
 )
 
 __all__ = [
+    "SURE_ENOUGH",
     "Angles",
     "Corrected",
     "applied_unasked",

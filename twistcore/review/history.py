@@ -42,7 +42,7 @@ class Review:
         """The intervals that were accepted: those to refine by, and so no lone jumps."""
         return self.state.chosen()
 
-    def accept(self, at_least: float = 0.0, *, include_open: bool = False) -> int:
+    def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
         """Accept what may be without a look at it, in one step; how many that are.
 
         at_least: confidence, 0…1; see :func:`twistcore.refinement.applied_unasked`.

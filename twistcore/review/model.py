@@ -130,7 +130,9 @@ class ReviewState:
             j.interval for j in self.intervals if j.decision in wanted and j.interval.repairable
         )
 
-    def unasked(self, at_least: float = 0.0, *, include_open: bool = False) -> tuple[int, ...]:
+    def unasked(
+        self, at_least: float | None = None, *, include_open: bool = False
+    ) -> tuple[int, ...]:
         """Ids of undecided intervals that :func:`applied_unasked` lets pass."""
         undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
         passing = applied_unasked(undecided, at_least, include_open=include_open)
@@ -211,7 +213,13 @@ def resized(interval: Interval, start: int, stop: int) -> Interval:
 
 
 def levelled(interval: Interval, delta: float) -> Interval:
-    """The interval moved by whole to a new median offset `delta`, radians."""
+    """The interval moved by whole to a new median offset `delta`, radians.
+
+    One whose ends are soft gets `delta` as its largest offset: its course is stretched, so that its
+    ends stay soft.
+    """
+    if interval.soft_ended:
+        return interval.with_offset(interval.start, interval.offset * (delta / interval.largest))
     return interval.with_offset(interval.start, wrap(interval.offset + (delta - interval.delta)))
 
 

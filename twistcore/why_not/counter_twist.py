@@ -18,6 +18,7 @@ from twistcore.detection.edges import Edges
 from twistcore.detection.pairing import OPEN_GAIN, PRIOR, PairTable
 from twistcore.detection.prediction import Mask
 from twistcore.rotation import wrap
+from twistcore.why_not.given_up import SoftErrors, soft_below
 from twistcore.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
 
 ONE_JOINT = 0.25  # of the larger turn: the other joint does not answer it
@@ -62,13 +63,17 @@ def no_counter_twist(
         because = f"{place.span(low, high)} between cuts are too few to tell error from motion"
         return place.reason(Why.SHORT, because, start=low, stop=high)
     if place.strength < place.tau:
-        return _below(place, analysis, edges_in(t, t + 1), chains)
+        return soft_below(place, own) or _below(place, analysis, edges_in(t, t + 1), chains)
     edge = _edge_at(place, own, table)
     if near := edges_in(edge.start, edge.stop) if edge else edges_in(t, t + 1):
         return _image(place, near, edge)
+    soft = SoftErrors(place, analysis, chains)
+    given = soft.with_edge_in(edge.start, edge.stop) if edge else soft.with_edge_in(t, t + 1)
+    if given is not None:
+        return soft.instead_of(given, _numbers(edge) if edge else {})
     if edge is None:
         return _thinned(place, own)
-    return _single(place, edge) or _unpaired(place, own, edge)
+    return _single(place, edge) or _unpaired(place, own, edge, soft)
 
 
 def _cut(place: Place, cut: Mask) -> str:
@@ -221,7 +226,7 @@ def _single(place: Place, edge: _Edge) -> Reason | None:
     return place.reason(Why.MOTION, because, **numbers)
 
 
-def _unpaired(place: Place, own: ChainAnalysis, edge: _Edge) -> Reason:
+def _unpaired(place: Place, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
     """A clear jump: no other takes it back, or one does that serves another interval."""
     e, numbers = edge.table.edges, _numbers(edge)
     turns = _turns(place, edge.x, edge.y)
@@ -232,6 +237,9 @@ def _unpaired(place: Place, own: ChainAnalysis, edge: _Edge) -> Reason:
         span = int(e.start[first]), int(e.stop[last])
         rivals = [i for i in own.intervals(place.tau) if i.start < span[1] and span[0] <= i.stop]
         partner = f"its best partner, {signed(float(e.jump[best]))} at {_peak(place, e, best)}"
+        if not rivals:
+            given = (i for i in soft.given_up() if i.start < span[1] and span[0] <= i.stop)
+            return soft.instead_of(next(given, None), numbers, f"{partner},")
         named = " and ".join(place.named(i) for i in rivals)
         because = f"{partner}, gives way to what explains more, {named}"
         return place.reason(Why.OTHER, because, partner=int(e.peak[best]), **numbers)

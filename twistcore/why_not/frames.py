@@ -17,6 +17,7 @@ from twistcore.why_not.limb_flip import no_limb_flip
 from twistcore.why_not.paper_event import no_event
 from twistcore.why_not.reason import Place, Reason, Why, signed
 
+_ENOUGH = 0.5  # of a strength: by so much a soft error must change to account for it
 BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
 
 
@@ -39,7 +40,7 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
         if _covers(interval, frame):
             text = f"{place.named(interval)}, found here, is left out, or elsewhere in the review"
             return place.reason(Why.MOVED, text)
-    near = partial(_edges_near, found, chain)
+    near = partial(_edges_near, found, chain, strength)
     if isinstance(chain, Limb):
         return no_limb_flip(place, clip.flips.limbs[name], near)
     analysis = clip.by(found.method)
@@ -88,7 +89,7 @@ def _in_interval(place: Place, interval: Interval) -> Reason:
     if interval.start <= place.frame < interval.stop:
         frames = place.span(interval.start, interval.stop).partition(" ")[2]
         called = place.called(place.frame).capitalize()
-        size = signed(interval.residual if lone else interval.delta)
+        size = signed(interval.shown)
         joint = f" of {interval.joint}" if lone else ""
         what = f"{interval.kind} {frames}{joint} ({size})"
         text = f"{called} lies in an interval: {what}. {text} is {side} τ."
@@ -99,9 +100,12 @@ def _in_interval(place: Place, interval: Interval) -> Reason:
 
 
 def _edges_near(
-    found: Detection, chain: Chain, start: int, stop: int
+    found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Intervals of others that turn a joint of the chain and have an edge at [start, stop)."""
+    """Intervals of others that turn a joint of the chain and have an edge at [start, stop).
+
+    Soft ones also where they change there by enough for what the strength tells of.
+    """
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
     skeleton = found.analysis.motion.skeleton
     own = {skeleton.names[j] for j in _turned(chain)}
@@ -109,9 +113,16 @@ def _edges_near(
     for i in found:
         other = others.get(i.chain)
         at = any(start - BESIDE <= edge < stop + BESIDE for edge in (i.start, i.stop))
+        at |= i.soft_ended and _change(i, start, stop) >= _ENOUGH * strength
         if other is not None and at and own & _wrong(i, other, skeleton):
             near.append((i, other))
     return sorted(near, key=lambda pair: pair[0].kind == Kind.LONE_JUMP)  # what explains it first
+
+
+def _change(interval: Interval, start: int, stop: int) -> float:
+    """How far an offset goes over frames [start, stop) and those beside, radians."""
+    low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
+    return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
 
 
 def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:

@@ -113,7 +113,7 @@ class Place:
         span = self.span(interval.start, interval.stop)
         if interval.kind == Kind.LONE_JUMP:
             return f"the lone jump of {interval.joint} in {span} ({signed(interval.residual)})"
-        return f"the interval of {span} ({signed(interval.delta)})"
+        return f"the interval of {span} ({signed(interval.shown)})"
 
     def error(self, interval: Interval, other: Chain) -> str:
         """What is wrong with another chain or limb."""

@@ -25,6 +25,7 @@ LEAST_STANDING = 0.03  # of all frames, at the level of most: images of other er
 MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and so many frames of it
 SMALLEST = float(np.radians(1.5))  # what is off by less all the time is not asked for
 MOST = 200  # errors a limb
+CERTAIN = 200.0  # nats: a joint that does not twist is off its level
 SHORTEST = 8  # frames between cuts, below which nothing is said
 MOSTLY = 0.5  # of all frames still: no gap is as long
 ANSWERED = 1.25  # of what the other joint turns, that may be left of it with the error undone
@@ -122,7 +123,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
             for start, stop in off_runs(np.where(done[row], 0.0, level), surprise.cut):
                 farther = _farther(surprise, row, start, stop) if side < 0 else 1.0
                 offset = farther * level[start:stop]
-                gain = float(len(offset))
+                gain = CERTAIN
                 error = SoftError(row, start, offset, gain, STANDS, 1.0 / farther)
                 rivals.append((_left(surprise, sides, error), error))
         if not rivals:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.rotation import Array
 
@@ -47,14 +48,17 @@ class SoftError:
         return replace(self, start=self.start + first, offset=self.offset[first:last])
 
 
-def judged(error: SoftError, x: Array, y: Array, *, only_witness: bool) -> SoftError:
+def judged(
+    error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], *, only_witness: bool
+) -> SoftError:
     """The error, unsure where one joint moved alone, or where either side may be the wrong one.
 
-    x, y: increments of its chain as captured, (frames,); only_witness: C tells it, and there is no
-    chain from C on whose error it could be: then P must clearly turn with it.
+    x, y: increments of its chain as captured, (frames,); cut: where a clip is cut; only_witness: C
+    tells it, and there is no chain from C on whose error it could be: then P must clearly turn.
     """
     frames = len(x)
     at_end = error.start == 0 or error.stop == frames
+    at_end = at_end or bool(cut[[error.start, min(error.stop, frames - 1)]].any())
     either = at_end and LEAST_BEHIND * len(error.offset) > frames - len(error.offset)
     return replace(error, unsure=either or not _shown_in_both(error, x, y, not only_witness))
 

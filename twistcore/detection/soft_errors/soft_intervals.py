@@ -111,6 +111,7 @@ def soft_errors(
             f,
             captured[0][f.row],
             captured[1][f.row],
+            cut,
             only_witness=f.row >= last and sides.get(f.row) == -1,
         )
         for f in found

@@ -1,0 +1,78 @@
+"""Errors that set in softly, in the window: shown, gone to, edited, and exported when sure."""
+
+import numpy as np
+import pytest
+
+from inspector.panels.detail_card import explanation
+from inspector.window.export_dialog import ExportDialog
+from tests.conftest import ASSETS
+from tests.gui.windows import act, open_clip
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.chain import find_chains
+from twistcore.refinement import remove_twist
+
+RAMP = np.radians(np.concatenate([np.arange(1, 13), np.full(10, 13), np.arange(12, 0, -1)]) * 6.0)
+
+
+@pytest.fixture
+def ramped(qtbot, window, tmp_path):
+    """The window with the walk, whose right shoulder ramps off and back."""
+    clip = read_bvh(ASSETS / "walk.bvh")
+    offset = np.zeros(clip.motion.frames)
+    offset[80 : 80 + len(RAMP)] = -RAMP
+    wrong = remove_twist(clip.motion, find_chains(clip.motion), {"RightShoulder": offset})
+    write_bvh(clip, wrong, tmp_path / "ramped.bvh")
+    open_clip(qtbot, window, tmp_path / "ramped.bvh")
+    return window
+
+
+def test_its_card_and_row_tell_the_largest_offset_and_how_it_sets_in(ramped):
+    act(ramped, "next_interval")
+    document, detail = ramped.document, ramped.detail
+    (judged,) = document.intervals
+    told = explanation(judged, document.find_chain("RightShoulder"), 0)
+    assert "sets in over 12 frames, ends over 12; P's level departs" in told
+    assert "by up to +78.0° over the " in told
+    assert "follows, up to +78.0°" in detail.title.text()
+    assert detail.delta.value() == pytest.approx(78.0, abs=0.01)
+    assert "Compared: P's level" in detail.why.toolTip()
+    model = ramped.intervals.table.model()
+    assert "+78.0°" in [model.index(0, c).data() for c in range(model.columnCount())]
+    seen = judged.interval.seen_at
+    assert document.frame == seen > judged.interval.start
+    assert abs(np.degrees(document.offset("RightShoulder")[seen])) >= 39.0
+
+
+def test_its_delta_stretches_the_course_and_undo_brings_it_back(ramped):
+    act(ramped, "next_interval")
+    document, detail = ramped.document, ramped.detail
+    before = document.intervals[0].interval.offset
+    detail.delta.setValue(39.0)
+    edited = document.intervals[0]
+    np.testing.assert_allclose(edited.interval.offset, 0.5 * before, atol=1e-4)
+    assert "found as it sets in softly, and edited" in detail.why.text()
+    act(ramped, "undo")
+    np.testing.assert_array_equal(document.intervals[0].interval.offset, before)
+
+
+def test_a_moved_edge_keeps_the_course_between(ramped):
+    act(ramped, "next_interval")
+    document = ramped.document
+    (judged,) = document.intervals
+    before = judged.interval
+    ramped.detail.start.setValue(before.start + 5)  # frames are counted from 1
+    edited = document.intervals[0].interval
+    assert edited.stop == before.stop
+    np.testing.assert_array_equal(edited.offset, before.offset[edited.start - before.start :])
+
+
+def test_an_export_of_what_is_undecided_corrects_what_is_sure(ramped):
+    unasked = len(ramped.document.review.state.unasked())
+    act(ramped, "export_dialog")
+    dialog = ramped.findChildren(ExportDialog)[-1]
+    which = "1" if unasked else "0 sure of 1"
+    assert dialog.undecided.text() == f"Correct the {which} undecided ones as well"
+    assert dialog.undecided.isEnabled() == bool(unasked)
+    dialog.reject()
+    assert ramped.document.accept_undecided()
+    assert len(ramped.document.review.accepted) == unasked

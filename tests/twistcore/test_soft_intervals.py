@@ -1,0 +1,139 @@
+"""Intervals that set in softly: how they are told, shown and edited, and what peaks beside say."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.reasons import wrong
+from tests.conftest import ASSETS
+from twistcore.analysis import analyse, detect
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.chain import find_chains
+from twistcore.cli import main
+from twistcore.detection import Interval
+from twistcore.detection.chain_analysis import Standing
+from twistcore.refinement import remove_twist
+from twistcore.review import Review
+from twistcore.review.model import levelled
+from twistcore.review.soft_onset import onset_frames, soft_onset
+from twistcore.why_not import Why, why_not
+
+CLIP = read_bvh(ASSETS / "walk.bvh")
+RAMP = np.radians(np.concatenate([np.arange(1, 13), np.full(10, 13), np.arange(12, 0, -1)]) * 6.0)
+EVIDENCE = {"gain": 61.5, "follows": "a soft onset", "sigma_deg": 0.5}
+
+
+def soft(offset=RAMP, start=40):
+    return Interval("LeftArm", start, start + len(offset), offset, 0.9, explain=EVIDENCE.copy)
+
+
+def level(degrees, frames=12):
+    return Interval("LeftArm", 40, 40 + frames, np.full(frames, np.radians(degrees)), 0.9)
+
+
+@pytest.fixture(scope="module")
+def ramped():
+    """The walk with an error of the right arm and one of the right leg that ramp in and out."""
+    offsets = {name: np.zeros(CLIP.motion.frames) for name in ("RightShoulder", "RightLeg")}
+    offsets["RightShoulder"][80 : 80 + len(RAMP)] = -RAMP
+    offsets["RightLeg"][200 : 200 + len(RAMP)] = RAMP
+    return remove_twist(CLIP.motion, find_chains(CLIP.motion), offsets)
+
+
+def test_an_onset_is_told_in_plain_words():
+    assert onset_frames(RAMP) == (12, 12)
+    assert onset_frames(np.zeros(0)) == (0, 0)
+    assert soft_onset(soft(-RAMP)) == (
+        "sets in over 12 frames, ends over 12; P's level departs from natural motion by up to "
+        "−78.0° over the 34, 156× its natural 0.50°"
+    )
+    assert soft_onset(level(20.0)) == ""
+
+
+def test_a_soft_interval_is_shown_by_its_largest_offset_and_an_ordinary_one_by_its_median():
+    assert soft().soft_ended
+    assert soft().shown == soft().largest == RAMP.max()
+    assert soft(RAMP[12:]).soft_ended  # it jumps in and ramps out
+    plain = level(20.0)
+    assert not plain.soft_ended
+    assert plain.shown == plain.size == plain.delta
+    assert (soft().seen_at, plain.seen_at) == (46, 40)
+
+
+def test_its_course_is_stretched_where_an_ordinary_one_is_moved():
+    edited = levelled(soft(), np.radians(-39.0))
+    np.testing.assert_allclose(edited.offset, -0.5 * RAMP, atol=1e-12)
+    assert levelled(level(20.0), 1.0).delta == pytest.approx(1.0)
+
+
+def test_explain_and_json_have_soft_intervals(ramped, tmp_path, capsys):
+    path = tmp_path / "ramped.bvh"
+    write_bvh(CLIP, ramped, path)
+    main(["detect", str(path), "--explain"])
+    told = capsys.readouterr().out
+    assert told.count("sets in over 12 frames, ends over 12;") == 2
+    assert "left over" not in told
+    main(["detect", str(path), "--explain", "--json"])
+    found = json.loads(capsys.readouterr().out)["intervals"]
+    assert {i["evidence"]["follows"] for i in found} == {"a soft onset"}
+    least = {True: (), False: ("--min-confidence", "0")}
+    for default, words in least.items():
+        main(["refine", str(path), "-o", str(tmp_path / "out.bvh"), *words])
+        said = capsys.readouterr().out
+        sure = sum(i["confidence"] >= 0.5 for i in found) if default else len(found)
+        assert f": {sure} of {len(found)} intervals corrected" in said
+        assert ("of a confidence below 0.5 left" in said) == (sure < len(found))
+    review = Review.of(detect(read_bvh(path)))
+    assert review.accept(0.0) == len(found)
+
+
+def test_every_peak_beside_a_soft_error_has_a_reason(ramped):
+    found = analyse(ramped).detect()
+    for name in found.tau:
+        assert wrong(found, name)[1] == []
+
+
+def test_intervals_between_jumps_give_way_where_a_soft_error_stands(ramped):
+    own = analyse(ramped).by().chains["RightLeg"]
+    given = Interval("RightLeg", 190, 240, np.full(50, 0.2))
+    assert own.gives_way(given)
+    assert not own.gives_way(Interval("RightLeg", 20, 40, np.full(20, 0.2)))
+
+
+def test_below_tau_a_soft_error_is_named_at_its_peak(ramped):
+    clip = analyse(ramped)
+    standing: tuple[Standing, ...] = clip.by().chains["RightLeg"].standing
+    (error,) = standing
+    found = clip.detect(tau_radians={"RightLeg": error.strength + 0.01})
+    assert not [i for i in found if i.chain == "RightLeg" and i.start == error.interval.start]
+    reason = why_not(found, "RightLeg", error.peak)
+    assert reason.why == Why.BELOW
+    assert "that is all of the error of frames " in reason.text
+
+
+@pytest.mark.parametrize(("chain", "why"), [("RightForeArm", Why.OTHER), ("RightArm", Why.IMAGE)])
+def test_an_edge_of_what_gave_way_names_what_stands_instead(chain, why):
+    """An interval between jumps, and a soft error in its chain or in that before."""
+    offset = np.zeros(CLIP.motion.frames)
+    offset[120:140] = 0.5
+    clip = analyse(remove_twist(CLIP.motion, find_chains(CLIP.motion), {"RightForeArm": offset}))
+    analysis = clip.by()
+    margin = 3 if why == Why.OTHER else -20  # within, or beyond: no edge of it is at the jumps
+    error = soft(np.full(20 - 2 * margin, 0.5), 120 + margin)
+    standing = Standing(replace(error, chain=chain), 0.5, error.start)
+    chains = {
+        name: own.with_soft(
+            [standing] if name == chain else [], [(120, 140)] if name == "RightForeArm" else []
+        )
+        for name, own in analysis.chains.items()
+    }
+    clip._by_method["consistency"] = replace(analysis, chains=chains)
+    found = clip.detect()
+    assert [i.start for i in found if i.chain == "RightForeArm"] == [123] * (why == Why.OTHER)
+    reason = why_not(found, "RightForeArm", 120)
+    assert (reason.why, reason.suspicious) == (why, why == Why.OTHER)
+    assert "it would be an edge of the interval of frames 120–140 (−28.6°), which " in reason.text
+    assert f"frames {error.start}–{error.stop}" in reason.text
+    assert wrong(found, "RightForeArm")[1] == []
