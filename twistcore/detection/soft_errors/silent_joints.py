@@ -27,7 +27,7 @@ SMALLEST = float(np.radians(1.5))  # what is off by less all the time is not ask
 MOST = 200  # errors a limb
 CERTAIN = 200.0  # nats: a joint that does not twist is off its level
 SHORTEST = 8  # frames between cuts, below which nothing is said
-MOSTLY = 0.5  # of all frames still: no gap is as long
+MOSTLY = 0.75  # of all frames still: what else it turned is an error or a gap that was filled
 ANSWERED = 1.25  # of what the other joint turns, that may be left of it with the error undone
 LEFT = 0.3  # of what silent joints turn, that an explanation may leave
 # P turns farther than a silent C turns back where it does so by as much, on the way in and on the
@@ -36,10 +36,11 @@ FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
 BESIDE = 8  # frames around, at least, that tell P's own motion
 
 
-def standing_level(increments: Array, other: Array) -> Array | None:
+def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
     """How far the level is off where it stands, radians, (frames,); None if it does not stand.
 
-    increments, other: of a joint and of the other one of its chain, radians, (frames,).
+    increments, other: of a joint and of the other one of its chain, radians, (frames,); cut: where
+    the clip is cut: what a level does there is not known, and it stands anew behind.
     """
     moving = np.abs(other) > MOVES
     still = np.abs(increments) < STILL
@@ -49,13 +50,16 @@ def standing_level(increments: Array, other: Array) -> Array | None:
     if sum(parts) < LEAST_PARTS:
         return None
     level = np.cumsum(increments)
-    order = np.sort(level)
-    within = np.searchsorted(order, order + STANDS, side="right") - np.arange(len(order))
-    densest = int(within.argmax())
-    if within[densest] < LEAST_STANDING * len(level):
-        return None
-    base = np.median(order[densest : densest + int(within[densest])])
-    return np.asarray(level - base)
+    standing = 0
+    for part in np.split(level, np.flatnonzero(cut)):
+        if not len(part):
+            continue
+        order = np.sort(part)
+        within = np.searchsorted(order, order + STANDS, side="right") - np.arange(len(order))
+        densest = int(within.argmax())
+        part -= np.median(order[densest : densest + int(within[densest])])
+        standing += int(within[densest])
+    return level if standing >= LEAST_STANDING * len(level) else None
 
 
 def silent_sides(surprise: Surprise) -> dict[int, int]:
@@ -68,7 +72,7 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
     still: dict[tuple[int, int], float] = {}
     for row in range(surprise.rows):
         for side, own, other in _both_ways(surprise, row):
-            if standing_level(own, other) is not None:
+            if standing_level(own, other, surprise.cut) is not None:
                 still[row, side] = float((np.abs(own) < STILL).mean())
     answered = {at for at in still if _answered(*_both_ways(surprise, at[0])[at[1] < 0][1:])}
     found: dict[int, int] = {}
@@ -102,7 +106,7 @@ def _answered(own: Array, other: Array) -> bool:
 def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
     """The twist error of P that a silent joint of a chain shows, radians, (frames,)."""
     x, y = surprise.x[row], surprise.y[row]
-    level = standing_level(x, y) if side > 0 else standing_level(y, x)
+    level = standing_level(x, y, surprise.cut) if side > 0 else standing_level(y, x, surprise.cut)
     return None if level is None else side * level
 
 

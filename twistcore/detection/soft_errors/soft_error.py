@@ -14,6 +14,7 @@ SEEN = float(np.radians(0.05))  # an offset below is none
 # clear beside what it does by nature, one joint moved alone. It is looked for where the error is
 # steepest; a soft onset is lost in natural motion.
 SHOWN_IN_BOTH, CLEAR = 0.35, 30.0
+UNANSWERED = 1.5  # times what the other joint turns, that is left of it with the error undone
 AROUND = 8  # frames around that tell natural motion
 LEAST_BEHIND = 2.0  # times as long as an error at an end of the clip must all else be
 
@@ -49,18 +50,25 @@ class SoftError:
 
 
 def judged(
-    error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], *, only_witness: bool
+    error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], side: int = 0, *, last: bool
 ) -> SoftError:
     """The error, unsure where one joint moved alone, or where either side may be the wrong one.
 
-    x, y: increments of its chain as captured, (frames,); cut: where a clip is cut; only_witness: C
-    tells it, and there is no chain from C on whose error it could be: then P must clearly turn.
+    x, y: increments of its chain as captured, (frames,); cut: where a clip is cut; side: 1 where a
+    silent P tells it, −1 where a silent C does, 0 where neither; last: no chain goes on from C, so
+    that a C that tells it by itself may tell of an error beyond.
     """
     frames = len(x)
     at_end = error.start == 0 or error.stop == frames
     at_end = at_end or bool(cut[[error.start, min(error.stop, frames - 1)]].any())
     either = at_end and LEAST_BEHIND * len(error.offset) > frames - len(error.offset)
-    return replace(error, unsure=either or not _shown_in_both(error, x, y, not only_witness))
+    alone = not _shown_in_both(error, x, y, not (last and side < 0))
+    if side and not alone:
+        # A joint that only rested turns by itself, and the other knows nothing of it.
+        at = slice(max(error.start, 1), error.stop + 1)
+        other = np.abs(y if side > 0 else x)[at].sum()
+        alone = bool(np.abs(x + y)[at].sum() > UNANSWERED * other)
+    return replace(error, unsure=either or alone)
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:

@@ -62,16 +62,20 @@ def soft_errors(
     captured = surprise.x, surprise.y
     if not surprise.spans:
         return [], []
+    as_captured = silent_sides(surprise)  # jumps paired wrongly hide that a joint is silent
     for k in known:
         surprise.take_out(k.row, k.start, k.offset)
     if known:
         _refresh(surprise)
-    sides = silent_sides(surprise)
+    sides = as_captured | silent_sides(surprise)
     lively = np.array([r not in sides for r in range(surprise.rows)])
     unnatural = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for row, side in sides.items():
         level = silent_level(surprise, row, side)
-        for start, stop in off_runs(level, cut) if level is not None else ():
+        if level is None:
+            unnatural[row] = True
+            continue
+        for start, stop in off_runs(level, cut):
             unnatural[row, start:stop] = True
     bad = np.zeros_like(unnatural)
     if lively.any():
@@ -112,7 +116,8 @@ def soft_errors(
             captured[0][f.row],
             captured[1][f.row],
             cut,
-            only_witness=f.row >= last and sides.get(f.row) == -1,
+            sides.get(f.row, 0),
+            last=f.row >= last,
         )
         for f in found
     ]
