@@ -62,7 +62,12 @@ def soft_errors(
     captured = surprise.x, surprise.y
     if not surprise.spans:
         return [], []
-    as_captured = silent_sides(surprise)  # jumps paired wrongly hide that a joint is silent
+    # Jumps paired wrongly hide that a joint is silent; but where the limb is straight for most of
+    # the time the level that stands is the error.
+    straight = {k.row % limbs.count for k in known if k.firm}
+    as_captured = {
+        r: s for r, s in silent_sides(surprise).items() if r % limbs.count not in straight
+    }
     for k in known:
         surprise.take_out(k.row, k.start, k.offset)
     if known:
