@@ -17,6 +17,7 @@ import numpy as np
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
+from benchmarks.straight_figure import with_titles
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
 from twistcore.detection.soft_errors.departures import spans
@@ -77,14 +78,11 @@ def draw(clip: Path, name: str, seed: int, output: Path) -> None:
         f"what departs from bridges over {n.span.length} frames, at their middle",
         "δ",
     )
-    for panel, title in zip(panels, titles, strict=True):
-        panel.set_title(title, fontsize=9, loc="left")
-        panel.set_ylabel("degrees")
-        panel.spines[["top", "right"]].set_visible(False)
+    with_titles(panels, titles)
+    for panel in panels:
         panel.legend(
             frameon=False, fontsize=8, loc="lower right", bbox_to_anchor=(1, 0.98), ncols=3
         )
-    panels[2].set_xlabel("seconds")
     figure.tight_layout()
     figure.savefig(output, dpi=110)
 

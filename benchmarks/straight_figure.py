@@ -8,7 +8,9 @@ what the detector makes of it.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -66,16 +68,22 @@ def draw(clip: Path, name: str, output: Path) -> None:
         "side to which C's bone leaves P's",
         "bend; above the dashes the twist is well determined",
     )
+    with_titles(panels, titles)
+    for panel in panels:
+        for i in (i for i in intervals if i.chain == name):
+            panel.axvspan(seconds[i.start], seconds[i.stop - 1], color=BEFORE, alpha=0.1, lw=0)
+    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, fontsize=8, ncols=3)
+    figure.tight_layout()
+    figure.savefig(output, dpi=110)
+
+
+def with_titles(panels: Sequence[Any], titles: Sequence[str]) -> None:
+    """Titles and axes of panels one above the other, degrees over seconds."""
     for panel, title in zip(panels, titles, strict=True):
         panel.set_title(title, fontsize=9, loc="left")
         panel.set_ylabel("degrees")
         panel.spines[["top", "right"]].set_visible(False)
-        for i in (i for i in intervals if i.chain == name):
-            panel.axvspan(seconds[i.start], seconds[i.stop - 1], color=BEFORE, alpha=0.1, lw=0)
-    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, fontsize=8, ncols=3)
-    panels[2].set_xlabel("seconds")
-    figure.tight_layout()
-    figure.savefig(output, dpi=110)
+    panels[-1].set_xlabel("seconds")
 
 
 def main() -> None:
