@@ -61,26 +61,30 @@ def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
     return False
 
 
-def features(interval: Interval) -> tuple[float, float, float, float]:
-    """Gain, closing residual in σ, margin of the weaker edge, frames: what the map is of."""
+def features(interval: Interval, tau: float) -> tuple[float, ...]:
+    """Gain, closing residual in σ, margin of the weaker edge, frames, whether it reaches τ."""
     evidence = interval.evidence or {}
+    weakest = np.radians(min(abs(e["jump_deg"]) for e in evidence["edges"]))
     margin = min(abs(e["jump_deg"]) / e["sigma_deg"] for e in evidence["edges"])
     closing = abs(evidence["closing_residual_deg"]) / evidence["closing_sigma_deg"]
-    return evidence["gain"], closing, float(np.log(margin)), float(interval.frames)
+    return evidence["gain"], closing, float(np.log(margin)), float(interval.frames), weakest >= tau
 
 
-def candidates(analysis: ConsistencyAnalysis, chains: Sequence[Chain]) -> list[Interval]:
-    """Applied intervals of all chains down to 0.3 τ."""
+def candidates(
+    analysis: ConsistencyAnalysis, chains: Sequence[Chain]
+) -> list[tuple[Interval, float]]:
+    """Closed intervals between jumps of all chains down to 0.3 τ, and τ."""
     return [
-        i
+        (i, tau)
         for c in chains
-        for i in analysis.intervals(c.name, LOWEST * analysis.automatic_tau(c.name))
-        if not i.open
+        for tau in [analysis.automatic_tau(c.name)]
+        for i in analysis.intervals(c.name, LOWEST * tau)
+        if not i.open and "edges" in (i.evidence or {})
     ]
 
 
 class Sample:
-    """Features, shipped confidence, rightness and weight of candidates."""
+    """Features, shipped confidence, rightness of candidates that jumps were paired into."""
 
     def __init__(self) -> None:
         self.x: list[tuple[float, ...]] = []
@@ -88,11 +92,16 @@ class Sample:
         self.y: list[bool] = []
         self.clean: list[bool] = []
 
-    def add(self, found: Sequence[Interval], errors: Sequence[InjectedError], clean: bool) -> None:
+    def add(
+        self,
+        found: Sequence[tuple[Interval, float]],
+        errors: Sequence[InjectedError],
+        clean: bool,
+    ) -> None:
         """Candidates of one pass."""
-        self.x += [features(i) for i in found]
-        self.p += [i.confidence or 0.0 for i in found]
-        self.y += [right(i, errors) for i in found]
+        self.x += [features(i, tau) for i, tau in found]
+        self.p += [i.confidence or 0.0 for i, _ in found]
+        self.y += [right(i, errors) for i, _ in found]
         self.clean += [clean] * len(found)
 
 
@@ -121,7 +130,7 @@ def _arm(chain: Chain) -> bool:
 
 def fitted(sample: Sample) -> np.ndarray:
     """Weights of the logistic map, intercept first, as in twistcore.detection.confidence."""
-    gain, closing, margin, frames = np.array(sample.x).T
+    gain, closing, margin, frames, beyond = np.array(sample.x, dtype=float).T
     columns = np.stack(
         [
             np.ones(len(gain)),
@@ -129,6 +138,7 @@ def fitted(sample: Sample) -> np.ndarray:
             np.minimum(closing, confidence.MOST_CLOSING),
             np.minimum(margin, confidence.MOST_MARGIN),
             np.log1p(frames / confidence.LENGTH_FRAMES),
+            beyond,
         ],
         axis=1,
     )
@@ -139,7 +149,7 @@ def fitted(sample: Sample) -> np.ndarray:
         penalty = 0.5 * float((weights[1:] ** 2).sum())
         return float(np.logaddexp(0.0, -sign * (columns @ weights)).sum()) + penalty
 
-    return np.asarray(minimize(loss, np.zeros(5)).x)
+    return np.asarray(minimize(loss, np.zeros(6)).x)
 
 
 def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
@@ -189,7 +199,10 @@ def main() -> None:
     fit = collect(own, arguments.seed)
     print("fitted weights", np.round(fitted(fit), 4).tolist())
     shipped = [getattr(confidence, n) for n in ("INTERCEPT", "PER_LOG_GAIN", "PER_CLOSING")]
-    print("shipped       ", [*shipped, confidence.PER_MARGIN, confidence.PER_LENGTH])
+    print(
+        "shipped       ",
+        [*shipped, confidence.PER_MARGIN, confidence.PER_LENGTH, confidence.PER_BEYOND_TAU],
+    )
     test = collect(others, arguments.seed + 1)
     report(f"fitted subject {arguments.fit}, as injected", fit, 0.0)
     report("other subjects, as injected", test, 0.0)

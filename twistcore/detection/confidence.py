@@ -9,21 +9,19 @@ from __future__ import annotations
 
 import math
 
-INTERCEPT, PER_LOG_GAIN, PER_CLOSING, PER_MARGIN, PER_LENGTH = (
-    -1.2539,
-    2.6955,
-    -0.7063,
-    -0.5883,
-    -0.1311,
-)
+INTERCEPT, PER_LOG_GAIN, PER_CLOSING = -3.0524, 2.8685, -0.6394
+PER_MARGIN, PER_LENGTH, PER_BEYOND_TAU = -1.1655, -1.7873, 4.7357
 MOST_CLOSING, MOST_MARGIN = 6.0, 5.0  # beyond, the fit saw nothing new
 LENGTH_FRAMES = 30.0
 
 
-def confidence(gain: float, closing: float, margin: float, frames: int) -> float:
+def confidence(
+    gain: float, closing: float, margin: float, frames: int, *, beyond_tau: bool
+) -> float:
     """Probability that an interval is right, 0…1.
 
-    gain: of its pair, nats; closing: |residual| in σ; margin: log(|jump| / σ) of its weaker edge.
+    gain: of its pair, nats; closing: |residual| in σ; margin: log(|jump| / σ) of its weaker edge;
+    beyond_tau: whether that jump reaches the chain's automatic τ.
     """
     score = (
         INTERCEPT
@@ -31,5 +29,6 @@ def confidence(gain: float, closing: float, margin: float, frames: int) -> float
         + PER_CLOSING * min(closing, MOST_CLOSING)
         + PER_MARGIN * min(margin, MOST_MARGIN)
         + PER_LENGTH * math.log1p(frames / LENGTH_FRAMES)
+        + PER_BEYOND_TAU * beyond_tau
     )
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, score))))

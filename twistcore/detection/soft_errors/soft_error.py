@@ -14,7 +14,9 @@ SEEN = float(np.radians(0.05))  # an offset below is none
 # clear beside what it does by nature, one joint moved alone. It is looked for where the error is
 # steepest; a soft onset is lost in natural motion.
 SHOWN_IN_BOTH, CLEAR = 0.35, 30.0
-UNANSWERED = 1.5  # times what the other joint turns, that is left of it with the error undone
+# Of what a silent joint turns the other one turns at least so much back, where it is steep; and
+# of what that one turns no more than this is left with the error undone.
+TURNED_BACK, LEFT_OVER = 0.5, 1.5
 AROUND = 8  # frames around that tell natural motion
 LEAST_BEHIND = 2.0  # times as long as an error at an end of the clip must all else be
 
@@ -64,11 +66,22 @@ def judged(
     either = at_end and LEAST_BEHIND * len(error.offset) > frames - len(error.offset)
     alone = not _shown_in_both(error, x, y, not (last and side < 0))
     if side and not alone:
-        # A joint that only rested turns by itself, and the other knows nothing of it.
-        at = slice(max(error.start, 1), error.stop + 1)
-        other = np.abs(y if side > 0 else x)[at].sum()
-        alone = bool(np.abs(x + y)[at].sum() > UNANSWERED * other)
+        own, other = (x, y) if side > 0 else (y, x)
+        alone = not _answered(own, other, error.start, error.stop)
     return replace(error, unsure=either or alone)
+
+
+def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
+    """Whether the other joint turns back what a silent one turns in [start, stop).
+
+    A joint that only rested turns by itself, and the other knows nothing of it: neither with what
+    it turns in all, nor, where that is lost in natural motion, with the changes of its pace.
+    """
+    at = slice(max(start, 1), stop + 1)
+    if np.abs(own + other)[at].sum() <= LEFT_OVER * np.abs(other)[at].sum():
+        return True
+    changes, others = (np.diff(v[max(at.start - 1, 0) : at.stop + 1]) for v in (own, other))
+    return bool(-(changes @ others) >= TURNED_BACK * (changes @ changes))
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:

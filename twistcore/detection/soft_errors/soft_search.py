@@ -9,7 +9,14 @@ import numpy as np
 
 from twistcore.detection.prediction import Index, Mask
 from twistcore.detection.soft_errors.soft_error import SEEN, SoftError
-from twistcore.detection.soft_errors.softened_level import KERNELS, fitted, guess
+from twistcore.detection.soft_errors.softened_level import (
+    KERNELS,
+    Level,
+    course,
+    fitted,
+    guess,
+    ramp,
+)
 from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise, cost
 from twistcore.rotation import Array
 
@@ -26,6 +33,14 @@ HOLE = 3  # frames below the threshold inside of an interval
 WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
 MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are tried
+# Levels around a seed of which the likeliest are fitted: by its span, their lengths and places; by
+# their length, their onsets. They are told by spans nearly as long and longer: short ones tell
+# nothing of a level that is not there to the frame.
+LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
+PLACES = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)
+ONSETS = (0.2, 0.6)
+AS_LONG, WIDENED = 0.6, (1.0, 3.0)
+WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, in which they are sought
 IN_VAIN = 20  # seeds of a limb that nothing explains, one after the other, before it is left
 
 
@@ -170,8 +185,9 @@ class Search:
         if not spans:
             return None
         margin = max(min(max(b - a for a, b in spans) // 2, 60), 8)
-        low = max(min(a for a, _ in spans) - margin, 0)
-        high = min(max(b for _, b in spans) + margin, surprise.frames)
+        reach = min(WIDEST * place.length, FARTHEST)
+        low = max(min(min(a for a, _ in spans) - margin, place.middle - reach), 0)
+        high = min(max(max(b for _, b in spans) + margin, place.middle + reach), surprise.frames)
         price = COVERED * surprise.price_of_a_frame(high - low)
 
         known: dict[tuple[int, int], tuple[float, Array, float]] = {}
@@ -203,19 +219,21 @@ class Search:
         a, b = min(known, key=lambda p: known[p][0])
         value, offset, sigma = known[a, b]
         ratio = float(np.abs(offset).max()) / sigma
-        if ratio < fit_below:
+        if ratio < fit_below or nothing - value < PRIOR:
             rivals = [(value, offset, sigma)] if ratio >= FREE_AT else []
-            if (start := guess(offset)) is not None:
+            starts = [(s, ratio / CLOSE) for s in (guess(offset),) if s is not None]
+            starts += self._likely_levels(row, place, low, high)
+            for start, coarsest in starts:
                 for kernel in KERNELS:
-                    course, left = fitted(
+                    shape, left = fitted(
                         start,
                         kernel,
                         high - low,
                         lambda o, wider: surprise.residuals(row, low, o, wider),
-                        ratio / CLOSE,
+                        coarsest,
                     )
-                    rivals.append((left + LEVEL_PRICE, course, 0.5 * sigma))
-                    at = low + np.flatnonzero(np.abs(course) > SEEN)
+                    rivals.append((left + LEVEL_PRICE, shape, 0.5 * sigma))
+                    at = low + np.flatnonzero(np.abs(shape) > SEEN)
                     if ratio >= FREE_AT and len(at):
                         hull = max(int(at[0]), 1), min(int(at[-1]) + 1, surprise.frames - 1)
                         judge({hull})
@@ -230,6 +248,25 @@ class Search:
         if np.abs(offset).max() < LEAST:
             return None
         return SoftError(row, low + int(seen[0]), offset, nothing - value, sigma)
+
+    def _likely_levels(
+        self, row: int, place: Seed, low: int, high: int
+    ) -> list[tuple[Level, float]]:
+        """The levels around a seed that explain u best, and how far scales were widened for it."""
+        lengths = place.length * np.array(LENGTHS)
+        n, shift, onset = (v.ravel() for v in np.meshgrid(lengths, PLACES, ONSETS))
+        start = place.middle - low + shift * np.maximum(n, place.length) - 0.5 * n
+        levels = np.stack([np.ones_like(n), start, start + n, np.maximum(onset * n, 3.0)], axis=1)
+        levels = levels[(start > 0.0) & (start + n < high - low)]
+        courses = course(levels, ramp, high - low)
+        found = []
+        for wider in WIDENED if len(levels) else ():
+            scales = wider, AS_LONG * place.length
+            levels[:, 0] = self._surprise.sizes(row, low, courses, *scales)
+            left = self._surprise.residuals(row, low, levels[:, :1] * courses, *scales)
+            best = levels[(left**2).sum(axis=1).argmin()]
+            found.append((Level(*best.tolist()), wider))
+        return found
 
     def _proposed(self, row: int, place: Seed) -> set[tuple[int, int]]:
         """Frames [start, stop) that an error which shows in a span may have."""
