@@ -82,6 +82,10 @@ def soft_errors(
             continue
         for start, stop in off_runs(level, cut):
             unnatural[row, start:stop] = True
+        for k in known if row % limbs.count not in straight else ():
+            # Where a silent joint tells to a tenth of a degree, about right is not enough.
+            if k.row == row and np.abs(level[k.start : k.stop]).max() > STANDS:
+                unnatural[row, k.start : k.stop] = True
     bad = np.zeros_like(unnatural)
     if lively.any():
         bad = unlikely_increments(surprise.x, surprise.y, fps)
@@ -113,7 +117,10 @@ def soft_errors(
     ]
     doubted = [k for k in doubted if k not in replaced]
     if lively.any():
-        found += _better(surprise, doubted, _lively_errors(surprise, bad, lively))
+        firm = [k for k in known if k.firm and k not in doubted]
+        soft = _lively_errors(surprise, bad, lively)
+        soft = [f for f in soft if not any(_meets(surprise, k, f) for k in firm)]
+        found += _better(surprise, doubted, soft)
     last = surprise.rows - limbs.count
     found = [
         judged(

@@ -1,0 +1,101 @@
+"""What is sure enough to be corrected: jumps beyond τ, silent joints that are answered."""
+
+import numpy as np
+
+from tests.twistcore.test_soft_errors import (
+    FPS,
+    SHAPES,
+    clip,
+    erring,
+    found_in,
+    low_passed,
+    surprise_of,
+)
+from twistcore.analysis import ClipAnalysis
+from twistcore.chain import find_chains
+from twistcore.detection.confidence import confidence
+from twistcore.detection.soft_errors import Known, soft_errors
+from twistcore.detection.soft_errors.soft_error import SoftError, judged
+from twistcore.detection.soft_errors.softened_level import course, ramp
+
+RNG = np.random.default_rng(5)
+FRAMES = 300
+NOWHERE = np.zeros(FRAMES, dtype=bool)
+
+
+def natural(amount=2.0):
+    """Increments of an even motion, radians."""
+    t = np.arange(FRAMES) / 30.0
+    return np.radians(amount) * (np.sin(t) + 0.4 * np.sin(2.7 * t + 1.0))
+
+
+def sureness(own, other, offset, start=120):
+    """Whether an error that silent C shows would be corrected unasked."""
+    error = SoftError(0, start, offset, 200.0, 1e-3)
+    return not judged(error, other, own, NOWHERE, -1, last=False).unsure
+
+
+def test_what_p_turns_back_is_an_error_and_what_it_knows_nothing_of_is_none():
+    level = np.zeros(FRAMES)
+    level[100:160] = low_passed(np.full(60, np.radians(12.0)), 4.0)[40:100]
+    steps = np.diff(level, prepend=0.0)
+    assert sureness(-steps, natural(0.3) + steps, level[100:160], 100)
+    assert not sureness(-steps, natural(0.3), level[100:160], 100)
+
+
+def test_a_gap_over_which_p_was_held_is_answered_at_its_borders():
+    held, own = natural(), np.zeros(FRAMES)
+    own[120:150], held[120:150] = held[120:150], 0.0
+    assert sureness(own, held, -np.cumsum(own[120:150]))
+
+
+def test_a_jump_beyond_tau_is_surer_than_one_that_only_a_lower_one_shows():
+    motion = clip("walk.bvh", "rich")
+    sure = {}
+    for size in (1.2, 8.0):
+        _, dirty = erring(motion, "LeftArm", 150, np.full(12, np.radians(size)))
+        found = ClipAnalysis(dirty, find_chains(dirty)).by().intervals("LeftArm", np.radians(0.5))
+        (near,) = [i for i in found if 149 <= i.start <= 151]
+        sure[size] = near.confidence
+    assert sure[1.2] < 0.5 < sure[8.0]
+
+
+def test_reaching_tau_is_worth_more_than_a_number_of_nats():
+    low, high = (confidence(8.0, 0.5, 2.0, 15, beyond_tau=b) for b in (False, True))
+    assert low < 0.5 < 0.9 < high
+
+
+def test_a_silent_joint_makes_exact_what_jumps_told_about_right():
+    # Low-passed at 15 Hz, so small that what jumps leave of it is less than is asked for.
+    motion = clip("walk.bvh")
+    full, dirty = erring(motion, "LeftShoulder", 120, low_passed(np.full(14, -0.16), 15.0))
+    _, total = found_in(dirty)
+    np.testing.assert_allclose(total["LeftShoulder"], full, atol=np.radians(0.1))
+
+
+def test_what_a_straight_limb_tells_no_soft_error_moves():
+    motion = clip("walk.bvh", "rich")
+    _, dirty = erring(motion, "LeftArm", 150, SHAPES["ramp of 16"])
+    surprise, rows = surprise_of(dirty)
+    row = rows["LeftArm"]
+    told = np.full(20, np.radians(4.0))
+    for firm in (False, True):
+        known = [Known(row, 160, told, firm=firm)]
+        found, replaced = soft_errors(surprise.limbs, FPS, surprise.cut, known)
+        assert any(f.row == row for f in found) is not firm
+        assert replaced == ([] if firm else known)
+
+
+def test_sizes_are_those_that_leave_least_whatever_else_is_there():
+    motion = clip("walk.bvh", "rich")
+    low, high = 130, 220
+    shape = course(np.array([[1.0, 30.0, 60.0, 8.0]]), ramp, high - low)
+    offset = np.radians(50.0) * shape[0]
+    offset[20:26] += np.radians(90.0)  # and a glitch that is none of the level's
+    _, dirty = erring(motion, "LeftArm", low, offset)
+    surprise, rows = surprise_of(dirty)
+    bad = np.zeros((surprise.rows, surprise.frames), dtype=bool)
+    bad[:, low:high] = True
+    surprise.measure(bad)
+    (size,) = surprise.sizes(rows["LeftArm"], low, shape)
+    assert abs(np.degrees(size) - 50.0) < 2.5
