@@ -1,6 +1,7 @@
 """What is sure enough to be corrected: jumps beyond τ, silent joints that are answered."""
 
 import numpy as np
+import pytest
 
 from tests.twistcore.test_soft_errors import (
     FPS,
@@ -15,6 +16,7 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.chain import find_chains
 from twistcore.detection.confidence import confidence
 from twistcore.detection.soft_errors import Known, soft_errors
+from twistcore.detection.soft_errors.silent_joints import _of_two_chains
 from twistcore.detection.soft_errors.soft_error import SoftError, judged
 from twistcore.detection.soft_errors.softened_level import course, ramp
 
@@ -99,3 +101,17 @@ def test_sizes_are_those_that_leave_least_whatever_else_is_there():
     surprise.measure(bad)
     (size,) = surprise.sizes(rows["LeftArm"], low, shape)
     assert abs(np.degrees(size) - 50.0) < 2.5
+
+
+@pytest.mark.parametrize("name", ["LeftUpLeg", "LeftLeg"])
+def test_of_two_chains_that_share_a_silent_knee_the_one_whose_other_joint_answers(name):
+    motion = clip("walk.bvh")
+    offset = np.radians(-79.0) + np.radians(RNG.standard_normal(18))
+    _, dirty = erring(motion, name, 150, offset)
+    surprise, rows = surprise_of(dirty, name)
+    thigh, shin = rows["LeftUpLeg"], rows["LeftLeg"]
+    own = offset if name == "LeftLeg" else -offset  # what the knee turns
+    told = [SoftError(thigh, 150, -own, 200.0, 1e-3), SoftError(shin, 150, own, 200.0, 1e-3)]
+    for best in told:
+        found = _of_two_chains(surprise, {thigh: -1, shin: 1}, best, told)
+        assert found.row == rows[name]

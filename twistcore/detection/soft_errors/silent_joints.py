@@ -29,6 +29,8 @@ CERTAIN = 200.0  # nats: a joint that does not twist is off its level
 SHORTEST = 8  # frames between cuts, below which nothing is said
 MOSTLY = 0.75  # of all frames still: what else it turned is an error or a gap that was filled
 ANSWERED = 1.25  # of what the other joint turns, that may be left of it with the error undone
+ALIKE = 0.05  # of that share, by which two chains explain as much
+CLEARLY = 0.25  # of what is left unanswered in the one chain, at most, in the other
 LEFT = 0.3  # of what silent joints turn, that an explanation may leave
 # P turns farther than a silent C turns back where it does so by as much, on the way in and on the
 # way out, in step with it. That C turns back by less than 30 % is not asked for.
@@ -135,6 +137,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
         share, best = min(rivals, key=lambda r: (r[0], r[1].start, r[1].row))
         if share > LEFT:
             break
+        best = _of_two_chains(surprise, sides, best, [e for v, e in rivals if v <= share + ALIKE])
         _take_out(surprise, best)
         done[best.row, best.start : best.stop] = True
         found.append(best.trimmed())
@@ -170,6 +173,30 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
     left = _turned(surprise, sides, error)
     _take_out(surprise, replace(error, offset=-error.offset))
     return left / max(before, FLOOR)
+
+
+def _of_two_chains(
+    surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
+) -> SoftError:
+    """Of what explains as much in the same frames, that which the other joint clearly answers.
+
+    Two chains share a silent joint, and it does not tell whose error it is.
+    """
+    answers = {
+        e: _unanswered(surprise, e, sides[e.row])
+        for e in alike
+        if max(abs(e.start - best.start), abs(e.stop - best.stop)) <= BESIDE
+    }
+    other = min(answers, key=lambda e: answers[e])
+    return other if answers[other] < CLEARLY * answers[best] else best
+
+
+def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
+    """What the other joint turns without an error, over what it turns with it."""
+    own, other = _both_ways(surprise, error.row)[side < 0][1:]
+    at = slice(max(error.start, 1), error.stop + 1)
+    left, turned = own[at] + other[at], other[at]
+    return float(np.abs(left).sum() / max(np.abs(turned).sum(), FLOOR))
 
 
 def _turned(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
