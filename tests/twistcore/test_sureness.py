@@ -15,6 +15,7 @@ from tests.twistcore.test_soft_errors import (
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import find_chains
 from twistcore.detection.confidence import confidence
+from twistcore.detection.consistency import _by_itself, _jumps, _limbs
 from twistcore.detection.soft_errors import Known, soft_errors
 from twistcore.detection.soft_errors.silent_joints import _of_two_chains
 from twistcore.detection.soft_errors.soft_error import SoftError, judged
@@ -115,3 +116,18 @@ def test_of_two_chains_that_share_a_silent_knee_the_one_whose_other_joint_answer
     for best in told:
         found = _of_two_chains(surprise, {thigh: -1, shin: 1}, best, told)
         assert found.row == rows[name]
+
+
+def test_a_straight_limb_is_judged_without_the_images_of_jumps_beside_it():
+    motion = clip("walk.bvh")
+    chains = [c for c in find_chains(motion) if c.name in ("LeftArm", "LeftForeArm")]
+    _, dirty = erring(motion, "LeftForeArm", 150, np.full(14, np.radians(70.0)))
+    seen = []
+    for m in (motion, dirty):
+        limbs, cut = _limbs([chains], m), np.arange(m.frames) == 0
+        jumps = _jumps(limbs, m.fps, cut, [(0, m.frames)], lambda _: None)
+        own = [j.counter.y[j.row] for j in jumps]
+        seen.append((own[0], np.array(_by_itself(limbs, jumps, 0))))
+    (y, _), (y_with_image, by_itself) = seen
+    assert np.abs(y_with_image - y).max() > 0.5
+    np.testing.assert_allclose(by_itself, seen[0][1], atol=np.radians(0.2))

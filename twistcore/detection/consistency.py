@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -77,13 +78,19 @@ def _line_analyses(
     fps, limbs = motion.fps, _limbs(lines, motion)
     strung = [c for same in zip(*lines, strict=True) for c in same]
     jumps = _jumps(limbs, fps, cut, segments, tell)
-    straight = {
-        row: found
-        for row, chain in enumerate(strung)
-        if (found := straight_limb(motion, chain, jumps[row]))
-    }
+    straight = {}
+    for row, chain in enumerate(strung):
+        by_itself = partial(_by_itself, limbs, jumps, row)
+        if found := straight_limb(motion, chain, jumps[row], by_itself):
+            straight[row] = found
     if straight:  # an error of one chain shows in those beside it
-        jumps = _jumps(without_errors(limbs, straight), fps, cut, segments, tell)
+        jumps = _jumps(
+            without_errors(limbs, {r: s.offset for r, s in straight.items()}),
+            fps,
+            cut,
+            segments,
+            tell,
+        )
     analyses = []
     for row, chain in enumerate(strung):
         own: Jumps = jumps[row]
@@ -103,6 +110,16 @@ def _line_analyses(
             )
         )
     return _with_soft(limbs, fps, cut, analyses)
+
+
+def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
+    """Increments of a chain without the images of what jumps in those beside it."""
+    beside = (r for r in (row - limbs.count, row + limbs.count) if 0 <= r < len(jumps))
+    images = {r: offset for r in beside if (offset := jumps[r].offset()).any()}
+    if not images:
+        return jumps[row].counter.x[row], jumps[row].counter.y[row]
+    x, y = without_errors(limbs, images).increments()
+    return x[row], y[row]
 
 
 def _with_soft(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -76,6 +76,13 @@ class Jumps:
         )
         return replace(self, edges=edges, tables=tables)
 
+    def offset(self) -> Array:
+        """The sum of the intervals' offsets, radians, (frames,)."""
+        total = np.zeros(self.counter.x.shape[1])
+        for j in self.found():
+            total[j.frames] += j.offset
+        return total
+
     def found(self) -> list[_Jumping]:
         """The intervals that explain most, closed or to a border."""
         out = []
@@ -117,22 +124,27 @@ class StraightLimb:
         return jumps
 
 
-def straight_limb(motion: Motion, chain: Chain, jumps: Jumps) -> StraightLimb | None:
+def straight_limb(
+    motion: Motion, chain: Chain, jumps: Jumps, by_itself: Callable[[], tuple[Array, Array]]
+) -> StraightLimb | None:
     """Errors of a chain's straight spells beside what its jumps explain.
 
     None where there are none, and for a chain without a hinge, as without a grandchild. Which of
     two spells is the error is told by the bend, not by the length: an interval of jumps stands
     against it only if it brings the bent limb back to its hinge, or leaves as little unexplained.
+    by_itself: tells the increments of P and C without what the jumps of chains beside explain,
+    radians, (frames,).
     """
     if chain.grandchild < 0:
         return None
     fps, tables = motion.fps, jumps.tables
-    increments = jumps.counter.x[jumps.row], jumps.counter.y[jumps.row]
     bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, fps)
     if bend.azimuth is None:
         return None
-    if not any(spells(increments, bend, t.low, t.high, fps) for t in tables):
+    captured = jumps.counter.x[jumps.row], jumps.counter.y[jumps.row]
+    if not any(spells(captured, bend, t.low, t.high, fps) for t in tables):
         return None
+    increments = by_itself()
     found = jumps.found()
     certain = [j for j in found if _hinge_says(j, bend)]
     left = _without(increments, certain)
@@ -149,12 +161,12 @@ def straight_limb(motion: Motion, chain: Chain, jumps: Jumps) -> StraightLimb | 
     return StraightLimb(tuple(errors), claimed, bend) if errors else None
 
 
-def without_errors(limbs: Limbs, straight: Mapping[int, StraightLimb]) -> Limbs:
-    """Limbs without the errors of their chains, by row as in :meth:`Limbs.increments`."""
+def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
+    """Limbs without the errors of their chains: radians, (frames,), by row of `increments`."""
     joints = limbs.joints.copy()
-    for row, limb in straight.items():
+    for row, offset in offsets.items():
         chain, at = divmod(row, limbs.count)
-        axis, offset = limbs.axes[chain, at], limb.offset
+        axis = limbs.axes[chain, at]
         back = quaternion_from_axis_angle(axis, -offset)
         joints[chain, at] = multiply(joints[chain, at], back)
         joints[chain + 1, at] = multiply(conjugate(back), joints[chain + 1, at])
