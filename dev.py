@@ -27,8 +27,9 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 from xml.etree import ElementTree
 
 if TYPE_CHECKING:
@@ -249,12 +250,19 @@ def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
     return "\n".join(f"  {line.strip()}" for line in told) or f"  exit status {done.returncode}"
 
 
-def start(command: Sequence[str], env: dict[str, str], cwd: Path = ROOT) -> int:
-    """Run a command in the foreground and return its exit status.
+RUNNING: set[subprocess.Popen[bytes]] = set()
+
+
+def start(
+    command: Sequence[str], env: dict[str, str], cwd: Path = ROOT, output: IO[bytes] | None = None
+) -> int:
+    """Run a command in the foreground, or into `output`, and return its exit status.
 
     Ctrl+C reaches the command itself, so the first is left to it; the second ends it.
     """
-    child = subprocess.Popen(command, env=env, cwd=cwd)
+    errors = None if output is None else subprocess.STDOUT
+    child = subprocess.Popen(command, env=env, cwd=cwd, stdout=output, stderr=errors)
+    RUNNING.add(child)
     interrupted = False
     while True:
         try:
@@ -263,11 +271,13 @@ def start(command: Sequence[str], env: dict[str, str], cwd: Path = ROOT) -> int:
             if interrupted:
                 child.terminate()
             interrupted = True
-        except SystemExit:  # we were told to end: so is the command
-            child.terminate()
+        except SystemExit:  # we were told to end: so is the command, and what runs beside it
+            for running in RUNNING:
+                running.terminate()
             child.wait()
             raise
         else:
+            RUNNING.discard(child)
             return status if status >= 0 else 128 - status
 
 
@@ -368,34 +378,48 @@ def tell_results(began: float) -> None:
 
 
 def command_test(args: list[str]) -> int:
-    """Run pytest; without arguments all of it, every module of window tests by itself."""
+    """Run pytest; without arguments all of it, every module of window tests by itself.
+
+    What has no windows runs beside them, and is shown when it is through.
+    """
     if args:
         with screen() as env:
             return start([str(PYTHON), "-m", "pytest", *args], env)
-    modules = sorted(file.relative_to(ROOT).as_posix() for file in ROOT.glob("tests/gui/test_*.py"))
     # A program has one window: hundreds in one process try Qt's bindings, not the program.
-    parts = [[module] for module in modules] + [["tests", "--ignore=tests/gui"]]
+    modules = sorted(file.relative_to(ROOT).as_posix() for file in ROOT.glob("tests/gui/test_*.py"))
     counts: collections.Counter[str] = collections.Counter()
     notes = []
-    status = 0
-    for part in parts:
-        done = run_part(part)
+
+    def run_twice(part: list[str], output: IO[bytes] | None = None) -> int:
+        done = run_part(part, output)
         if done is None:  # it crashed, or hung until pytest gave it up
             notes.append(f"{part[0]}: its process did not come to its end and was run again.")
-            done = run_part(part)
-        counts += done or {"failed": 1}
-        status |= not done or done["failed"] > 0
+            done = run_part(part, output)
+        counts.update(done or {"failed": 1})
+        return int(not done or done["failed"] > 0)
+
+    with tempfile.TemporaryFile() as told, ThreadPoolExecutor(1) as beside:
+        rest = beside.submit(run_twice, ["tests", "--ignore=tests/gui"], told)
+        status = max([run_twice([module]) for module in modules], default=0)
+        status |= rest.result()
+        told.seek(0)
+        say(told.read().decode(errors="replace"))
     for note in notes:
         say(note)
     say(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
     return status
 
 
-def run_part(part: list[str]) -> collections.Counter[str] | None:
-    """Run some of the tests on a screen of their own and count; None if pytest did not end."""
+def run_part(part: list[str], output: IO[bytes] | None = None) -> collections.Counter[str] | None:
+    """Run some of the tests on a screen of their own and count; None if pytest did not end.
+
+    What it says goes to `output`, or to where we say things.
+    """
     with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder, screen() as env:
         report = Path(folder) / "report.xml"
-        status = start([str(PYTHON), "-m", "pytest", f"--junitxml={report}", *part], env, ROOT)
+        status = start(
+            [str(PYTHON), "-m", "pytest", f"--junitxml={report}", *part], env, ROOT, output
+        )
         if status > 2 or not report.exists():
             return None
         suite = ElementTree.parse(report).getroot()[0]
