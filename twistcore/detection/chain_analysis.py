@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -58,6 +58,10 @@ class ChainAnalysis:
 
     def automatic_tau(self) -> float:
         """τ of :func:`automatic_tau`, radians."""
+        return self._automatic_tau
+
+    @cached_property
+    def _automatic_tau(self) -> float:
         return automatic_tau(self.limb, self.row)
 
     def strength(self) -> Array:
