@@ -61,8 +61,13 @@ LIBRARIES = {
 # The virtual screen, and the software OpenGL driver that draws on it.
 XVFB_PACKAGES = ["xvfb", "libgl1-mesa-dri"]
 # Tests that use the program as a person does have a screen of their own, where nothing else is
-# seen or typed, with a window manager and real mouse and keys.
-TEST_PROGRAMS = {"Xvfb": XVFB_PACKAGES, "openbox": ["openbox"], "xdotool": ["xdotool"]}
+# seen or typed, with a window manager, with and without a compositor, and real mouse and keys.
+TEST_PROGRAMS = {
+    "Xvfb": XVFB_PACKAGES,
+    "openbox": ["openbox"],
+    "xcompmgr": ["xcompmgr"],
+    "xdotool": ["xdotool"],
+}
 QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
 FONT_PACKAGE = "fonts-dejavu-core"  # with no font at all Qt draws boxes for letters
 

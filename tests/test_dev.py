@@ -69,7 +69,7 @@ def test_missing_libraries_name_their_packages(monkeypatch, no_screen):
     assert packages == {"libxcb-cursor0", "xvfb", "libgl1-mesa-dri", "fonts-dejavu-core"}
     assert not dev.missing_system(windows=False)
     for_tests = set(dev.missing_system(windows=True, tests=True).values())
-    assert for_tests == packages | {"openbox", "xdotool"}
+    assert for_tests == packages | {"openbox", "xcompmgr", "xdotool"}
 
 
 def test_programs_for_tests_are_looked_for_beside_a_real_screen(monkeypatch, no_screen):
@@ -78,7 +78,7 @@ def test_programs_for_tests_are_looked_for_beside_a_real_screen(monkeypatch, no_
     monkeypatch.setattr(dev, "has_font", lambda: True)
     monkeypatch.setattr(dev.shutil, "which", lambda program: program == "openbox")
     packages = set(dev.missing_system(windows=True, tests=True).values())
-    assert packages == {"xvfb", "libgl1-mesa-dri", "xdotool"}
+    assert packages == {"xvfb", "libgl1-mesa-dri", "xcompmgr", "xdotool"}
     assert not dev.missing_system(windows=True)
 
 

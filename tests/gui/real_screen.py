@@ -1,11 +1,20 @@
-"""A screen of its own with a window manager, and a person's mouse, keys and eyes for it."""
+"""A screen of its own with a window manager, and a person's mouse, keys and eyes for it.
+
+The program is started as a person starts it: fresh settings, the theme of the system, no test's
+hand on its focus. Mouse and keys go through the X server (XTEST); what is on the screen is read
+from the X server's own memory; where a widget is and what the review says can be asked.
+"""
 
 import contextlib
+import json
+import os
+import queue
 import shutil
 import subprocess
 import sys
+import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -17,35 +26,55 @@ needs_real_screen = pytest.mark.skipif(
     not all(shutil.which(program) for program in dev.TEST_PROGRAMS),
     reason=f"needs {', '.join(dev.TEST_PROGRAMS)}",
 )
-ROOT = Path(__file__).parents[2]
+# Another checkout's program can be tried by these tests: to see one fail on what it is to find.
+ROOT = Path(os.environ.get("TWIST_INSPECTOR_TRIED") or Path(__file__).parents[2])
+_WATCHED = Path(__file__).with_name("watched_program.py")
+_MARK = "watched: "
 _STEP = 0.05  # seconds between two looks
 _XWD_FIELDS = 25  # of a header that a colour table and the picture follow
+FULL_HD = (1920, 1080)
 
 
 @dataclass(frozen=True)
 class RealScreen:
-    """env: of programs on it; folder: where Xvfb keeps the picture."""
+    """env: of programs on it; folder: where Xvfb keeps the picture; size: in pixels."""
 
     env: dict[str, str]
     folder: Path
+    size: tuple[int, int] = FULL_HD
 
-    def picture(self):
-        """What is to be seen now, (height, width, bytes of a pixel)."""
+    # -- eyes ---------------------------------------------------------------------------------
+
+    def picture(self, part=None):
+        """What is to be seen now, (height, width, bytes of a pixel); part: left, top, w, h."""
         data = (self.folder / "Xvfb_screen0").read_bytes()
         header = np.frombuffer(data, ">u4", _XWD_FIELDS).tolist()
         size, height, line, colours = header[0], header[5], header[12], header[19]
         pixels = np.frombuffer(data, np.uint8, height * line, size + 12 * colours)
-        return pixels.reshape(height, -1, 4)[..., :3]
+        whole = pixels.reshape(height, -1, 4)[..., :3]
+        if part is None:
+            return whole
+        left, top, wide, high = part
+        return whole[max(top, 0) : top + high, max(left, 0) : left + wide]
 
-    def steady_picture(self):
+    def steady_picture(self, part=None):
         """The picture once it has not changed for a while."""
-        seen, since = self.picture(), time.monotonic()
+        seen, since = self.picture(part), time.monotonic()
         while time.monotonic() - since < 6 * _STEP:
             time.sleep(_STEP)
-            now = self.picture()
+            now = self.picture(part)
             if (now != seen).any():
                 seen, since = now, time.monotonic()
         return seen
+
+    def save(self, path, part=None):
+        """Keep what is to be seen as a PNG, to be looked at."""
+        from PySide6.QtGui import QImage
+
+        bgr = self.steady_picture(part)
+        rgb = np.ascontiguousarray(bgr[..., ::-1])
+        height, width, _ = rgb.shape
+        QImage(rgb.data, width, height, 3 * width, QImage.Format.Format_RGB888).save(str(path))
 
     def status_bar(self):
         """The picture's part with the active window's lowest line.
@@ -58,9 +87,45 @@ class RealScreen:
         bottom = top + int(at["HEIGHT"])
         return self.picture()[bottom - 50 : bottom, left : left + int(at["WIDTH"]) // 2]
 
+    # -- hands --------------------------------------------------------------------------------
+
     def use(self, *words):
         """Move the mouse, click, press keys: what xdotool knows."""
         return self._asked(*words, check=True).stdout.split()
+
+    def key(self, *keys):
+        """Press keys one after the other: 'n', 'ctrl+z', 'Escape'."""
+        self.use("key", "--delay", 30, *keys)
+
+    def type(self, text):
+        """Write a text."""
+        self.use("type", "--delay", 20, text)
+
+    def park(self):
+        """The pointer in the lower right corner, where it lights nothing."""
+        self.use("mousemove", self.size[0] - 1, self.size[1] - 1)
+
+    def click(self, part, button=1, times=1):
+        """Click in the middle of a rectangle, or at a point (x, y)."""
+        self.use("mousemove", *middle(part), "click", "--repeat", times, "--delay", 60, button)
+
+    def wheel(self, part, clicks):
+        """Turn the wheel over a rectangle, away (+) or towards the person (−)."""
+        button = 4 if clicks > 0 else 5
+        self.use(
+            "mousemove", *middle(part), "click", "--repeat", abs(clicks), "--delay", 30, button
+        )
+
+    def drag(self, start, end, button=1, steps=8):
+        """Drag from one point to another, on the way at some between."""
+        (x, y), (u, v) = middle(start), middle(end)
+        words = ["mousemove", x, y, "mousedown", button]
+        for k in range(1, steps + 1):
+            words += ["mousemove", x + (u - x) * k // steps, y + (v - y) * k // steps]
+            words += ["sleep", 0.02]
+        self.use(*words, "mouseup", button)
+
+    # -- windows ------------------------------------------------------------------------------
 
     def windows(self, title):
         """Numbers of the windows to be seen with this in their title."""
@@ -86,33 +151,63 @@ class RealScreen:
         )
 
 
-@contextlib.contextmanager
-def real_screen(folder):
-    """Xvfb and openbox, without a compositor, as long as it lasts."""
-    with dev.virtual_screen("-fbdir", str(folder)) as env:
-        manager = subprocess.Popen(["openbox"], env=env, stderr=subprocess.DEVNULL)
-        screen = RealScreen(env, folder)
-        try:
-            wait_until(screen.managed)
-            yield screen
-        finally:
-            manager.kill()
-            manager.wait()
+def middle(part):
+    """Of a rectangle (left, top, width, height); a point is its own."""
+    if len(part) == 2:
+        return tuple(part)
+    left, top, width, height = part
+    return left + width // 2, top + height // 2
+
+
+def differing(a, b):
+    """How many pixels differ, from a picture or a colour; all of them where the sizes do."""
+    if a.shape != b.shape and b.ndim == a.ndim:
+        return max(a.shape[0] * a.shape[1], b.shape[0] * b.shape[1])
+    return int((a != b).any(axis=-1).sum())
 
 
 @contextlib.contextmanager
-def program(env, folder, *words):
-    """The program as a person starts it, its settings in the folder; killed if it is left over."""
-    own = {
+def real_screen(folder, *, size=FULL_HD, compositor=False):
+    """Xvfb and openbox as long as it lasts, with a compositor if that is wanted."""
+    options = ("-screen", "0", f"{size[0]}x{size[1]}x24", "-fbdir", str(folder))
+    with contextlib.ExitStack() as stack:
+        env = stack.enter_context(dev.virtual_screen(*options))
+        screen = RealScreen(env, folder, size)
+        stack.enter_context(_beside(["openbox"], env))
+        wait_until(screen.managed)
+        if compositor:
+            stack.enter_context(_beside(["xcompmgr", "-n"], env))
+        yield screen
+
+
+@contextlib.contextmanager
+def _beside(words, env):
+    process = subprocess.Popen(words, env=env, stderr=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def person_env(env, folder):
+    """Of a program whose settings and journals are in the folder: a new user's."""
+    return {
         **env,
         "PYTHONPATH": str(ROOT),
         "PYTHONFAULTHANDLER": "1",  # a crash, or SIGABRT, says where every thread stands
         "TWIST_INSPECTOR_SETTINGS": str(folder / "settings.json"),
         "XDG_STATE_HOME": str(folder / "state"),
     }
+
+
+@contextlib.contextmanager
+def program(env, folder, *words):
+    """The program as a person starts it, its settings in the folder; killed if it is left over."""
     process = subprocess.Popen(
         [sys.executable, "-m", "inspector", *map(str, words)],
-        env=own,
+        env=person_env(env, folder),
+        cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -122,6 +217,101 @@ def program(env, folder, *words):
     finally:
         process.kill()
         process.communicate()
+
+
+@dataclass
+class WatchedProgram:
+    """The program, started as by a person, that can be asked what it shows."""
+
+    screen: RealScreen
+    process: subprocess.Popen
+    said: list[str] = field(default_factory=list)  # what it wrote by itself
+    _answers: queue.Queue = field(default_factory=queue.Queue)
+
+    def ask(self, expression, seconds=20.0):
+        """The value of an expression over `window`, `app`, `rect`, `row`, `entry`."""
+        self.process.stdin.write(expression.replace("\n", " ") + "\n")
+        self.process.stdin.flush()
+        try:
+            answer = json.loads(self._answers.get(timeout=seconds))
+        except queue.Empty:
+            raise AssertionError(f"no answer to {expression}; it said: {self.said}") from None
+        assert "error" not in answer, f"{expression}: {answer['error']}"
+        return answer["value"]
+
+    def rect(self, widget):
+        """Where a widget is on the screen, by its expression: left, top, width, height."""
+        return self.ask(f"rect({widget})")
+
+    def until(self, expression, seconds=20.0):
+        """Wait until an expression is true; its value."""
+        end = time.monotonic() + seconds
+        while not (value := self.ask(expression)):
+            assert time.monotonic() < end, f"it did not come to {expression}"
+            time.sleep(_STEP)
+        return value
+
+    def settle(self):
+        """Wait until the event loop is idle and the picture stands."""
+        self.ask("None")
+        self.screen.steady_picture()
+
+    def decisions(self):
+        """Of all intervals, in the review's order."""
+        return self.ask("[j.decision.value for j in window.document.intervals]")
+
+    def kill(self):
+        """kill -9."""
+        self.process.kill()
+        self.process.wait()
+
+
+@contextlib.contextmanager
+def watched(screen, folder, *words, settings=None, scale=1):
+    """The program on a screen, when its window has the keys; a clip among the words is open then.
+
+    settings: what the file of settings says; None: a new user, without one.
+    """
+    if settings is not None:
+        (folder / "settings.json").write_text(json.dumps(settings))
+    env = person_env(screen.env, folder)
+    env["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(_WATCHED.parents[2])])
+    if scale != 1:
+        env["QT_SCALE_FACTOR"] = str(scale)
+    process = subprocess.Popen(
+        [sys.executable, str(_WATCHED), *map(str, words)],
+        env=env,
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        bufsize=1,
+    )
+    seen = WatchedProgram(screen, process)
+    reader = threading.Thread(target=_read, args=(seen,), daemon=True)
+    reader.start()
+    try:
+        screen.shown("Twist Inspector$")
+        if any(str(word).lower().endswith((".bvh", ".json")) for word in words):
+            seen.until("window.document.data is not None")
+        seen.settle()
+        yield seen
+    finally:
+        process.kill()
+        process.wait()
+        reader.join(5)
+        for pipe in (process.stdin, process.stdout):
+            with contextlib.suppress(BrokenPipeError):
+                pipe.close()
+
+
+def _read(seen):
+    for line in seen.process.stdout:
+        if line.startswith(_MARK):
+            seen._answers.put(line[len(_MARK) :])
+        else:
+            seen.said.append(line.rstrip())
 
 
 def wait_until(ready, seconds=20.0, meanwhile=lambda: None):

@@ -4,13 +4,9 @@ import signal
 
 import pytest
 
-from tests.gui.real_screen import needs_real_screen, program, real_screen, wait_until
+from tests.gui.real_screen import differing, needs_real_screen, program, real_screen, wait_until
 
 LARGE = 5_000  # pixels: more than a pointer or a button that is lit
-
-
-def differing(a, b):
-    return int((a != b).any(axis=-1).sum())
 
 
 @needs_real_screen
