@@ -276,9 +276,8 @@ def start(
             if interrupted:
                 child.terminate()
             interrupted = True
-        except SystemExit:  # we were told to end: so is the command, and what runs beside it
-            for running in RUNNING:
-                running.terminate()
+        except SystemExit:  # we were told to end: so is the command
+            child.terminate()
             child.wait()
             raise
         else:
@@ -385,7 +384,8 @@ def tell_results(began: float) -> None:
 def command_test(args: list[str]) -> int:
     """Run pytest; without arguments all of it, every module of window tests by itself.
 
-    What has no windows runs beside them, and is shown when it is through.
+    Two parts at a time where each has a virtual screen of its own: on a real one windows would take
+    each other's keys, and only what has no windows runs beside them.
     """
     if args:
         with screen() as env:
@@ -395,20 +395,37 @@ def command_test(args: list[str]) -> int:
     counts: collections.Counter[str] = collections.Counter()
     notes = []
 
-    def run_twice(part: list[str], output: IO[bytes] | None = None) -> int:
-        done = run_part(part, output)
-        if done is None:  # it crashed, or hung until pytest gave it up
-            notes.append(f"{part[0]}: its process did not come to its end and was run again.")
+    def run_twice(part: list[str]) -> int:
+        with tempfile.TemporaryFile() as output:
             done = run_part(part, output)
+            if done is None and not given_up:  # it crashed, or hung until pytest gave it up
+                notes.append(f"{part[0]}: its process did not come to its end and was run again.")
+                done = run_part(part, output)
+            output.seek(0)
+            say(output.read().decode(errors="replace"))
         counts.update(done or {"failed": 1})
         return int(not done or done["failed"] > 0)
 
-    with tempfile.TemporaryFile() as told, ThreadPoolExecutor(1) as beside:
-        rest = beside.submit(run_twice, ["tests", "--ignore=tests/gui"], told)
-        status = max([run_twice([module]) for module in modules], default=0)
-        status |= rest.result()
-        told.seek(0)
-        say(told.read().decode(errors="replace"))
+    def test_windows() -> int:
+        status = 0
+        for module in waiting:  # one list for both lanes
+            status |= 0 if given_up else run_twice([module])
+        return status
+
+    def test_the_rest() -> int:
+        status = run_twice(["tests", "--ignore=tests/gui"])
+        return status if has_screen() else status | test_windows()
+
+    waiting, given_up = iter(modules), False
+    with ThreadPoolExecutor(2) as lanes:
+        running = [lanes.submit(test_the_rest), lanes.submit(test_windows)]
+        try:
+            status = max([lane.result() for lane in running])
+        except BaseException:  # Ctrl+C, or we were told to end
+            given_up = True
+            for child in tuple(RUNNING):
+                child.terminate()
+            raise
     for note in notes:
         say(note)
     say(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
