@@ -393,7 +393,7 @@ def command_test(args: list[str]) -> int:
     # A program has one window: hundreds in one process try Qt's bindings, not the program.
     modules = sorted(file.relative_to(ROOT).as_posix() for file in ROOT.glob("tests/gui/test_*.py"))
     counts: collections.Counter[str] = collections.Counter()
-    notes = []
+    notes: list[str] = []
 
     def run_twice(part: list[str]) -> int:
         with tempfile.TemporaryFile() as output:
