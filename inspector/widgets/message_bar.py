@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
 
-from inspector.widgets.building import hbox, tool_button
+from inspector.widgets.building import hbox, soft, tool_button
 
 _SHOWN_MS = 8000
 
@@ -17,7 +17,7 @@ Answers = Sequence[tuple[str, Callable[[], object]]]
 class MessageBar(QFrame):
     """Shows the last message; what went wrong stays until it is closed.
 
-    A question that an error covers is back when the error is closed.
+    A question that an error covers is back when the error is closed. Alt+1, Alt+2 … answer.
     """
 
     def __init__(self) -> None:
@@ -28,7 +28,8 @@ class MessageBar(QFrame):
         close = tool_button("✕", "Close this message")
         close.clicked.connect(self._close)
         self._answers = QHBoxLayout()
-        layout = hbox((self.label, 1), self._answers, owner=self, margins=(10, 4, 4, 4))
+        self._keys = soft(QLabel())
+        layout = hbox((self.label, 1), self._answers, self._keys, owner=self, margins=(10, 4, 4, 4))
         layout.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self.hide)
@@ -57,11 +58,14 @@ class MessageBar(QFrame):
             text = f"{self.label.text()} {text}"  # the error is not to go unread
         self._show(text, False)
         self._timer.stop()
-        for name, slot in answers:
+        for number, (name, slot) in enumerate(answers, 1):
             button = QPushButton(name)
+            button.setShortcut(f"Alt+{number}")
+            button.setToolTip(f"{name} (Alt+{number})")
             button.clicked.connect(self.clear)
             button.clicked.connect(lambda _=False, do=slot: do())
             self._answers.addWidget(button)
+        self._keys.setText(", ".join(f"Alt+{k}" for k in range(1, len(answers) + 1)))
 
     def clear(self) -> None:
         """Show nothing, and ask nothing any more."""
@@ -83,6 +87,7 @@ class MessageBar(QFrame):
             self.clear()
 
     def _clear(self) -> None:
+        self._keys.clear()
         while item := self._answers.takeAt(0):
             if widget := item.widget():
                 widget.hide()
