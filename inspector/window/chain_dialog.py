@@ -68,12 +68,16 @@ class ChainDialog(QDialog):
         document.chains_changed.connect(self._check)
 
     def _start(self) -> None:
-        """With the first joint that begins no chain yet."""
+        """With the first joint that begins no chain yet and can begin one."""
         taken = self._document.review.state.tau
-        names = (box.itemText(k) for box in self.joints[:1] for k in range(box.count()))
-        first = next((name for name in names if name not in taken), "")
-        self.joints[0].setCurrentText(first)
-        self._changed(0)
+        parents = self.joints[0]
+        names = [parents.itemText(k) for k in range(parents.count())]
+        for name in [n for n in names if n not in taken] or names[:1]:
+            with QSignalBlocker(parents):
+                parents.setCurrentText(name)
+            self._changed(0)
+            if self._rig is not None:
+                return
 
     @property
     def _skeleton(self) -> Skeleton:

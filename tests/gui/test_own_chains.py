@@ -86,6 +86,12 @@ def test_a_chain_of_the_spine_is_added_by_keys(qtbot, reviewed):
     assert names(window)[-1] == "Spine"
 
 
+def test_the_dialog_starts_with_joints_that_make_a_chain(qtbot, reviewed):
+    dialog = add_by_keys(qtbot, reviewed)
+    assert dialog.told.text() == "It is called LHipJoint: LHipJoint → LeftUpLeg → LeftLeg."
+    dialog.reject()
+
+
 def test_a_limb_is_added_and_another_one_removed(qtbot, reviewed):
     window, document = reviewed, reviewed.document
     dialog = add_by_keys(qtbot, window, "Spine1")
