@@ -26,7 +26,6 @@ from inspector.tuning.tau_table import Column, ComparisonModel
 from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import Caption, inked
 from inspector.widgets.later import Burst, Latest, Stale
-from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Tuned, tuned
@@ -101,7 +100,6 @@ class TuningPanel(QWidget):
         self.box.valueChanged.connect(
             lambda degrees: self.set_tau_degrees(degrees, self._burst.drag())
         )
-        LetterKeys(self, self.box)
         scopes = [
             self._button(name) for name in ("tau_for_chain", "tau_for_segment", "tau_for_all")
         ]
