@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QDialog, QLabel, QLineEdit, QListWidget, QWidget
+from PySide6.QtWidgets import QDialog, QFrame, QLabel, QLineEdit, QListWidget, QWidget
 
 from inspector.widgets.building import soft, vbox
 
@@ -25,17 +25,22 @@ class ReasonPalette(QDialog):
         self.line.setAccessibleName("Reason")
         self.list = QListWidget()
         self.list.setUniformItemSizes(True)
+        self.list.setSpacing(2)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._reasons = list(reasons)[:_MOST]
         self.list.addItems([f"{k}   {reason}" for k, reason in enumerate(self._reasons, 1)])
         self.title = soft(QLabel(title))
-        vbox(self.title, self.line, self.list, owner=self, margins=(8, 6, 8, 8))
+        frame = QFrame(objectName="bar")
+        vbox(self.title, self.line, self.list, owner=frame, margins=(10, 8, 10, 10))
+        vbox(frame, owner=self, margins=(0, 0, 0, 0))
         self.line.installEventFilter(self)
         self.line.returnPressed.connect(self._take_line)
         self.list.itemClicked.connect(lambda item: self._take(self.list.row(item)))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         width = min(380, parent.width() - 40)
-        rows = self.list.sizeHintForRow(0) * len(self._reasons) + 2 * self.list.frameWidth()
+        rows = (self.list.sizeHintForRow(0) + 2 * self.list.spacing()) * len(
+            self._reasons
+        ) + 2 * self.list.frameWidth()
         self.list.setFixedHeight(rows)
         self.resize(width, self.sizeHint().height())
         self.move(parent.mapToGlobal(QPoint((parent.width() - width) // 2, 60)))

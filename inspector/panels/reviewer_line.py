@@ -16,8 +16,9 @@ class ReviewerLine(QFrame):
         super().__init__()
         self.setObjectName("bar")
         self._document, self._settings = document, settings
-        self.name = QLineEdit(placeholderText="Your name, kept with your decisions")
-        self.name.setMaximumWidth(320)
+        self.name = QLineEdit(placeholderText="Your name")
+        self.name.setToolTip("Kept with your decisions, also with those made before")
+        self.name.setMaximumWidth(260)
         self.keep, self.never = QPushButton("Keep"), QPushButton("No name")
         self.never.setToolTip("Not asked again; Preferences has a line for it")
         row = "Who reviews?", (self.name, 1), self.keep, self.never, None

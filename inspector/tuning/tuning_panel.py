@@ -47,6 +47,7 @@ _PROFILE_BUTTONS = (
 )  # fmt: skip
 
 
+_SAME = 0.006  # degrees: the box has two decimals
 _NO_COSTS = "What τ costs is measured for chains; a limb has its automatic τ."
 
 
@@ -184,7 +185,7 @@ class TuningPanel(QWidget):
         degrees = self._degrees()
         for plot in (self.histogram, self.cost):
             plot.show_tau(degrees, held=bool(self._drag) and plot.tau_line.moving)
-        if not self.box.hasFocus() or not self._burst.going_on:
+        if abs(self.box.value() - degrees) > _SAME:  # else a number being typed would be lost
             with QSignalBlocker(self.box):
                 self.box.setValue(degrees)
         if self.tabs.currentIndex() == 0:

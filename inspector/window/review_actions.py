@@ -182,7 +182,7 @@ class ReviewActions:
         elif not self._out_of_view():
             own = [j.reason for j in self.document.intervals if j.reason]
             reasons = tuple(dict.fromkeys((*REASONS[1:], *own)))
-            palette = ReasonPalette(reasons, "Reject, because it is …", self.window)
+            palette = ReasonPalette(reasons, "Reject. Why?", self.window)
             palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
             palette.show()
             palette.line.setFocus()
