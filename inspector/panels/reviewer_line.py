@@ -27,11 +27,17 @@ class ReviewerLine(QFrame):
         self.keep.clicked.connect(self._keep)
         self.never.clicked.connect(self._done)
         document.unsigned.connect(self._ask)
+        document.intervals_changed.connect(self._look)
         self.hide()
 
     def _ask(self) -> None:
         if not self._settings.reviewer_asked:
             self.show()
+
+    def _look(self) -> None:
+        """The name may have been given elsewhere."""
+        if self._document.reviewer and not self.isHidden():
+            self._done()
 
     def _keep(self) -> None:
         if name := self.name.text().strip():
