@@ -30,7 +30,8 @@ class ReasonPalette(QDialog):
         self._reasons = list(reasons)[:_MOST]
         self.list.addItems([f"{k}   {reason}" for k, reason in enumerate(self._reasons, 1)])
         self.title = soft(QLabel(title))
-        frame = QFrame(objectName="bar")
+        frame = QFrame()
+        frame.setObjectName("bar")
         vbox(self.title, self.line, self.list, owner=frame, margins=(10, 8, 10, 10))
         vbox(frame, owner=self, margins=(0, 0, 0, 0))
         self.line.installEventFilter(self)
