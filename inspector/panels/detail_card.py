@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
+    QAbstractSpinBox,
     QComboBox,
     QDoubleSpinBox,
     QFormLayout,
@@ -27,7 +28,6 @@ from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption
 from inspector.widgets.later import Burst
-from inspector.widgets.letter_keys import LetterKeys
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
 from twistcore.limb import Limb
@@ -60,7 +60,7 @@ class DetailCard(QWidget):
             box.setKeyboardTracking(False)
             box.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.note = QLineEdit(placeholderText="Note")
-        self.reason = QComboBox(editable=True)
+        self.reason = QComboBox(editable=True, insertPolicy=QComboBox.InsertPolicy.NoInsert)
         self.reason.addItems(REASONS)
         self.reason.setToolTip("Why it is rejected")
         line = self.reason.lineEdit()
@@ -95,7 +95,6 @@ class DetailCard(QWidget):
         line.editingFinished.connect(self.commit)
         self.reason.activated.connect(self.commit)
         document.numbering_changed.connect(self._refresh)
-        LetterKeys(self, *self._boxes)
         document.leaving.connect(self.commit)
         document.opened.connect(self._take_clip)
         document.opener.began.connect(lambda _: self.setEnabled(False))
@@ -170,6 +169,16 @@ class DetailCard(QWidget):
     def says(self, text: str) -> bool:
         """Whether a sentence is to be read here."""
         return self.why.text() == escape(text) and not self.visibleRegion().isEmpty()
+
+    def write(self, what: str) -> bool:
+        """Give the 'start', 'stop', 'delta', 'note' the keyboard; False where there is none."""
+        box: QWidget = getattr(self, what)
+        if not box.isEnabled():
+            return False
+        box.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        if isinstance(box, QLineEdit | QAbstractSpinBox):
+            box.selectAll()
+        return True
 
     def _show_note(self, judged: Judged | None) -> None:
         self.note.setText(judged.note if judged else "")

@@ -184,7 +184,6 @@ class IntervalsPanel(QWidget):
         table.setItemDelegate(RowDelegate(self._model, table, self._proxy))
         table.setSortingEnabled(True)
         table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
-        table.setTabKeyNavigation(False)
         header = table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         header.setMinimumSectionSize(28)
@@ -225,6 +224,11 @@ class IntervalsPanel(QWidget):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self._model.set_theme(theme)
+
+    def order_by(self, order: str) -> None:
+        """List by 'time' or by 'chain'; a click on a head lists otherwise."""
+        column = _HEADS.index("Start") if order == "time" else -1
+        self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
     def selected_ids(self) -> tuple[int, ...]:
         """Ids of the selected rows, top to bottom."""

@@ -12,7 +12,6 @@ from inspector.session.document import Document
 from inspector.session.open_clip import Show
 from inspector.session.player import SPEEDS, Player
 from inspector.widgets.building import hbox, tool_button, vbox
-from inspector.widgets.letter_keys import LetterKeys
 
 _PLAY, _PAUSE = "Play", "Pause"
 
@@ -54,7 +53,6 @@ class Transport(QWidget):
         document.numbering_changed.connect(self._opened)
         self.speed.activated.connect(lambda k: player.set_speed(SPEEDS[k]))
         self.show_box.activated.connect(lambda k: document.set_show(list(Show)[k]))
-        LetterKeys(self, self.frame)
         document.opened.connect(self._opened)
         document.frame_changed.connect(self._frame_changed)
         document.show_changed.connect(self._show_changed)

@@ -23,7 +23,6 @@ from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
 from inspector.widgets.building import action_button, hbox, soft, vbox
 from inspector.widgets.labels import Caption, inked
-from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.export.tracking import DEMONSTRATION, WARNING, knows_learned, weights_mark
@@ -65,7 +64,6 @@ class TrackPage(QWidget):
             box.setSingleStep(5.0 if name == "kd" else 50.0)
             box.setToolTip(f"Gain of hands{unit and f', 1{unit}'}")
             self.boxes[name] = box
-        LetterKeys(self, *self.boxes.values())
         self._show_usual(Gains())
         self.hand.setChecked(True)
         self.hand.toggled.connect(self._enable)

@@ -28,6 +28,7 @@ from twistcore.review import (
     Insert,
     Redetect,
     Review,
+    Sign,
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized
@@ -47,6 +48,7 @@ class Document(OpenClip):
     message = Signal(str, bool)  # a sentence for the person; True if something went wrong
     answered = Signal(str)  # a sentence about where the playhead is: until it moves
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    unsigned = Signal()  # a decision was made, and who made it is not known
     withdrawn = Signal()  # the last question is no longer one
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -61,6 +63,7 @@ class Document(OpenClip):
         self.recovery.question.connect(self.question)
         self.recovery.withdrawn.connect(self.withdrawn)
         self.reviewer = ""
+        self._unsigned: set[int] = set()  # of this clip: decided in this run, by nobody named
         self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
 
     # -- one clip after the other ------------------------------------------------------------------
@@ -74,6 +77,7 @@ class Document(OpenClip):
         self.frame = 0
         self.interval_id = None
         self.hidden = frozenset()
+        self._unsigned.clear()
         if aside is not None:
             self.keeper.go_on(aside)
         else:
@@ -158,29 +162,50 @@ class Document(OpenClip):
     ) -> None:
         """Judge intervals, or the selected one, then go on to the next undecided.
 
-        order: ids as a person sees them listed; all by chain and start if none are given.
+        Those that are judged so already stay as they are. order: ids as a person sees them listed;
+        all by chain and start if none are given.
         """
         if self.data is None:
             return
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
-        if chosen and all(self.review.state.find(k).decision == decision for k in chosen):
-            return
         if not chosen:
             self.message.emit("Select an interval first (N goes to the next).", False)
             return
-        self.do(Decide(chosen, decision, self.reviewer, self.now()))
+        judged = all(self.review.state.find(k).decision == decision for k in chosen)
+        if not judged and not self._decide(chosen, decision):
+            return
         if decision != Decision.UNDECIDED:
             self.step_interval(+1, undecided=True, order=order)
+
+    def _decide(self, ids: tuple[int, ...], decision: Decision) -> bool:
+        done = self.do(Decide(ids, decision, self.reviewer, self.now()))
+        if done and decision != Decision.UNDECIDED and not self.reviewer:
+            self._unsigned.update(ids)
+            self.unsigned.emit()
+        return done
+
+    def sign(self, reviewer: str) -> None:
+        """Who reviews from now on, and who has decided in this clip since it was opened."""
+        self.reviewer = reviewer
+        if reviewer and (mine := [j for j in self.intervals if j.id in self._unsigned]):
+            self._unsigned.clear()
+            undecided = Decision.UNDECIDED
+            ids = tuple(j.id for j in mine if j.decision != undecided and not j.reviewer)
+            if ids:
+                self.do(Sign(ids, reviewer))
 
     @staticmethod
     def now() -> str:
         """The present time for a decision, ISO 8601."""
         return datetime.now(UTC).isoformat(timespec="seconds")
 
-    def accept_undecided(self) -> bool:
-        """Accept what may be without a look at it, in one step; False if that failed."""
-        ids = self.review.state.unasked()
-        return not ids or self.do(Decide(ids, Decision.ACCEPTED, self.reviewer, self.now()))
+    def accept_undecided(self, at_least: float | None = None) -> bool:
+        """Accept what may be without a look at it, in one step; False if that failed.
+
+        at_least: a confidence, where another is wanted than that of what is applied unasked.
+        """
+        ids = self.review.state.unasked(at_least)
+        return not ids or self._decide(ids, Decision.ACCEPTED)
 
     def begin_drag(self) -> int:
         """A number for the commands of one drag, which are undone together."""

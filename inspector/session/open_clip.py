@@ -13,7 +13,7 @@ from twistcore.chain import Chain
 from twistcore.detection import Analysis
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.refinement import Corrected
-from twistcore.review import Judged, Review
+from twistcore.review import Decision, Judged, Review
 from twistcore.rotation import Array
 
 
@@ -44,6 +44,7 @@ class OpenClip(QObject):
         self.frame = 0
         self.show = Show.BOTH
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
+        self.order = "chain"  # in which a person goes through intervals, or "time"
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._review: Review | None = None
         self._corrected: Corrected | None = None
@@ -142,14 +143,51 @@ class OpenClip(QObject):
 
     def step_interval(
         self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
-    ) -> None:
-        """Select the next (+1) or previous (−1) interval, round the end; order: see `decide`."""
+    ) -> bool:
+        """Select the next (+1) or previous (−1) interval, round the end; order: see `decide`.
+
+        Where none is selected, the next from the playhead. False where there is no other.
+        """
         if self.data is None:
-            return
-        state = self.review.state
-        found = state.neighbour(self.interval_id, direction, undecided=undecided, order=order)
-        if found is not None:
-            self.select_interval(found, jump=True)
+            return False
+        state, now = self.review.state, self.interval_id
+        if now is None:
+            found = self._from_playhead(direction, undecided, set(order))
+        else:
+            found = state.neighbour(now, direction, undecided=undecided, order=order)
+        if found is None or found == now:
+            return False
+        self.select_interval(found, jump=True)
+        return True
+
+    def _from_playhead(self, direction: int, undecided: bool, listed: set[int]) -> int | None:
+        """The next interval from the playhead on or before it, by time or chain; round the end."""
+        state, by_time = self.review.state, self.order == "time"
+        row = {name: k for k, name in enumerate(state.tau)}
+        chosen = [
+            j
+            for j in state.intervals
+            if (not listed or j.id in listed)
+            and (not undecided or j.decision == Decision.UNDECIDED)
+        ]
+
+        def place(judged: Judged, frame: int) -> tuple[int, int]:
+            chain = row.get(judged.interval.chain, len(row))
+            return (frame, chain) if by_time else (chain, frame)
+
+        chosen.sort(key=lambda j: place(j, j.interval.start), reverse=direction < 0)
+        own = row.get(self.chain, -1)
+        here = (self.frame, own) if by_time else (own, self.frame)
+        ahead = (
+            j.id
+            for j in chosen
+            if (
+                (place(j, j.interval.stop - 1) >= here)
+                if direction > 0
+                else (place(j, j.interval.start) < here)
+            )
+        )
+        return next(ahead, chosen[0].id if chosen else None)
 
     def set_first_frame(self, first: int) -> None:
         """Call the clip's first frame 0 or 1, as the person's other software does."""

@@ -9,6 +9,7 @@ from inspector.session.document import Document
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 _TICK_MS = 16
 _AROUND_S = 0.5
+_EDGE_S = 0.25  # to either side of an edge
 
 
 class Player(QObject):
@@ -26,6 +27,7 @@ class Player(QObject):
         self._shown = 0
         self.speed = 1.0
         self.looping = False
+        self._once: tuple[int, int, int] | None = None  # first, stop, and where the playhead goes
         document.opened.connect(self.pause)
 
     @property
@@ -46,7 +48,29 @@ class Player(QObject):
         """Stop where the playhead is."""
         if self.playing:
             self._timer.stop()
+            self._once = None
             self.changed.emit()
+
+    def play_edge(self, *, other: bool = False) -> bool:
+        """Play once over the selected interval's edge next to the playhead, and stop on it.
+
+        other: over its other edge. False where no interval is selected.
+        """
+        document = self._document
+        if (judged := document.interval) is None or document.data is None:
+            return False
+        edges = judged.interval.start, min(judged.interval.stop, document.frames - 1)
+        near, far = sorted(edges, key=lambda edge: abs(edge - document.frame))
+        edge = far if other else near
+        around = max(2, round(_EDGE_S * document.data.motion.fps))
+        first, stop = max(0, edge - around), min(document.frames, edge + around + 1)
+        self.pause()
+        document.go_to(first)
+        self._once = first, stop, edge
+        self._begin()
+        self._timer.start()
+        self.changed.emit()
+        return True
 
     def set_loop(self, on: bool) -> None:
         """Keep to the selected interval and half a second around it."""
@@ -83,8 +107,18 @@ class Player(QObject):
             self.pause()
             return
         if self._document.frame != self._shown:  # a person moved the playhead meanwhile
+            self._once = None
             self._begin()
         passed = self._clock.elapsed() / 1000.0 * self.speed * data.motion.fps
+        if self._once is not None:
+            first, stop, edge = self._once
+            if first + abs(passed) >= stop:
+                self.pause()
+                self._document.go_to(edge)
+            else:
+                self._shown = first + int(abs(passed))
+                self._document.go_to(self._shown)
+            return
         first, stop = self.span()
         self._shown = first + int(self._start + passed - first) % (stop - first)
         self._document.go_to(self._shown)

@@ -31,6 +31,8 @@ class Settings:
 
     theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex; first_frame: 0 or 1;
     step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table;
+    zoom_to_interval: whether N, A and R zoom the plots to the interval they go to; order: of going
+    through intervals, 'chain' or 'time'; reviewer_asked: whether the name was asked for;
     turn_ms: milliseconds in which the camera turns to another limb, 0 for at once; videos: by the
     clip's path its video's path and offset in seconds, the latest last; of_others: what the file
     holds beside, of a newer version perhaps, kept for it.
@@ -44,6 +46,9 @@ class Settings:
     first_frame: int = 0
     step: int = 10
     keys: dict[str, list[str]] = field(default_factory=dict)
+    zoom_to_interval: bool = True
+    order: str = "chain"
+    reviewer_asked: bool = False
     turn_ms: int = 220
     videos: dict[str, tuple[str, float]] = field(default_factory=dict)
     of_others: dict[str, Any] = field(default_factory=dict)
@@ -71,6 +76,9 @@ CHECKS: dict[str, Check] = {
     "first_frame": checks.whole(0, 1),
     "step": checks.whole(*STEPS),
     "keys": checks.last_by(checks.text(100), checks.list_of(checks.text(100), 8), 1000),
+    "zoom_to_interval": checks.truth,
+    "order": checks.one_of("chain", "time"),
+    "reviewer_asked": checks.truth,
     "turn_ms": checks.whole(0, 10_000),
     "videos": checks.last_by(
         checks.path, checks.both(checks.path, checks.number(-FARTHEST_S, FARTHEST_S)), VIDEOS

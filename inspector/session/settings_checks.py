@@ -43,6 +43,13 @@ def whole(low: int, high: int) -> Check:
     return _of(int, good=lambda value: low <= value <= high)
 
 
+def truth(value: Any) -> bool:
+    """True or false, no number."""
+    if not isinstance(value, bool):
+        raise ValueError
+    return value
+
+
 def number(low: float, high: float) -> Check:
     """A number from `low` to `high`, as a float."""
     return _of(int, float, good=lambda value: low <= value <= high, keep=float)

@@ -26,7 +26,6 @@ from inspector.tuning.tau_table import Column, ComparisonModel
 from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import Caption, inked
 from inspector.widgets.later import Burst, Latest, Stale
-from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Tuned, tuned
@@ -48,6 +47,7 @@ _PROFILE_BUTTONS = (
 )  # fmt: skip
 
 
+_SAME = 0.006  # degrees: the box has two decimals
 _NO_COSTS = "What τ costs is measured for chains; a limb has its automatic τ."
 
 
@@ -101,7 +101,6 @@ class TuningPanel(QWidget):
         self.box.valueChanged.connect(
             lambda degrees: self.set_tau_degrees(degrees, self._burst.drag())
         )
-        LetterKeys(self, self.box)
         scopes = [
             self._button(name) for name in ("tau_for_chain", "tau_for_segment", "tau_for_all")
         ]
@@ -186,7 +185,7 @@ class TuningPanel(QWidget):
         degrees = self._degrees()
         for plot in (self.histogram, self.cost):
             plot.show_tau(degrees, held=bool(self._drag) and plot.tau_line.moving)
-        if not self.box.hasFocus() or not self._burst.going_on:
+        if abs(self.box.value() - degrees) > _SAME:  # else a number being typed would be lost
             with QSignalBlocker(self.box):
                 self.box.setValue(degrees)
         if self.tabs.currentIndex() == 0:

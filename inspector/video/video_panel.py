@@ -16,7 +16,6 @@ from inspector.video.video_reader import Picture, VideoReader
 from inspector.widgets.background import OneTask, Task
 from inspector.widgets.building import action_button, hbox, soft, tool_button, vbox
 from inspector.widgets.labels import ElidedLabel, SteadyLabel
-from inspector.widgets.letter_keys import LetterKeys
 from inspector.widgets.theme import Theme
 
 NO_VIDEO = "No video for this clip.\nFile → Open witness video…, or drop one here."
@@ -58,7 +57,6 @@ class VideoPanel(QWidget):
         row = hbox("Offset", (self.offset, 1), *buttons, margins=(8, 4, 8, 0))
         below = hbox((self.facts, 1), self.clock, margins=(8, 0, 8, 6))
         vbox((self.display, 1), row, below, owner=self, margins=(0, 0, 0, 0), spacing=4)
-        LetterKeys(self, self.offset)
         self.offset.valueChanged.connect(self._set_offset)
         self.offset.valueChanged.connect(self._follow)
         self.display.resized.connect(self._follow)

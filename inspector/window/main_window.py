@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QToolBar, QWidget
 
 from inspector.panels.chains_panel import ChainsPanel
@@ -16,6 +16,7 @@ from inspector.panels.clips_panel import ClipsPanel
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.intervals_panel import IntervalsPanel
+from inspector.panels.reviewer_line import ReviewerLine
 from inspector.panels.transport import Transport
 from inspector.quality.quality_panel import QualityPanel
 from inspector.recording.record_actions import RecordActions
@@ -44,6 +45,7 @@ from inspector.widgets.building import Part, bring_to_front, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface
+from inspector.widgets.review_keys import ReviewKeys
 from inspector.window.action_table import MENUS, OF_CHAINS, OF_THE_FIGURE
 from inspector.window.actions import build_actions
 from inspector.window.chain_actions import ChainActions
@@ -89,6 +91,7 @@ class MainWindow(Parts):
         self._connect()
         self.program.colour()  # some views have no colours until they are told
         self._restore()
+        self.keys = ReviewKeys(self, self._keyboard_home)
 
     # -- building -----------------------------------------------------------------------------
 
@@ -97,7 +100,9 @@ class MainWindow(Parts):
         self.bar = MessageBar()
         self.viewport = Viewport(document, theme)
         self.transport = Transport(document, self.player, actions)
-        self.setCentralWidget(_column(self.bar, (self.viewport, 1), self.transport))
+        self.reviewer_line = ReviewerLine(document, self.settings)
+        figure = self.viewport, 1
+        self.setCentralWidget(_column(self.bar, self.reviewer_line, figure, self.transport))
         own_surface(self.viewport)
         self.chains = ChainsPanel(document, theme)
         self.intervals = IntervalsPanel(document, theme)
@@ -187,8 +192,10 @@ class MainWindow(Parts):
         )  # fmt: skip
         look = actions["focus_chain"].trigger
         self.review_actions = ReviewActions(
-            document, self.intervals, bar, self.detail, look, self.viewport.sees_chain, self
-        )
+            document, self.intervals, bar, self.detail, self.timeline.visible, self.player,
+            self.settings, partial(bring_to_front, docks["intervals"]), self._key,
+            lambda: len(self.queue.clips) > 1, look, self.viewport.sees_chain, self,
+        )  # fmt: skip
         self.chain_actions = ChainActions(document, bar, docks["chains"], self)
         self.chains.table.addActions([actions[name] for name in OF_CHAINS])
         self.chains.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
@@ -235,7 +242,17 @@ class MainWindow(Parts):
         if self.settings.layout:
             state = QByteArray.fromHex(self.settings.layout.encode())
             self.restoreState(state, _STATE_VERSION)
-        self.actions_by_id[f"theme_{self.settings.theme}"].setChecked(True)
+        for chosen in (f"theme_{self.settings.theme}", f"order_{self.settings.order}"):
+            self.actions_by_id[chosen].setChecked(True)
+        self.actions_by_id["zoom_each"].setChecked(self.settings.zoom_to_interval)
+
+    def _key(self, name: str) -> str:
+        native = QKeySequence.SequenceFormat.NativeText
+        return self.actions_by_id[name].shortcut().toString(native)
+
+    def _keyboard_home(self) -> QWidget:
+        table = self.intervals.table
+        return self if table.visibleRegion().isEmpty() else table
 
     # -- what is asked of it ------------------------------------------------------------------
 

@@ -45,7 +45,7 @@ class ProgramActions:
 
     def take_settings(self) -> None:
         """Let what a person may prefer be so."""
-        self.document.reviewer = self.settings.reviewer
+        self.document.sign(self.settings.reviewer)
         self.document.set_first_frame(self.settings.first_frame)
         apply_keys(self.menus, self.actions, self.settings)
 

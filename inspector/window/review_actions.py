@@ -9,14 +9,19 @@ import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QInputDialog, QWidget
 
-from inspector.panels.detail_card import DetailCard
+from inspector.panels.detail_card import REASONS, DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
+from inspector.panels.reason_palette import ReasonPalette
+from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import Document
+from inspector.session.player import Player
+from inspector.session.settings import Settings
 from inspector.session.why_here import peaks, reason_here, reason_near, told
+from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.message_bar import MessageBar
 from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval, Kind
-from twistcore.review import Decide, Decision, Remove, ReviewState
+from twistcore.review import Annotate, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 from twistcore.why_not import Reason, Why
 
@@ -25,14 +30,21 @@ from twistcore.why_not import Reason, Why
 class ReviewActions:
     """Verdicts, edges, hand-made intervals, what was missed, and the way from one to the next.
 
-    card: where a reason may be read already; look: turns the camera to where the selected limb's
-    roll shows best; sees: whether that limb is in the picture as it is.
+    card: where a reason may be read already; show_card: brings it before other tabs; look: turns
+    the camera to where the selected limb's roll shows best; sees: whether that limb is in the
+    picture as it is; key: of an action, as a person reads it; more_clips: whether a folder is open.
     """
 
     document: Document
     intervals: IntervalsPanel
     bar: MessageBar
     card: DetailCard
+    visible: VisibleRange
+    player: Player
+    settings: Settings
+    show_card: Callable[[], None]
+    key: Callable[[str], str]
+    more_clips: Callable[[], bool]
     look: Callable[[], None]
     sees: Callable[[], bool]
     window: QWidget
@@ -56,43 +68,152 @@ class ReviewActions:
         if not self.sees():
             self.look()
 
+    # -- verdicts, and the way from one interval to the next ------------------------------------
+
     def judge(self, decision: Decision) -> None:
         """Judge the selected intervals; the camera stays."""
         if self.document.data is not None:
             order = self.intervals.shown_ids()
             self.document.decide(decision, self.intervals.selected_ids(), order)
+            if decision != Decision.UNDECIDED and self.document.interval is not None:
+                self._tell_end()
 
     def decide(self, decision: Decision) -> None:
-        """Judge the selected intervals, and look at the next undecided."""
+        """Judge the selected intervals, and look at the next undecided.
+
+        What is out of view is shown first: nothing is judged unseen.
+        """
+        if self._out_of_view():
+            return
+        before = self.document.interval_id
         self.judge(decision)
-        self._look()
+        if decision != Decision.UNDECIDED:
+            self._arrive(zoom=self.document.interval_id != before)
+
+    def _out_of_view(self) -> bool:
+        judged = self.document.interval
+        if judged is None or self.player.playing or len(self.intervals.selected_ids()) > 1:
+            return False
+        first, last = self.visible.ends
+        if judged.interval.start <= last and judged.interval.stop >= first:
+            return False
+        self.document.go_to(judged.interval.seen_at)
+        self._arrive(zoom=True)
+        self.bar.show_message("The selected interval was out of view: here it is.", False)
+        return True
 
     def step_interval(self, direction: int) -> None:
-        """Go to the next interval (+1) or the previous one (−1)."""
-        self.document.step_interval(direction, order=self.intervals.shown_ids())
-        self._look()
+        """Go to the next undecided interval (+1) or the previous one (−1).
 
-    def _look(self) -> None:
-        if self.document.interval is not None:
-            self.look()
+        To any where none is undecided, or back (−1) where none before it is: a look at the last.
+        """
+        order = self.intervals.shown_ids()
+        if direction < 0 and not self._undecided_before(order):
+            self.step_any(direction)
+            return
+        if not self.document.step_interval(direction, undecided=True, order=order):
+            judged = self.document.interval
+            if judged is None or judged.decision != Decision.UNDECIDED:
+                self._tell_end()
+                self.document.step_interval(direction, order=order)
+            else:
+                self.bar.show_message("This is the last one to decide.", False)
+        self._arrive(zoom=True)
+
+    def _undecided_before(self, order: Sequence[int]) -> bool:
+        now = self.document.interval_id
+        before = set(order[: order.index(now)] if now in order else order)
+        undecided = (j.id for j in self.document.intervals if j.decision == Decision.UNDECIDED)
+        return any(k in before for k in undecided)
+
+    def step_any(self, direction: int) -> None:
+        """Go to the next interval (+1) or the previous one (−1), decided or not."""
+        self.document.step_interval(direction, order=self.intervals.shown_ids())
+        self._arrive(zoom=True)
+
+    def _arrive(self, *, zoom: bool) -> None:
+        if self.document.interval is None:
+            return
+        self.look()
+        if zoom and self.settings.zoom_to_interval:
+            self.visible.zoom_to_interval()
+
+    def _tell_end(self) -> None:
+        """Where nothing is left to decide: what comes next."""
+        intervals, listed = self.document.intervals, set(self.intervals.shown_ids())
+        left = [j.id for j in intervals if j.decision == Decision.UNDECIDED]
+        if not intervals or listed.intersection(left):
+            return
+        if left:
+            one = len(left) == 1
+            rest = f"{len(left)} more {'is' if one else 'are'} not listed"
+            text = f"All that are listed are decided; {rest} (filter, or chains without a tick)."
+        else:
+            count = f"All {len(intervals)} intervals are" if len(intervals) > 1 else "It is"
+            following = f", then {self.key('next_clip')} opens the next clip"
+            after = following if self.more_clips() else ""
+            text = f"{count} decided: {self.key('export_dialog')} exports{after}."
+        self.bar.show_message(text, False)
+
+    def set_order(self, order: str) -> None:
+        """Go through the intervals by 'time' or by 'chain'; remembered."""
+        self.settings.order = self.document.order = order
+        self.intervals.order_by(order)
 
     def accept_confident(self) -> None:
-        """Ask for a confidence and accept all undecided intervals at or above it, in one step."""
-        value, chosen = QInputDialog.getDouble(
-            self.window, "Accept the sure ones", "Confidence of at least", 0.95, 0.0, 1.0, 2
-        )
-        if chosen:
-            self.accept_at_least(value)
+        """Accept all undecided intervals from a confidence on, once it is seen how many."""
+        if self.document.data is not None:
+            SureOnes(self.document, self.accept_at_least, self.window).show()
 
     def accept_at_least(self, confidence: float) -> None:
         """Accept all undecided intervals with at least this confidence, in one step."""
         document = self.document
-        ids = document.review.state.unasked(confidence) if document.data else ()
-        if ids:
-            document.do(Decide(ids, Decision.ACCEPTED, document.reviewer, document.now()))
+        if document.data is not None and document.review.state.unasked(confidence):
+            document.accept_undecided(confidence)
+            self._tell_end()
         else:
             text = f"No undecided interval has a confidence of {confidence:.2f} or more."
             self.bar.show_message(text, False)
+
+    def reject_for(self) -> None:
+        """Offer reasons; the one that is picked is the selected interval's, which is rejected."""
+        if (judged := self.document.interval) is None:
+            self._ask_to_select()
+        elif not self._out_of_view():
+            own = [j.reason for j in self.document.intervals if j.reason]
+            reasons = tuple(dict.fromkeys((*REASONS[1:], *own)))
+            palette = ReasonPalette(reasons, "Reject. Why?", self.window)
+            palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
+            palette.show()
+            palette.line.setFocus()
+
+    def _reject_for(self, interval_id: int, reason: str) -> None:
+        self.card.commit()
+        judged = self.document.interval
+        if judged is not None and judged.id == interval_id:
+            if reason != judged.reason:
+                self.document.do(Annotate(interval_id, judged.note, reason))
+            self.decide(Decision.REJECTED)
+
+    def write(self, what: str) -> None:
+        """Write the selected interval's 'note', 'delta', 'start' or 'stop'; Enter or Esc ends."""
+        if self.document.interval is None:
+            self._ask_to_select()
+            return
+        self.show_card()
+        if not self.card.write(what):
+            self.bar.show_message("Nothing is taken out here, so there is no number.", False)
+
+    def play_edge(self, *, other: bool = False) -> None:
+        """Play over the edge next to the playhead, or over the other one."""
+        if not self.player.play_edge(other=other):
+            self._ask_to_select()
+
+    def _ask_to_select(self) -> None:
+        text = f"Select an interval first ({self.key('next_interval')} goes to the next)."
+        self.bar.show_message(text, False)
+
+    # -- edges, and intervals made by hand ------------------------------------------------------
 
     def move_edge(self, *, start: bool) -> None:
         """The selected interval starts at the playhead, or ends with its frame."""
@@ -135,6 +256,8 @@ class ReviewActions:
         """Remove the selected interval if it was made by hand."""
         if judged := self.document.interval:
             self.document.do(Remove(judged.id))
+
+    # -- what was missed ------------------------------------------------------------------------
 
     def next_faint(self) -> None:
         """Go to the next suspicious moment: what was missed is invisible.

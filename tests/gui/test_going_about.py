@@ -9,6 +9,7 @@ from tests.gui.pictures import INJECTED
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.refinement import remove_twist
+from twistcore.review import Decide, Decision
 
 
 def test_a_loop_plays_the_selected_interval_and_half_a_second_round_it(open_document):
@@ -27,6 +28,74 @@ def test_a_loop_plays_the_selected_interval_and_half_a_second_round_it(open_docu
     assert any(first > 0 and stop < frames for first, stop in spans)
     player.set_loop(False)
     assert player.span() == (0, frames)
+
+
+@pytest.mark.parametrize("order", ["time", "chain"])
+def test_without_a_selection_the_next_one_is_that_from_the_playhead(open_document, order):
+    document = open_document(INJECTED)
+    document.order = order
+    intervals, own = document.intervals, document.chain
+    listed = [j for j in intervals if order == "time" or j.interval.chain == own]
+    for frame in range(0, document.frames, 7):
+        ahead = [j.interval.start for j in listed if j.interval.stop > frame]
+        behind = [j.interval.start for j in listed if j.interval.start < frame]
+        for direction, wanted in ((+1, min(ahead, default=None)), (-1, max(behind, default=None))):
+            document.select_interval(None)
+            document.select_chain(own)
+            document.go_to(frame)
+            assert document.step_interval(direction)
+            if wanted is not None:
+                assert document.interval.interval.start == wanted
+    document.decide(Decision.ACCEPTED, [j.id for j in intervals[1:]])
+    document.select_interval(None)
+    document.go_to(document.frames - 1)
+    assert document.step_interval(+1, undecided=True)  # round the end
+    assert document.interval.id == intervals[0].id
+    assert not document.step_interval(+1, undecided=True)  # there is no other
+
+
+def test_a_verdict_that_stands_is_no_step_and_goes_on(open_document):
+    document = open_document(INJECTED)
+    first, second = document.intervals[:2]
+    document.select_interval(first.id)
+    document.decide(Decision.ACCEPTED)
+    document.select_interval(first.id)
+    steps = document.review.history
+    document.decide(Decision.ACCEPTED)
+    assert (document.review.history, document.interval_id) == (steps, second.id)
+
+
+def test_a_name_given_later_is_that_of_this_run_s_decisions(open_document):
+    document = open_document(INJECTED)
+    a, b, c = document.intervals[:3]
+    document.do(Decide((a.id,), Decision.ACCEPTED))  # as of an earlier run, by nobody
+    document.decide(Decision.REJECTED, [b.id])
+    document.decide(Decision.ACCEPTED, [c.id])
+    document.decide(Decision.UNDECIDED, [c.id])
+    document.sign("Ada")
+    assert [document.review.state.find(j.id).reviewer for j in (a, b, c)] == ["", "Ada", ""]
+    document.undo()
+    assert document.review.state.find(b.id).reviewer == ""
+    assert document.review.state.find(b.id).decision == Decision.REJECTED
+
+
+def test_an_edge_is_played_over_once(qtbot, open_document):
+    document = open_document(INJECTED)
+    player = Player(document)
+    assert not player.play_edge()
+    interval = document.intervals[0].interval
+    document.select_interval(document.intervals[0].id, jump=True)
+    player.set_speed(4.0)
+    for other, edge in ((False, interval.start), (True, interval.stop)):
+        seen = []
+        document.frame_changed.connect(seen.append)
+        assert player.play_edge(other=other)
+        qtbot.waitUntil(lambda: not player.playing)
+        document.frame_changed.disconnect(seen.append)
+        around = round(0.25 * document.data.motion.fps)
+        assert seen[0] == max(0, edge - around)
+        assert max(seen) <= edge + around
+        assert document.frame == edge
 
 
 @pytest.fixture

@@ -45,6 +45,9 @@ DAMAGED = {  # what is written for a field, what is left of it
         ('{"accept": ["A"], "reject": [5], "undo": "U"}', {"accept": ["A"]}),
         ("[1]", {}),
     ],
+    "zoom_to_interval": [("1", True), ('"no"', True)],
+    "order": [('"start"', "chain"), ("1", "chain")],
+    "reviewer_asked": [("1", False), ("null", False)],
     "turn_ms": [("1e15", 220), ("NaN", 220), ("Infinity", 220), ("-1", 220), ("1e999", 220)],
     "videos": [
         ('{"/a": ["/v", 1e9], "/b": ["/v", 2]}', {"/b": ("/v", 2.0)}),

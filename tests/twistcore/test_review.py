@@ -27,6 +27,7 @@ from twistcore.review import (
     Journal,
     Redetect,
     Remove,
+    Sign,
     read_session,
     recover,
     session_bytes,
@@ -54,6 +55,7 @@ def commands(state):
     return st.one_of(
         st.builds(Decide, st.tuples(ids), st.sampled_from(list(Decision)), st.just("me")),
         st.builds(Annotate, ids, st.text(max_size=8), st.text(max_size=3)),
+        st.builds(Sign, st.tuples(ids), st.sampled_from(["", "me", "you"])),
         st.builds(
             lambda i, grow: Edit(
                 i,

@@ -10,6 +10,7 @@ from twistcore.review.commands import (
     Insert,
     Redetect,
     Remove,
+    Sign,
     Track,
 )
 from twistcore.review.history import Review
@@ -39,6 +40,7 @@ __all__ = [
     "Review",
     "ReviewState",
     "Session",
+    "Sign",
     "Track",
     "Tracking",
     "read_session",

@@ -62,6 +62,28 @@ class Decide(Command):
         return _replace(state, self.ids, decision=self.decision, reviewer=by, decided_at=at)
 
 
+@dataclass(frozen=True)
+class Sign(Command):
+    """Put a name to decisions that have none: who decided gave it later."""
+
+    ids: tuple[int, ...]
+    reviewer: str
+
+    @property
+    def text(self) -> str:
+        """What the undo menu says."""
+        return "Sign decision" if len(self.ids) == 1 else f"Sign {len(self.ids)} decisions"
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """The state after the command."""
+        nobody = tuple(
+            k
+            for k in self.ids
+            if (judged := state.find(k)).decision != Decision.UNDECIDED and not judged.reviewer
+        )
+        return _replace(state, nobody, reviewer=self.reviewer)
+
+
 @dataclass(frozen=True, eq=False)
 class Edit(Command):
     """Give an interval other frames or another offset; equal `drag` numbers are one drag."""

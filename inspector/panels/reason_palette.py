@@ -1,0 +1,73 @@
+"""The list of reasons that one key opens: a figure picks one, or a reason is typed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QDialog, QFrame, QLabel, QLineEdit, QListWidget, QWidget
+
+from inspector.widgets.building import soft, vbox
+
+_MOST = 9
+_STEPS = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
+
+
+class ReasonPalette(QDialog):
+    """1 to 9 pick a reason at once; letters write one of one's own, Enter takes it."""
+
+    chosen = Signal(str)
+
+    def __init__(self, reasons: Sequence[str], title: str, parent: QWidget) -> None:
+        super().__init__(parent, Qt.WindowType.Popup)
+        self.line = QLineEdit(placeholderText="1-9, or a reason of your own and Enter")
+        self.line.setAccessibleName("Reason")
+        self.list = QListWidget()
+        self.list.setUniformItemSizes(True)
+        self.list.setSpacing(2)
+        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._reasons = list(reasons)[:_MOST]
+        self.list.addItems([f"{k}   {reason}" for k, reason in enumerate(self._reasons, 1)])
+        self.title = soft(QLabel(title))
+        frame = QFrame()
+        frame.setObjectName("bar")
+        vbox(self.title, self.line, self.list, owner=frame, margins=(10, 8, 10, 10))
+        vbox(frame, owner=self, margins=(0, 0, 0, 0))
+        self.line.installEventFilter(self)
+        self.line.returnPressed.connect(self._take_line)
+        self.list.itemClicked.connect(lambda item: self._take(self.list.row(item)))
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        width = min(380, parent.width() - 40)
+        rows = (self.list.sizeHintForRow(0) + 2 * self.list.spacing()) * len(
+            self._reasons
+        ) + 2 * self.list.frameWidth()
+        self.list.setFixedHeight(rows)
+        self.resize(width, self.sizeHint().height())
+        self.move(parent.mapToGlobal(QPoint((parent.width() - width) // 2, 60)))
+
+    def _take_line(self) -> None:
+        if text := self.line.text().strip():
+            self._end(text)
+        else:
+            self._take(self.list.currentRow())
+
+    def _take(self, row: int) -> None:
+        if 0 <= row < len(self._reasons):
+            self._end(self._reasons[row])
+
+    def _end(self, reason: str) -> None:
+        self.close()
+        self.chosen.emit(reason)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """A figure before any letter picks; up and down move in the list."""
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
+            if step := _STEPS.get(Qt.Key(event.key()), 0):
+                row = self.list.currentRow() + step
+                self.list.setCurrentRow(max(0, min(row, self.list.count() - 1)))
+                return True
+            if event.text().isdigit() and not self.line.text():
+                self._take(int(event.text()) - 1)
+                return True
+        return super().eventFilter(watched, event)

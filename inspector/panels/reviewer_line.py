@@ -1,0 +1,50 @@
+"""Who reviews: asked once, when the first decision is made and nobody knows; nothing waits."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QFrame, QLineEdit, QPushButton
+
+from inspector.session.document import Document
+from inspector.session.settings import Settings
+from inspector.widgets.building import hbox
+
+
+class ReviewerLine(QFrame):
+    """A line for the name, which also the decisions made before it get; Enter keeps it."""
+
+    def __init__(self, document: Document, settings: Settings) -> None:
+        super().__init__()
+        self.setObjectName("bar")
+        self._document, self._settings = document, settings
+        self.name = QLineEdit(placeholderText="Your name")
+        self.name.setToolTip("Kept with your decisions, also with those made before")
+        self.name.setMaximumWidth(260)
+        self.keep, self.never = QPushButton("Keep"), QPushButton("No name")
+        self.never.setToolTip("Not asked again; Preferences has a line for it")
+        row = "Who reviews?", (self.name, 1), self.keep, self.never, None
+        hbox(*row, owner=self, margins=(10, 3, 4, 3))
+        self.name.returnPressed.connect(self._keep)
+        self.keep.clicked.connect(self._keep)
+        self.never.clicked.connect(self._done)
+        document.unsigned.connect(self._ask)
+        document.intervals_changed.connect(self._look)
+        self.hide()
+
+    def _ask(self) -> None:
+        if not self._settings.reviewer_asked:
+            self.show()
+
+    def _look(self) -> None:
+        """The name may have been given elsewhere."""
+        if self._document.reviewer and not self.isHidden():
+            self._done()
+
+    def _keep(self) -> None:
+        if name := self.name.text().strip():
+            self._settings.reviewer = name
+            self._document.sign(name)
+            self._done()
+
+    def _done(self) -> None:
+        self._settings.reviewer_asked = True
+        self.hide()
