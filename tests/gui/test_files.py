@@ -216,7 +216,7 @@ def test_an_export_replaces_its_own_file_and_no_other(opened, tmp_path):
     assert read_bvh(out).motion.frames == 344
 
 
-@pytest.mark.parametrize("name", ["out.replay.json", "walk_injected.intervals.csv"])
+@pytest.mark.parametrize("name", ["out.replay.json", "out.intervals.csv"])
 def test_what_lies_beside_an_export_is_replaced_only_if_it_is_ours(opened, tmp_path, name):
     (tmp_path / name).write_text("mine")
     export(opened, ExportChoice(tmp_path / "out.bvh", replace=True))

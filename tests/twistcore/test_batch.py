@@ -48,7 +48,8 @@ def test_a_clip_in_which_nothing_can_be_checked_is_not_called_clean(tmp_path):
     (tmp_path / "ball.bvh").write_text(
         "HIERARCHY\nROOT Ball\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n"
         "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 100\nFrame Time: 0.01\n"
-        + "0 0 0\n" * 100,
+        + "0 0 0\n"
+        * 100,
         "utf-8",
     )
     assert "no chain" in survey(tmp_path / "ball.bvh").unchecked
