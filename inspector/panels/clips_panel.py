@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QPainter
 from PySide6.QtWidgets import (
     QComboBox,
@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QProgressBar,
     QPushButton,
+    QSizePolicy,
     QStyledItemDelegate,
     QStyleOptionViewItem,
     QWidget,
@@ -27,6 +28,8 @@ from inspector.widgets.tables import SORT_ROLE, Index, Row, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.review import Decision
 
+_ROWS = 10  # clips that are to be seen at least, where there is room
+_COUNT_MS = 60  # while τ is dragged the list does not follow every step
 _HEADS = ("Clip", "Severity", "Review", "Export")
 # What the filter lets through, by its words.
 STATES: Mapping[str, Callable[[QueuedClip], bool]] = {
@@ -145,6 +148,8 @@ class ClipsPanel(QWidget):
         self.bar = QProgressBar(textVisible=False)
         self.bar.setMaximumHeight(6)
         self.status, self.tau = soft(QLabel()), soft(QLabel())
+        for label in (self.status, self.tau):  # a long text makes the dock no wider
+            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.stop = QPushButton("Stop")
         self.stop.setToolTip("Stop analysing; what is known stays")
         self.stop.clicked.connect(queue.cancel)
@@ -158,9 +163,19 @@ class ClipsPanel(QWidget):
         queue.changed.connect(self._refresh)
         queue.finished.connect(self._refresh)
         document.opened.connect(self._mark_open)
+        self._count = QTimer(self, singleShot=True, interval=_COUNT_MS)
+        self._count.timeout.connect(self._count_open)
         document.opened.connect(self._count_open)
-        document.intervals_changed.connect(self._count_open)
+        document.intervals_changed.connect(self._count.start)
         self._refresh()
+
+    def sizeHint(self) -> QSize:
+        """With room for some rows."""
+        table = self.table
+        rows = _ROWS * table.verticalHeader().defaultSectionSize()
+        wanted = rows + table.horizontalHeader().sizeHint().height() + 2 * table.frameWidth()
+        others = super().sizeHint().height() - table.sizeHint().height()
+        return QSize(super().sizeHint().width(), wanted + others)
 
     def _lay_out_heads(self) -> None:
         header = self.table.horizontalHeader()
@@ -214,9 +229,13 @@ class ClipsPanel(QWidget):
         told = self._progress() if self._queue.running else self._totals()
         self.status.setText(told)
         self.status.setToolTip(told)
-        name = self._queue.profile_name or "automatic, of each clip"
-        self.tau.setText(f"τ: {name}" if self._queue.folder is not None else "")
-        self.tau.setToolTip("Tuning, Use τ for the folder: the τ of the open clip for all of them")
+        exports = len(self._queue.exports)
+        listed = f"; {exports} export{'s' * (exports > 1)} not listed" if exports else ""
+        told = f"τ: {self._queue.profile_name or 'automatic, of each clip'}{listed}"
+        self.tau.setText(told if self._queue.folder is not None else "")
+        names = "\n".join(sorted(path.name for path in self._queue.exports)[:20])
+        change = "Tuning, Use τ for the folder: the τ of the open clip for all of them"
+        self.tau.setToolTip(f"{change}\n\nNot listed:\n{names}" if exports else change)
         self._mark_open()
 
     def _progress(self) -> str:
@@ -229,8 +248,6 @@ class ClipsPanel(QWidget):
         told = [f"{through} of {of} clips, {decided} of {intervals} intervals"] if clips else []
         if failed := sum(c.state == ClipState.FAILED for c in clips):
             told.append(f"{failed} failed")
-        if exports := len(self._queue.exports):
-            told.append(f"{exports} export{'s' * (exports > 1)} not listed")
         return "; ".join(told)
 
     def _mark_open(self) -> None:

@@ -48,7 +48,9 @@ class ExportDialog(WriteDialog):
         self.replaces = QLabel(wordWrap=True)
         note = "In one step, which undo takes back; the report says that they were applied "
         note += "automatically, not that you accepted them."
-        self.undecided.toggled.connect(lambda on: self.warning.setText(note if on else ""))
+        self.warning.setText(note)
+        self.warning.hide()
+        self.undecided.toggled.connect(self.warning.setVisible)
         form = self.form
         form.addRow("Write to", self.where)
         self.count = QLabel(", ".join(words))

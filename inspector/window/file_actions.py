@@ -8,7 +8,7 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QDockWidget, QFileDialog, QMenu
 
@@ -21,8 +21,9 @@ from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
 from twistcore.tuning import Profile
 
-_FIRST_MS = 5000  # a person waits so long for the worst clip of a folder
+_FIRST_MS = 10_000  # a person waits so long for the worst clip of a folder
 _VISITED = 100
+_CHAINS = 160  # pixels for the chains, below the clips
 
 
 @dataclass(eq=False, kw_only=True)
@@ -98,7 +99,12 @@ class FileActions(Saving):
         kept = self.settings.of_folder(folder)
         profile = Profile(kept["tau"], kept["method"]) if kept["profile"] else None
         self.queue.open(folder, profile, kept["profile"])
-        self.clips_dock.show()
+        if self.clips_dock.isHidden():
+            self.clips_dock.show()
+            heights = {"clips": self.clips_dock.widget().sizeHint().height(), "chains": _CHAINS}
+            docks = [d for d in self.window.findChildren(QDockWidget) if d.objectName() in heights]
+            wanted = [heights[d.objectName()] for d in docks]
+            self.window.resizeDocks(docks, wanted, Qt.Orientation.Vertical)
         stopped_at = self.queue.clips.get(folder / Path(kept["clip"]).name)
         if stopped_at is not None and not stopped_at.done:
             self.open_path(stopped_at.path)

@@ -96,6 +96,8 @@ class Saving:
         def leave() -> None:
             self.document.keeper.journal.give_up()
             self.document.review.mark_saved()
+            if self.document.data is not None:
+                self.queue.refresh(self.document.data.clip.path)
             then()
 
         elsewhere = ("Save elsewhere…", self.save_session_as)
