@@ -55,8 +55,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         _say(window, complaint)
     keep_for_good()
     script = _script(window, arguments)
-    if script is None and arguments.file:
-        window.open_path(arguments.file)
+    if script is None:
+        QTimer.singleShot(0, window, lambda: _begin(window, arguments.file))
 
     stopped = 0  # kept here: closing the last window ends the event loop, too, with 0
 
@@ -79,6 +79,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stderr.flush()
         os._exit(code)
     return code
+
+
+def _begin(window: MainWindow, path: Path | None) -> None:
+    """Open what was asked for; else say what the last run has left."""
+    if path is None:
+        window.files.offer_unsaved()
+    else:
+        window.open_path(path)
 
 
 def _say(window: MainWindow, complaint: str) -> None:

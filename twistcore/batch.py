@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,7 +11,9 @@ import numpy as np
 
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
+from twistcore.chain import Chain
 from twistcore.detection import DEFAULT_METHOD, Interval
+from twistcore.detection.consistency import SHORTEST_SEGMENT
 from twistcore.motion import Motion
 from twistcore.processes import each, reason
 from twistcore.refinement import applied_unasked
@@ -23,7 +25,8 @@ from twistcore.tuning import Profile
 class ClipSurvey:
     """A clip at a glance: frames, frames a second, intervals found, and their severity.
 
-    problem: why it could not be looked at, else ''.
+    problem: why it could not be looked at, else ''; unchecked: why nothing could be found in it,
+    where that says nothing about it, else ''.
     """
 
     path: Path
@@ -32,6 +35,7 @@ class ClipSurvey:
     intervals: int = 0
     severity: float = 0.0
     problem: str = ""
+    unchecked: str = ""
 
 
 def survey(
@@ -46,7 +50,17 @@ def survey(
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
-    return ClipSurvey(path, frames, fps, len(found), severity(found, frames))
+    why = "" if len(found) else _unchecked(clip.motion, analysis.chains_and_limbs)
+    return ClipSurvey(path, frames, fps, len(found), severity(found, frames), unchecked=why)
+
+
+def _unchecked(motion: Motion, chains: Sequence[Chain]) -> str:
+    if not chains:
+        return "no chain of parent, child and grandchild"
+    if motion.frames < max(3, round(SHORTEST_SEGMENT * motion.fps)):
+        one = motion.frames == 1
+        return f"{motion.frames} frame{' is' if one else 's are'} too few to tell error from motion"
+    return ""
 
 
 def survey_folder(

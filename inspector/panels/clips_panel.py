@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
-from PySide6.QtCore import QRectF, QSize, Signal
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QPainter
 from PySide6.QtWidgets import (
+    QComboBox,
     QHeaderView,
     QLabel,
+    QLineEdit,
     QProgressBar,
     QPushButton,
+    QSizePolicy,
     QStyledItemDelegate,
     QStyleOptionViewItem,
     QWidget,
@@ -21,12 +26,31 @@ from inspector.session.queue import ClipState, FolderQueue, QueuedClip
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.tables import SORT_ROLE, Index, Row, RowModel, RowTable
 from inspector.widgets.theme import Theme
+from twistcore.review import Decision
 
-_HEADS = ("Clip", "Severity", "Review")
+_ROWS = 10  # clips that are to be seen at least, where there is room
+_COUNT_MS = 60  # while τ is dragged the list does not follow every step
+_HEADS = ("Clip", "Severity", "Review", "Export")
+# What the filter lets through, by its words.
+STATES: Mapping[str, Callable[[QueuedClip], bool]] = {
+    "All": lambda _: True,
+    "To do": lambda c: c.to_do,
+    "Done": lambda c: c.done,
+    "Clean": lambda c: c.clean,
+    "Not exported": lambda c: not c.exported and c.state != ClipState.FAILED,
+    "To restore": lambda c: c.waits,
+    "Failed": lambda c: c.state == ClipState.FAILED or c.unchecked,
+}
 
 
 class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
+    head_tips = (
+        "Name of the clip; ↺: decisions of it wait to be restored",
+        "Mean error a frame; a click on a head sorts by it",
+        "Intervals decided, of those there are",
+        "Whether it was exported",
+    )
 
     def key(self, thing: QueuedClip) -> Path:
         return thing.path
@@ -37,32 +61,48 @@ class _ClipModel(RowModel[QueuedClip]):
             colour = self.theme.rejected
         elif thing.done:
             colour = self.theme.accepted
-        elif thing.state != ClipState.READY:
+        elif thing.state != ClipState.READY or thing.unchecked:
             colour = self.theme.soft
+        name = f"↺ {thing.path.stem}" if thing.waits else thing.path.stem
         return Row(
-            texts=(thing.path.stem, "", _review(thing)),
-            sort=(thing.path.stem, thing.severity, _review(thing)),
+            texts=(name, "", _review(thing), "✓" if thing.exported else ""),
+            sort=(thing.path.stem, thing.severity, _review(thing), thing.exported),
             colours=dict.fromkeys(range(len(_HEADS)), colour) if colour else {},
             tips=(_tip(thing),),
         )
 
 
+def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
+    """Values to sort by, a column each; of reviews, what is left to do."""
+    decided, of = clip.counts
+    left = clip.state == ClipState.READY, of - decided, of
+    return clip.path.stem.casefold(), clip.severity, left, clip.exported
+
+
 def _review(clip: QueuedClip) -> str:
     if clip.state == ClipState.FAILED:
         return "failed"
-    if clip.decided:
-        return f"{clip.decided[0]} / {clip.decided[1]}"
+    if clip.counts[1] and (clip.decided or clip.state == ClipState.READY):
+        return f"{clip.counts[0]} / {clip.counts[1]}"
     if clip.state == ClipState.READY:
-        return f"0 / {clip.intervals}" if clip.intervals else "clean"
+        return "not checked" if clip.unchecked else "clean"
     return "…" if clip.state == ClipState.ANALYSING else ""
 
 
 def _tip(clip: QueuedClip) -> str:
-    if clip.reason:
+    name = clip.path.name
+    if clip.state == ClipState.FAILED:
         return clip.reason
+    if clip.unchecked:
+        return f"{name}: not checked, {clip.reason}"
     if clip.state != ClipState.READY:
-        return f"{clip.path.name}: {clip.state}"
-    return f"{clip.path.name}: {clip.intervals} intervals, {clip.severity:.3f}° a frame"
+        return f"{name}: {clip.state}"
+    told = [f"{name}: {clip.intervals} intervals, {clip.severity:.3f}° a frame"]
+    if clip.waits:
+        told.append("a review of it ended without saving: open it to restore its decisions")
+    if clip.exported:
+        told.append(f"exported as {clip.exported}")
+    return "\n".join(told)
 
 
 class _SeverityBar(QStyledItemDelegate):
@@ -78,7 +118,7 @@ class _SeverityBar(QStyledItemDelegate):
         worst = max((c.severity for c in self._model.things), default=0.0)
         if severity is None or severity <= 0.0 or worst <= 0.0:
             return
-        room = QRectF(option.rect).adjusted(4, 7, -6, -7)
+        room = QRectF(option.rect).adjusted(4, 5, -6, -5)
         room.setWidth(max(2.0, room.width() * (severity / worst) ** 0.5))
         painter.fillRect(room, QColor(self._model.theme.before))
 
@@ -95,33 +135,88 @@ class ClipsPanel(QWidget):
         super().__init__()
         self._queue, self._document = queue, document
         self._model = _ClipModel(theme)
-        self.table = RowTable(self._model)
+        self._order: tuple[int, bool] | None = None  # column, whether downwards; None: worst first
+        self.table = RowTable(self._model, room=2)
         self.table.setItemDelegateForColumn(1, _SeverityBar(self._model, self.table))
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        header.resizeSection(1, 80)
-        header.resizeSection(2, 70)
+        self._lay_out_heads()
+        self.text = QLineEdit(placeholderText="Filter by name", clearButtonEnabled=True)
+        self.wanted = QComboBox()
+        self.wanted.addItems(list(STATES))
+        self.text.textChanged.connect(self._refresh)
+        self.wanted.currentTextChanged.connect(self._refresh)
         self.bar = QProgressBar(textVisible=False)
         self.bar.setMaximumHeight(6)
-        self.status = soft(QLabel())
+        self.status, self.tau = soft(QLabel()), soft(QLabel())
+        for label in (self.status, self.tau):  # a long text makes the dock no wider
+            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.stop = QPushButton("Stop")
         self.stop.setToolTip("Stop analysing; what is known stays")
         self.stop.clicked.connect(queue.cancel)
-        foot = hbox((self.status, 1), self.stop)
-        vbox((self.table, 1), self.bar, foot, owner=self, margins=(0, 0, 0, 4), spacing=3)
+        above = hbox((self.text, 1), self.wanted, margins=(4, 2, 4, 0))
+        foot = hbox((self.status, 1), self.stop, margins=(4, 0, 4, 0))
+        under = hbox((self.tau, 1), margins=(4, 0, 4, 0))
+        parts = (above, (self.table, 1), self.bar, foot, under)
+        vbox(*parts, owner=self, margins=(0, 0, 0, 3), spacing=2)
         for signal in (self.table.doubleClicked, self.table.activated):
             signal.connect(lambda at: self.chosen.emit(self._model.things[at.row()].path))
         queue.changed.connect(self._refresh)
         queue.finished.connect(self._refresh)
         document.opened.connect(self._mark_open)
+        self._count = QTimer(self, singleShot=True, interval=_COUNT_MS)
+        self._count.timeout.connect(self._count_open)
+        document.opened.connect(self._count_open)
+        document.intervals_changed.connect(self._count.start)
         self._refresh()
+
+    def sizeHint(self) -> QSize:
+        """With room for some rows."""
+        table = self.table
+        rows = _ROWS * table.verticalHeader().defaultSectionSize()
+        wanted = rows + table.horizontalHeader().sizeHint().height() + 2 * table.frameWidth()
+        others = super().sizeHint().height() - table.sizeHint().height()
+        return QSize(super().sizeHint().width(), wanted + others)
+
+    def _lay_out_heads(self) -> None:
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        for column, width in enumerate((72, 84, 66), start=1):
+            header.resizeSection(column, width)
+        header.setSectionsClickable(True)
+        header.sectionClicked.connect(self._sort_by)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self._model.set_theme(theme)
 
+    def _count_open(self) -> None:
+        """The open clip's row follows its review."""
+        data = self._document.data
+        if data is not None and (intervals := self._document.intervals):
+            decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
+            self._queue.note(data.clip.path, (decided, len(intervals)))
+
+    def _sort_by(self, column: int) -> None:
+        """One way, the other way, then worst first again."""
+        downwards = column == _HEADS.index("Severity")
+        first, second = (column, downwards), (column, not downwards)
+        self._order = {first: second, second: None}.get(self._order or (-1, False), first)
+        header = self.table.horizontalHeader()
+        header.setSortIndicatorShown(self._order is not None)
+        if self._order is not None:
+            order = Qt.SortOrder.DescendingOrder if self._order[1] else Qt.SortOrder.AscendingOrder
+            header.setSortIndicator(self._order[0], order)
+        self._refresh()
+
+    def _shown(self) -> list[QueuedClip]:
+        wanted, text = STATES[self.wanted.currentText()], self.text.text().casefold()
+        clips = [c for c in self._queue.ordered if wanted(c) and text in c.path.stem.casefold()]
+        if self._order is not None:
+            column, downwards = self._order
+            clips.sort(key=lambda c: _sorted_by(c)[column], reverse=downwards)
+        return clips
+
     def _refresh(self) -> None:
-        self._model.show(self._queue.ordered)
+        self._model.show(self._shown())
         self.table.viewport().update()  # the bars measure against the worst, which may be new
         done, total = self._queue.progress
         self.bar.setUpdatesEnabled(False)  # else every value repaints the window at once
@@ -130,17 +225,34 @@ class ClipsPanel(QWidget):
         self.bar.setUpdatesEnabled(True)
         self.bar.setVisible(self._queue.running)
         self.stop.setVisible(self._queue.running)
-        failed = sum(c.state == ClipState.FAILED for c in self._model.things)
-        if self._queue.running:
-            left = self._queue.seconds_left
-            self.status.setText(f"{done} of {total} analysed, about {left:.0f} s left")
-        else:
-            told = f", {failed} failed" if failed else ""
-            self.status.setText(f"{total} clips{told}" if total else "")
+        told = self._progress() if self._queue.running else self._totals()
+        self.status.setText(told)
+        self.status.setToolTip(told)
+        exports = len(self._queue.exports)
+        listed = f"; {exports} export{'s' * (exports > 1)} not listed" if exports else ""
+        told = f"τ: {self._queue.profile_name or 'automatic, of each clip'}{listed}"
+        self.tau.setText(told if self._queue.folder is not None else "")
+        names = "\n".join(sorted(path.name for path in self._queue.exports)[:20])
+        change = "Tuning, Use τ for the folder: the τ of the open clip for all of them"
+        self.tau.setToolTip(f"{change}\n\nNot listed:\n{names}" if exports else change)
         self._mark_open()
+
+    def _progress(self) -> str:
+        done, total = self._queue.progress
+        return f"{done} of {total} analysed, about {self._queue.seconds_left:.0f} s left"
+
+    def _totals(self) -> str:
+        clips = self._queue.clips.values()
+        through, of, decided, intervals = self._queue.totals
+        told = [f"{through} of {of} clips, {decided} of {intervals} intervals"] if clips else []
+        if failed := sum(c.state == ClipState.FAILED for c in clips):
+            told.append(f"{failed} failed")
+        return "; ".join(told)
 
     def _mark_open(self) -> None:
         data = self._document.data
         at = self._model.row_of(data.clip.path) if data is not None else None
         if at is not None:
             self.table.selectRow(at)
+        else:
+            self.table.clearSelection()

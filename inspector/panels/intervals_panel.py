@@ -21,7 +21,7 @@ from inspector.widgets.tables import SORT_ROLE, Index, Row, RowDelegate, RowMode
 from inspector.widgets.theme import Theme
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
-from twistcore.review.model import overlapping
+from twistcore.review.model import APPLIED, overlapping
 
 _HEADS = ("Chain", "Kind", "Decision", "Start", "Stop", "Frames", "δ", "Time", "Conf.", "Note")
 _SAMPLES = (
@@ -72,6 +72,8 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         seconds = interval.start * document.data.motion.frame_time
         seen = (interval.kind, judged.decision) == (Kind.LONE_JUMP, Decision.ACCEPTED)
         decision = "✓ seen" if seen else MARKS[judged.decision]
+        if judged.verdict == APPLIED:
+            decision = "✓ automatic"
         decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
         confidence = -1.0 if interval.confidence is None else interval.confidence
         cells: tuple[tuple[str, object], ...] = (  # what is shown, and what it is sorted by
@@ -111,6 +113,8 @@ def _tip(judged: Judged, shared: bool) -> str:
         parts.append("made by hand")
     if not judged.supported:
         parts.append("the detector no longer finds it at this τ")
+    if judged.verdict == APPLIED:
+        parts.append("applied automatically: no person looked at it")
     if judged.reviewer or judged.decided_at:
         parts.append(f"decided {judged.decided_at} {judged.reviewer}".strip())
     return "\n".join(parts)

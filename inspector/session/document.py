@@ -202,9 +202,12 @@ class Document(OpenClip):
     def accept_undecided(self, at_least: float | None = None) -> bool:
         """Accept what may be without a look at it, in one step; False if that failed.
 
-        at_least: a confidence, where another is wanted than that of what is applied unasked.
+        at_least: the confidence that a person asked for; without one it is nobody's decision, and
+        told as applied automatically.
         """
         ids = self.review.state.unasked(at_least)
+        if at_least is None:
+            return not ids or self.do(Decide(ids, Decision.ACCEPTED))
         return not ids or self._decide(ids, Decision.ACCEPTED)
 
     def begin_drag(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
-from twistcore.export.report import Report, check_report, write_report
+from twistcore.export.report import Report, check_report, report_files, report_marks, write_report
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
 from twistcore.review import ReviewState, read_session, write_session
@@ -40,7 +41,7 @@ class Export:
 
     left_out: what cannot be corrected; changed: that the clip on disk is another by now, or '';
     ours: SHA-256 of files as this program wrote them, those of this export as they come; own: what
-    only the review itself may write.
+    only the review itself may write; by: who asks for it.
     """
 
     choice: ExportChoice
@@ -51,6 +52,7 @@ class Export:
     changed: str
     ours: dict[Path, str]
     own: frozenset[Path]
+    by: str = ""
 
 
 def prepare(document: Document, choice: ExportChoice) -> Export:
@@ -74,7 +76,43 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
         document.recovery.check_clip(),
         dict(document.exported),
         own,
+        document.reviewer,
     )
+
+
+def files_of(choice: ExportChoice) -> tuple[Path, ...]:
+    """Every file that an export writes."""
+    path = choice.path
+    replay = (replay_path(path),) if choice.session else ()
+    report = report_files(path.parent, path.stem) if choice.report else ()
+    return (path, *replay, *report)
+
+
+def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
+    """Files that are there already where an export writes, and whether this program wrote them so.
+
+    ours: SHA-256 of files as this program wrote them; those of earlier runs are told by the report.
+    """
+    known = _known(choice.path, ours)
+    listing = report_files(choice.path.parent, choice.path.stem)[-1]
+    there = [path for path in files_of(choice) if path.exists()]
+    return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
+
+
+def _known(path: Path, ours: Mapping[Path, str]) -> dict[Path, str]:
+    """SHA-256 of what this program wrote, by this run and by the report beside an export."""
+    listing = report_files(path.parent, path.stem)[-1]
+    marks: Mapping[str, str] = {}
+    with suppress(TwistError):
+        marks = report_marks(listing)
+    return {path.with_name(name): mark for name, mark in marks.items()} | dict(ours)
+
+
+def _lists(listing: Path) -> bool:
+    try:
+        return bool(report_marks(listing))
+    except TwistError:
+        return False
 
 
 def check_targets(
@@ -91,8 +129,9 @@ def check_targets(
         raise TwistError(f"{path}: choose another name; the source is never overwritten.")
     if path in own or replay in own:
         raise TwistError(f"{path}: choose another name; the review itself is kept there.")
+    known = _known(path, ours)
     for file in (path, replay) if choice.session else (path,):
-        if not (choice.replace or _as_written(file, ours)):
+        if not (choice.replace or _as_written(file, known)):
             raise TwistError(f"{file}: there is such a file already; choose another name.")
     if choice.session and replay.exists():
         try:
@@ -101,7 +140,7 @@ def check_targets(
             told = f"{replay}: there is a file that this program did not write"
             raise TwistError(f"{told}; choose another name.") from None
     if choice.report:
-        check_report(path.parent, clip)
+        check_report(path.parent, path.stem)
 
 
 def _as_written(path: Path, ours: Mapping[Path, str]) -> bool:
@@ -126,7 +165,12 @@ def write(export: Export, tell: Tell = nobody) -> str:
         write_session(replay_path(choice.path), clip, state)
         _take_note(export, replay_path(choice.path))
     if choice.report:
-        write_report(choice.path.parent, Report(clip, export.chains, state, refined))
+        own = (choice.path, replay_path(choice.path))
+        files = {p.name: export.ours[p] for p in own if p in export.ours and p in files_of(choice)}
+        name = choice.path.stem
+        report = Report(clip, export.chains, state, refined, name, files, export.by)
+        for file in write_report(choice.path.parent, report):
+            _take_note(export, file)
     return _told(export, refined, jumps)
 
 

@@ -14,6 +14,7 @@ class Exporter(QObject):
     """Says how far it is and how it ended; the review may go on meanwhile."""
 
     ended = Signal()
+    written = Signal(object, str)  # an Export that is on disk, and what was said of it
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -41,7 +42,7 @@ class Exporter(QObject):
         self._tell(0.0)
         task = Task(lambda tell: write(export, tell), self)
         task.progress.connect(self._tell)
-        task.finished.connect(lambda text: self._end(export, text, wrong=bool(export.changed)))
+        task.finished.connect(lambda text: self._done(export, text))
         task.failed.connect(lambda error: self._fail(export, error))
         task.start()
 
@@ -65,6 +66,10 @@ class Exporter(QObject):
         if isinstance(error, OSError):
             told = f"{error.filename or export.choice.path}: not written ({error.strerror})."
         self._end(export, told, wrong=True)
+
+    def _done(self, export: Export, text: str) -> None:
+        self._end(export, text, wrong=bool(export.changed))
+        self.written.emit(export, text)
 
     def _end(self, export: Export, text: str, *, wrong: bool) -> None:
         self._document.exported.update(export.ours)  # some of it may be there, if not all

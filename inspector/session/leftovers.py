@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from inspector.session.opening import with_every_kind
-from inspector.session.session_files import set_aside
+from inspector.session.session_files import (
+    journal_owners,
+    journals,
+    kept_sessions,
+    refuge_path,
+    session_path,
+    set_aside,
+    written,
+)
 from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import Clip
 from twistcore.errors import FormatError, TwistError
+from twistcore.file_lock import is_held
 from twistcore.limb import Limb
 from twistcore.review import Judged, Recovered, Review, ReviewState, recover
 from twistcore.review.session import session_document
@@ -33,6 +43,37 @@ class Leftover:
     def path(self) -> Path:
         """The journal."""
         return self.recovered.path
+
+
+def waiting(clip: Path) -> list[Path]:
+    """Journals of a clip that no living program holds, wherever they are, the latest first."""
+    places = dict.fromkeys((session_path(clip), refuge_path(clip), *kept_sessions(clip)))
+    there = {path for place in places for path in journals(place)}
+    return sorted((p for p in there if not is_held(p)), key=written, reverse=True)
+
+
+def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
+    """Clips of a folder of which a review that ended without saving may be restored."""
+    beside = journal_owners(folder)
+    away = journal_owners(refuge_path(folder / "clip.bvh").parent)
+    by_name = [p for p in clips if session_path(p).name in beside]
+    if away:
+        by_name += [p for p in clips if refuge_path(p).name in away]
+    return {path for path in by_name if waiting(path)}
+
+
+def decisions_in(journal: Path) -> int:
+    """How many intervals a journal judges or edits otherwise than the session it began with.
+
+    0 for one that cannot be read, or in which nothing is left.
+    """
+    try:
+        recovered = recover(journal)
+    except TwistError:
+        return 0
+    began = {_work(judged) for judged in recovered.session.state.intervals}
+    new = sum(_work(judged) not in began for judged in recovered.review.state.intervals)
+    return new or min(recovered.steps, 1)
 
 
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:

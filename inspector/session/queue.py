@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import time
@@ -16,7 +15,8 @@ from typing import Any
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
 
-from inspector.session.session_files import kept_sessions
+from inspector.session.leftovers import waiting_among
+from inspector.session.session_files import decided_in, exports_among, written
 from inspector.session.survey_worker import work
 from twistcore.batch import ClipSurvey
 from twistcore.tuning import Profile
@@ -39,8 +39,10 @@ class ClipState(StrEnum):
 class QueuedClip:
     """A clip of the folder.
 
-    severity: mean error a frame, degrees, −1 while unknown; reason: why it failed; decided: of
-    how many intervals, by its session, or None without one.
+    severity: mean error a frame, degrees, −1 while unknown; reason: why it failed, or why nothing
+    could be checked in it (`unchecked`); decided: of how many intervals, by its review if that is
+    open, else by its session, None without either; exported: the name of its latest export, or '';
+    waits: a review that ended without saving can be restored.
     """
 
     path: Path
@@ -49,11 +51,31 @@ class QueuedClip:
     intervals: int = 0
     reason: str = ""
     decided: tuple[int, int] | None = None
+    unchecked: bool = False
+    exported: str = ""
+    waits: bool = False
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Intervals decided, of all."""
+        return self.decided or (0, self.intervals)
 
     @property
     def done(self) -> bool:
-        """Every interval is decided."""
-        return self.decided is not None and self.decided[0] == self.decided[1]
+        """Every interval is decided, and there is one."""
+        return self.decided is not None and self.decided[0] == self.decided[1] > 0
+
+    @property
+    def clean(self) -> bool:
+        """It was checked and nothing was found."""
+        ready = self.state == ClipState.READY and not self.unchecked
+        return ready and not self.counts[1] and not self.waits
+
+    @property
+    def to_do(self) -> bool:
+        """Something in it is to be decided."""
+        undecided = self.state == ClipState.READY and self.counts[0] < self.counts[1]
+        return undecided or self.waits
 
 
 @dataclass(eq=False)
@@ -75,12 +97,16 @@ class FolderQueue(QObject):
 
     changed = Signal()
     finished = Signal()
+    profile_changed = Signal()
 
     def __init__(self, workers: int = 0, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.folder: Path | None = None
         self.clips: dict[Path, QueuedClip] = {}
         self.profile: Profile | None = None  # τ for all clips, or each clip's automatic one
+        self.profile_name = ""
+        self.exports: frozenset[Path] = frozenset()  # in the folder, written by this program
+        self._elsewhere: dict[Path, str] = {}  # exports of this run, by their clip
         self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # one core for the window
         self._workers: list[_Worker] = []
         self._started = 0.0
@@ -122,18 +148,29 @@ class FolderQueue(QObject):
         return self._poll.isActive()
 
     def next_after(self, path: Path | None) -> Path | None:
-        """The worst clip that is ready and not yet decided, other than `path`."""
-        ready = (c for c in self.ordered if c.state == ClipState.READY and not c.done)
-        return next((c.path for c in ready if c.path != path), None)
+        """The worst clip in which something is to be decided, behind `path` and round the end."""
+        ordered = self.ordered
+        at = next((k for k, c in enumerate(ordered, 1) if c.path == path), 0)
+        behind = (c for c in (*ordered[at:], *ordered[:at]) if c.to_do and c.path != path)
+        return next((c.path for c in behind), None)
+
+    @property
+    def totals(self) -> tuple[int, int, int, int]:
+        """Clips through, of all that can be looked at, and their intervals decided, of all."""
+        clips = [c for c in self.clips.values() if c.state != ClipState.FAILED]
+        through = sum(c.done or c.clean or c.unchecked for c in clips)
+        counts = [c.counts for c in clips]
+        return through, len(clips), sum(n for n, _ in counts), sum(n for _, n in counts)
 
     # -- the folder ---------------------------------------------------------------------------
 
-    def open(self, folder: Path) -> None:
-        """Survey another folder; what was under way is given up."""
+    def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
+        """Survey another folder, at a profile's τ if given; what was under way is given up."""
         self.close()
         self.folder = folder
-        self.profile = None
+        self.profile, self.profile_name = profile, name
         self.clips = {}
+        self.exports = frozenset()
         self._watcher.addPath(str(folder))
         self._started = time.monotonic()
         self.rescan()
@@ -143,10 +180,19 @@ class FolderQueue(QObject):
         if self.folder is None:
             return
         there = sorted(self.folder.glob("*.bvh")) if self.folder.is_dir() else []
-        for path in there:
+        exported = exports_among(there)
+        self.exports = frozenset(exported)
+        clips = [path for path in there if path not in exported]
+        latest = {exported[path]: path.name for path in sorted(exported, key=written)}
+        waiting = waiting_among(self.folder, clips)
+        for path in clips:
             if path not in self.clips or self.clips[path].reason == _GONE:
                 self.clips[path] = QueuedClip(path, decided=decided_in(path))
-        for path in self.clips.keys() - there:
+            name = latest.get(path.name, self._elsewhere.get(path, ""))
+            self._put(path, exported=name, waits=path in waiting)
+        for path in self.exports & self.clips.keys():
+            del self.clips[path]
+        for path in self.clips.keys() - clips:
             self._put(path, state=ClipState.FAILED, reason=_GONE)
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
             self._poll.start()
@@ -158,19 +204,29 @@ class FolderQueue(QObject):
         if path in self.clips:
             self.clips[path] = replace(self.clips[path], **known)
 
-    def use_profile(self, profile: Profile | None) -> None:
+    def use_profile(self, profile: Profile | None, name: str = "") -> None:
         """Survey the folder again at a profile's τ, or at each clip's automatic one."""
         self.cancel()
-        self.profile = profile
+        self.profile, self.profile_name = profile, name
         self.clips = {path: QueuedClip(path, decided=c.decided) for path, c in self.clips.items()}
+        self.profile_changed.emit()
         self._started = time.monotonic()
         self.rescan()
 
     def refresh(self, path: Path) -> None:
         """Read a clip's session again: it was saved."""
-        if path in self.clips:
-            self._put(path, decided=decided_in(path))
+        self.note(path, decided_in(path))
+
+    def note(self, path: Path, decided: tuple[int, int] | None) -> None:
+        """A clip's review stands so by now."""
+        if path in self.clips and self.clips[path].decided != decided:
+            self._put(path, decided=decided)
             self.changed.emit()
+
+    def note_export(self, path: Path, export: Path) -> None:
+        """A clip was exported."""
+        self._elsewhere[path] = export.name
+        self.rescan()
 
     def cancel(self) -> None:
         """Stop surveying; what is known stays."""
@@ -237,8 +293,14 @@ class FolderQueue(QObject):
         if isinstance(answer, str):
             self._put(path, state=ClipState.FAILED, reason=answer)
         else:
-            found = {"severity": answer.severity, "intervals": answer.intervals}
-            self._put(path, state=ClipState.READY, **found)
+            self._put(
+                path,
+                state=ClipState.READY,
+                severity=answer.severity,
+                intervals=answer.intervals,
+                reason=answer.unchecked,
+                unchecked=bool(answer.unchecked),
+            )
 
     def _end(self, worker: _Worker, reason: str) -> None:
         if worker.path is not None:
@@ -264,12 +326,3 @@ def _spawn() -> _Worker:
     process.start()
     theirs.close()
     return _Worker(process, ours)
-
-
-def decided_in(clip: Path) -> tuple[int, int] | None:
-    """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
-    with suppress(IndexError, OSError, ValueError, KeyError, TypeError):
-        document = json.loads(kept_sessions(clip)[0].read_text(encoding="utf-8"))
-        decisions = [i["decision"] for i in document["intervals"]]
-        return sum(d != "undecided" for d in decisions), len(decisions)
-    return None

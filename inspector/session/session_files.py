@@ -9,19 +9,22 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from pathlib import Path
+from functools import lru_cache
+from pathlib import Path, PurePath
 from typing import TypeVar
 
 import platformdirs
 
 from twistcore.atomic import free_name, write_atomically
 from twistcore.encoding import json_bytes
+from twistcore.export.report import report_files
 
 _Made = TypeVar("_Made")
 
 SESSION_SUFFIX = ".twist.json"
+EXPORT_MARK = "_refined"  # behind a clip's name, where a person gives no other
 REPLAY_SUFFIX = ".replay.json"  # what an export did: never a review that goes on
 JOURNAL_SUFFIX = ".journal"
 # A crash before an earlier journal was answered leaves another; the last is an older program's.
@@ -110,6 +113,16 @@ def journals(session: Path) -> list[Path]:
     return [session.with_name(n) for n in names if _JOURNAL.fullmatch(n.removeprefix(start))]
 
 
+def journal_owners(folder: Path) -> set[str]:
+    """Names of the sessions in a folder beside which journals lie."""
+    try:
+        with os.scandir(folder) as entries:
+            cut = (e.name.rpartition(JOURNAL_SUFFIX) for e in entries)
+            return {name for name, mark, end in cut if mark and _JOURNAL.fullmatch(end)}
+    except OSError:
+        return set()
+
+
 def written(path: Path) -> int:
     """When a file was last written, nanoseconds; 0 for one that has gone."""
     try:
@@ -144,3 +157,50 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     write_atomically(path, data)
     known[path] = hashlib.sha256(data).hexdigest()
     return told
+
+
+def decided_in(clip: Path) -> tuple[int, int] | None:
+    """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
+    with suppress(IndexError, OSError, ValueError, KeyError, TypeError):
+        document = json.loads(kept_sessions(clip)[0].read_text(encoding="utf-8"))
+        decisions = [i["decision"] for i in document["intervals"]]
+        return sum(d != "undecided" for d in decisions), len(decisions)
+    return None
+
+
+def exports_among(clips: Sequence[Path]) -> dict[Path, str]:
+    """Those clips of a folder that this program wrote, and the file name of what each is from.
+
+    The session that replays it, or its report, tells; else the name that exports get by default.
+    """
+    names = {path.name for path in clips}
+    found = {}
+    for path in clips:
+        source = path.stem.removesuffix(EXPORT_MARK) + path.suffix
+        report = report_files(path.parent, path.stem)[-1]
+        told = _told_source(replay_path(path)) or _told_source(report)
+        if told not in ("", path.name):
+            found[path] = told
+        elif source != path.name and source in names:
+            found[path] = source
+    return found
+
+
+def _told_source(listing: Path) -> str:
+    """The name of the clip that an export beside this file is from, '' where it tells none."""
+    with suppress(OSError):
+        status = listing.stat()
+        return _read_source(listing, status.st_mtime_ns, status.st_size)
+    return ""
+
+
+@lru_cache(maxsize=10_000)
+def _read_source(listing: Path, modified: int, size: int) -> str:
+    del modified, size  # by them it is read again when it was written again
+    with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+        document = json.loads(listing.read_bytes())
+        if listing.name.endswith(REPLAY_SUFFIX):
+            return PurePath(document["clip"]).name
+        own = listing.name.removesuffix(".report.json") + ".bvh"
+        return str(document["clip"]) if own in document["files"] else ""
+    return ""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import glob
 import json
 import math
 import os
 import stat
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from twistcore.atomic import free_name, write_atomically
 
 RECENT = 10
 VIDEOS = 500
+FOLDERS = 100
 STEPS = (2, 1000)  # frames that Ctrl+arrow may go by
 FARTHEST_S = 86_400.0  # a video's offset, either way
 _LARGEST_FILE = 64_000_000  # bytes; ours have some kilobytes
@@ -34,8 +36,11 @@ class Settings:
     zoom_to_interval: whether N, A and R zoom the plots to the interval they go to; order: of going
     through intervals, 'chain' or 'time'; reviewer_asked: whether the name was asked for;
     turn_ms: milliseconds in which the camera turns to another limb, 0 for at once; videos: by the
-    clip's path its video's path and offset in seconds, the latest last; of_others: what the file
-    holds beside, of a newer version perhaps, kept for it.
+    clip's path its video's path and offset in seconds, the latest last; folders: by a folder's path
+    where one stopped in it, `clip`, and τ for all of it, `profile` (its name, '' for each clip's
+    automatic one), `method` and `tau` in radians, the latest last; autosave: a session is saved by
+    itself; next_after_export: in a folder the next clip opens then; of_others: what the file holds
+    beside, of a newer version perhaps, kept for it.
     """
 
     theme: str = "system"
@@ -51,6 +56,9 @@ class Settings:
     reviewer_asked: bool = False
     turn_ms: int = 220
     videos: dict[str, tuple[str, float]] = field(default_factory=dict)
+    folders: dict[str, dict[str, Any]] = field(default_factory=dict)
+    autosave: bool = True
+    next_after_export: bool = True
     of_others: dict[str, Any] = field(default_factory=dict)
 
     def remember(self, path: Path) -> None:
@@ -64,6 +72,18 @@ class Settings:
         self.videos[clip] = str(video.resolve()), min(max(offset, -FARTHEST_S), FARTHEST_S)
         for oldest in list(self.videos)[:-VIDEOS]:
             del self.videos[oldest]
+
+    def of_folder(self, folder: Path) -> dict[str, Any]:
+        """What is kept of a folder."""
+        nothing = {"clip": "", "profile": "", "method": "", "tau": {}}
+        return nothing | self.folders.get(str(folder.resolve()), {})
+
+    def remember_folder(self, folder: Path, **known: Any) -> None:
+        """Keep where one is in a folder, or its τ: what is not named stays as it is."""
+        now = self.of_folder(folder) | known
+        name = str(folder.resolve())
+        others = {k: v for k, v in self.folders.items() if k != name}
+        self.folders = dict([*others.items(), (name, now)][-FOLDERS:])
 
 
 # What the fields of a file must be; the window lets nobody choose what is out of these bounds.
@@ -83,6 +103,18 @@ CHECKS: dict[str, Check] = {
     "videos": checks.last_by(
         checks.path, checks.both(checks.path, checks.number(-FARTHEST_S, FARTHEST_S)), VIDEOS
     ),
+    "folders": checks.last_by(
+        checks.path,
+        checks.record(
+            clip=checks.path_or_none,
+            profile=checks.text(1000),
+            method=checks.text(100),
+            tau=checks.last_by(checks.text(1000), checks.number(0.0, math.pi), 1000),
+        ),
+        FOLDERS,
+    ),
+    "autosave": checks.flag,
+    "next_after_export": checks.flag,
 }
 
 
@@ -158,6 +190,40 @@ def save_settings(path: Path, settings: Settings) -> str:
     except OSError as error:
         return f"{path}: the settings cannot be written ({error.strerror})."
     return ""
+
+
+def save_changes(path: Path, settings: Settings, before: Settings) -> str:
+    """Write what has changed since `before` into the file as it is by now; as `save_settings`.
+
+    Another program may have written there meanwhile: what was not changed here stays as it is, and
+    of lists and objects every entry.
+    """
+    there, damaged = before, tuple[str, ...]()
+    if path.is_file() and not _trouble(path):
+        with contextlib.suppress(OSError):
+            there, damaged = settings_from_json(path.read_bytes())
+    there = replace(there, **{n: getattr(before, n) for n in damaged if n in CHECKS})
+    return save_settings(path, merged(before, settings, there))
+
+
+def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
+    """Theirs, with what is otherwise in ours than it was before."""
+    changed: dict[str, Any] = {}
+    for name in CHECKS:
+        old, new, other = (getattr(s, name) for s in (before, ours, theirs))
+        if new == old:
+            continue
+        if isinstance(new, dict):
+            left = {k: v for k, v in other.items() if k in new or k not in old}
+            own = {k: v for k, v in new.items() if old.get(k) != v}
+            new = {k: v for k, v in left.items() if k not in own} | own
+        elif isinstance(new, list):
+            old_place = {k: place for place, k in enumerate(old)}
+            latest_first = [k for n, k in enumerate(new) if old_place.get(k, n + 1) > n]
+            rest = [k for k in other if (k in new or k not in old) and k not in latest_first]
+            new = [*latest_first, *rest]
+        changed[name] = CHECKS[name](new) if name not in ("geometry", "layout") else new
+    return replace(theirs, **changed)
 
 
 def _trouble(path: Path) -> str:

@@ -55,6 +55,13 @@ def number(low: float, high: float) -> Check:
     return _of(int, float, good=lambda value: low <= value <= high, keep=float)
 
 
+def flag(value: Any) -> bool:
+    """True or false."""
+    if not isinstance(value, bool):
+        raise ValueError
+    return value
+
+
 def text(longest: int) -> Check:
     """Text that any file can hold: no half of a surrogate pair."""
     # UnicodeEncodeError is a ValueError.
@@ -71,6 +78,11 @@ def path(value: Any) -> str:
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_PATH or "\0" in value:
         raise ValueError
     return _encodable(value, "surrogateescape")
+
+
+def path_or_none(value: Any) -> str:
+    """A file's path, or '' for none."""
+    return "" if value == "" else path(value)
 
 
 def sealed_bytes(longest: int) -> Check:
@@ -117,6 +129,15 @@ def last_by(key: Check, entry: Check, most: int) -> Check:
     """An object; its last good entries are kept."""
     pair = both(key, entry)
     return _of(dict, keep=lambda some: dict(_good(pair, some.items())[-most:]))
+
+
+def record(**checks: Check) -> Check:
+    """An object with these entries, all of them good; others are left out."""
+    return _of(
+        dict,
+        good=lambda some: checks.keys() <= some.keys(),
+        keep=lambda some: {name: check(some[name]) for name, check in checks.items()},
+    )
 
 
 def shallow(value: Any, depth: int = 20) -> Any:

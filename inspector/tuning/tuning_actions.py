@@ -116,7 +116,8 @@ class TuningActions:
             self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
             return
         state = self.document.review.state
-        self.queue.use_profile(Profile(dict(state.tau), state.method))
+        name = f"of {self.document.data.clip.name}"
+        self.queue.use_profile(Profile(dict(state.tau), state.method), name)
         self.bar.show_message(
             f"{self.queue.folder.name} is analysed again with the τ of "
             f"{self.document.data.clip.name}; clips with a session keep their own.",

@@ -38,13 +38,26 @@ class MessageBar(QFrame):
 
     def show_message(self, text: str, wrong: bool) -> None:
         """Show a sentence; `wrong` marks an error."""
-        if self._answers.count() and self.isVisible() and not wrong:
+        if self.asks and not wrong:
             return  # a question waits for its answer
         self._show(text, wrong)
         if wrong:
             self._timer.stop()
         else:
             self._timer.start(_SHOWN_MS)
+
+    @property
+    def asks(self) -> bool:
+        """Whether a question is seen that waits for its answer."""
+        return self._asked is not None and bool(self._answers.count()) and self.isVisible()
+
+    def offer(self, text: str, answers: Answers) -> None:
+        """Show a sentence with buttons that goes by itself; not where a question waits."""
+        if not self.asks:
+            self._asked = None
+            self._show(text, False)
+            self._add(answers)
+            self._timer.start(2 * _SHOWN_MS)
 
     def withdraw(self, text: str) -> None:
         """No longer show this sentence, if it is what is shown."""
@@ -58,6 +71,9 @@ class MessageBar(QFrame):
             text = f"{self.label.text()} {text}"  # the error is not to go unread
         self._show(text, False)
         self._timer.stop()
+        self._add(answers)
+
+    def _add(self, answers: Answers) -> None:
         for number, (name, slot) in enumerate(answers, 1):
             button = QPushButton(name)
             button.setShortcut(f"Alt+{number}")

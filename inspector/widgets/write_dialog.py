@@ -42,7 +42,8 @@ class WriteDialog(QDialog):
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
         )
-        buttons.button(QDialogButtonBox.StandardButton.Save).setText(self.windowTitle())
+        self.do_it = buttons.button(QDialogButtonBox.StandardButton.Save)
+        self.do_it.setText(self.windowTitle())
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         vbox(self.form, None, buttons, owner=self)

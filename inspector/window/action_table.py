@@ -39,6 +39,8 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
                    do=lambda p: p.files.open_folder()),
         ActionSpec("next_clip", "Next clip", ("Ctrl+N",), "The worst clip not yet decided",
                    do=lambda p: p.files.next_clip()),
+        ActionSpec("previous_clip", "Previous clip", ("Ctrl+Shift+N",), "The clip opened before",
+                   do=lambda p: p.files.previous_clip()),
         ActionSpec("open_sample", "Open the sample", (), "A walk with known twist errors",
                    do=lambda p: p.files.open_path(SAMPLE)),
         ActionSpec("cancel_opening", "Cancel opening", ("Esc",), "Give up what is being opened",

@@ -8,12 +8,13 @@ from pathlib import Path
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.session.document import Document
-from inspector.session.export_files import ExportChoice
-from inspector.session.session_files import replay_path
+from inspector.session.export_files import ExportChoice, check_targets, replaced
+from inspector.session.session_files import EXPORT_MARK
 from inspector.widgets.write_dialog import WriteDialog
+from twistcore.errors import TwistError
 from twistcore.refinement import SURE_ENOUGH
 from twistcore.review import Decision
-from twistcore.review.model import SEEN
+from twistcore.review.model import APPLIED, SEEN
 
 
 class ExportDialog(WriteDialog):
@@ -21,9 +22,14 @@ class ExportDialog(WriteDialog):
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         clip = document.data.clip.path if document.data else Path("clip.bvh")
-        super().__init__("Export", clip.with_name(f"{clip.stem}_refined.bvh"), parent)
+        super().__init__("Export", clip.with_name(f"{clip.stem}{EXPORT_MARK}.bvh"), parent)
+        self._document = document
         told = Counter(j.verdict for j in document.intervals)
-        words = [f"{told[v]} {v}" for v in (Decision.ACCEPTED, SEEN) if told[v] or v != SEEN]
+        words = [
+            f"{told[v]} {v}"
+            for v in (Decision.ACCEPTED, SEEN, APPLIED)
+            if told[v] or v == "accepted"
+        ]
         words += [f"{told[v]} {v}" for v in (Decision.REJECTED, Decision.UNDECIDED)]
         undecided = len(document.review.state.unasked()) if document.data else 0
         repairable = (j for j in document.intervals if j.interval.repairable)
@@ -38,9 +44,13 @@ class ExportDialog(WriteDialog):
         self.report = QCheckBox("Report beside it (HTML, CSV, JSON, markers for Blender)")
         for beside in (self.session, self.report):
             beside.setChecked(True)
-        self.warning = QLabel(wordWrap=True)
-        note = "They are accepted in one step, which undo takes back."
-        self.undecided.toggled.connect(lambda on: self.warning.setText(note if on else ""))
+        self.warning, self.obstacle = QLabel(wordWrap=True), QLabel(wordWrap=True)
+        self.replaces = QLabel(wordWrap=True)
+        note = "In one step, which undo takes back; the report says that they were applied "
+        note += "automatically, not that you accepted them."
+        self.warning.setText(note)
+        self.warning.hide()
+        self.undecided.toggled.connect(self.warning.setVisible)
         form = self.form
         form.addRow("Write to", self.where)
         self.count = QLabel(", ".join(words))
@@ -52,24 +62,50 @@ class ExportDialog(WriteDialog):
             form.addRow("Tracked", QLabel(f"{count} with QuaMo, {gains} gains, afterwards"))
         form.addRow("", self.undecided)
         form.addRow("", self.warning)
-        form.addRow("", self.replace)
         form.addRow("With", self.session)
         form.addRow("", self.report)
+        form.addRow("Replaces", self.replaces)
+        form.addRow("", self.replace)
+        form.addRow("", self.obstacle)
         self.end_form()
         self.path.textChanged.connect(self._path_changed)
-        self.session.toggled.connect(self._path_changed)
+        self.replace.toggled.connect(self._see_whether_it_can)
+        for beside in (self.session, self.report):
+            beside.toggled.connect(self._path_changed)
         self._path_changed()
 
     def _path_changed(self) -> None:
-        path = Path(self.path.text()).expanduser()
-        beside = self.session.isChecked() and replay_path(path).exists()
         self.replace.setChecked(False)  # what was said of another file
-        self.replace.setVisible(path.exists() or beside)
+        there = replaced(self.choice(), self._document.exported)
+        foreign = [path for path, ours in there.items() if not ours]
+        lines = [
+            f"{path.name} ({'written by this program' if ours else 'not ours, or changed since'})"
+            for path, ours in there.items()
+        ]
+        self.replaces.setText("\n".join(lines) or "nothing: all files are new")
+        self.replace.setVisible(bool(foreign))
+        self._see_whether_it_can()
+
+    def _see_whether_it_can(self) -> None:
+        """The button works where nothing is in the way; else a sentence says what is."""
+        why = ""
+        document = self._document
+        if (data := document.data) is not None:
+            try:
+                check_targets(self.choice(), data.clip, document.exported, document.keeper.files)
+            except TwistError as error:
+                why = str(error)
+        if why and self.replace.isVisibleTo(self) and not self.replace.isChecked():
+            why = "Tick Replace, or choose another name."
+        self.obstacle.setText(why)
+        self.obstacle.setVisible(bool(why))
+        self.do_it.setEnabled(not why)
 
     def choice(self) -> ExportChoice:
         """What the form says."""
+        data, path = self._document.data, Path(self.path.text()).expanduser()
         return ExportChoice(
-            Path(self.path.text()).expanduser(),
+            path if data is None else data.clip.path.absolute().parent / path,
             undecided=self.undecided.isChecked(),
             replace=self.replace.isChecked(),
             session=self.session.isChecked(),

@@ -4,49 +4,49 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QDockWidget, QFileDialog, QMainWindow, QMenu, QMessageBox
+from PySide6.QtWidgets import QDockWidget, QFileDialog, QMenu
 
-from inspector.panels.detail_card import DetailCard
-from inspector.session.document import Document
-from inspector.session.export_files import ExportChoice
+from inspector.session.export_files import Export, ExportChoice
 from inspector.session.exporter import Exporter
-from inspector.session.queue import FolderQueue
-from inspector.session.session_files import SESSION_SUFFIX, is_session, session_path
-from inspector.session.settings import Settings
-from inspector.teaching.teaching_actions import TeachingActions
-from inspector.widgets.file_dialog import ask_files, ask_where
-from inspector.widgets.message_bar import MessageBar
+from inspector.session.leftovers import decisions_in, waiting
+from inspector.session.session_files import SESSION_SUFFIX, is_session, written
+from inspector.widgets.file_dialog import ask_files
 from inspector.window.export_dialog import ExportDialog
+from inspector.window.saving import Saving
+from twistcore.tuning import Profile
+
+_FIRST_MS = 10_000  # a person waits so long for the worst clip of a folder
+_VISITED = 100
+_CHAINS = 160  # pixels for the chains, below the clips
 
 
-@dataclass(eq=False)
-class FileActions:
+@dataclass(eq=False, kw_only=True)
+class FileActions(Saving):
     """Opening, saving and exporting; folders and recent files.
 
-    cancel: the action that is enabled while something is being opened; tell_saved: called when
-    the session is on disk.
+    cancel: the action that is enabled while something is being opened.
     """
 
-    document: Document
-    settings: Settings
     exporter: Exporter
-    queue: FolderQueue
-    bar: MessageBar
-    detail: DetailCard
-    teaching: TeachingActions
     clips_dock: QDockWidget
     recent_menu: QMenu
     cancel: QAction
-    tell_saved: Callable[[], None]
-    window: QMainWindow
+    closing: bool = field(default=False, init=False)  # no other clip is to be opened any more
     _under_way: str = field(default="", init=False)
     _wait_for_first: bool = field(default=False, init=False)  # it opens by itself
+    _visited: list[Path] = field(default_factory=list, init=False)  # clips, the open one last
+    _when_open: Callable[[], object] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
+        self._first = QTimer(self.window, singleShot=True, interval=_FIRST_MS)
+        self._first.timeout.connect(self._open_first)
         opener, recovery = self.document.opener, self.document.recovery
         opener.locate.connect(self.locate_clip)
         opener.began.connect(self._opening)
@@ -56,6 +56,9 @@ class FileActions:
         recovery.open_again.connect(self.open_path)
         self.document.opened.connect(self._opened)
         self.queue.changed.connect(self._queue_changed)
+        self.queue.finished.connect(self._open_first)
+        self.queue.profile_changed.connect(self._keep_profile)
+        self.exporter.written.connect(self._exported)
         self.cancel.setEnabled(False)
         self._show_recent()
 
@@ -63,11 +66,14 @@ class FileActions:
 
     def open_path(self, path: Path) -> None:
         """Open a clip or a session."""
-        if not self.may_leave():
-            return
         if path.is_dir():
             self.open_queue(path)
-        elif is_session(path):
+        else:
+            self._wait_for_first = False
+            self.leave(lambda: self._open(path))
+
+    def _open(self, path: Path) -> None:
+        if is_session(path):
             self.document.opener.open_session(path)
         else:
             profile = self.queue.profile if path in self.queue.clips else None
@@ -85,26 +91,80 @@ class FileActions:
             self.open_path(Path(name))
 
     def open_queue(self, folder: Path) -> None:
-        """Analyse the clips of a folder in the background; the first that is ready opens."""
-        self.queue.open(folder)
-        self.clips_dock.show()
+        """Analyse the clips of a folder in the background.
+
+        The clip where one stopped opens, else the worst once all are analysed, or the worst of
+        those that are after a few seconds.
+        """
+        kept = self.settings.of_folder(folder)
+        profile = Profile(kept["tau"], kept["method"]) if kept["profile"] else None
+        self.queue.open(folder, profile, kept["profile"])
+        if self.clips_dock.isHidden():
+            self.clips_dock.show()
+            heights = {"clips": self.clips_dock.widget().sizeHint().height(), "chains": _CHAINS}
+            docks = [d for d in self.window.findChildren(QDockWidget) if d.objectName() in heights]
+            wanted = [heights[d.objectName()] for d in docks]
+            self.window.resizeDocks(docks, wanted, Qt.Orientation.Vertical)
+        stopped_at = self.queue.clips.get(folder / Path(kept["clip"]).name)
+        if stopped_at is not None and not stopped_at.done:
+            self.open_path(stopped_at.path)
+            return
         if not self.queue.clips:
             self.bar.show_message(f"{folder}: no BVH in this folder yet; it is watched.", False)
+        else:
+            self.bar.show_message(f"{folder.name}: the worst clip opens in a moment …", False)
         self._wait_for_first = True
+        self._first.start()
+        self._queue_changed()
 
     def _queue_changed(self) -> None:
-        if self._wait_for_first and (path := self.queue.next_after(None)):
-            self._wait_for_first = False
+        if not self._first.isActive() or not self.queue.running:
+            self._open_first()
+
+    def _open_first(self) -> None:
+        if not self._wait_for_first:
+            return
+        if path := self.queue.next_after(None):
             self.open_path(path)
+        elif not self.queue.running and self.queue.clips:
+            self._wait_for_first = False
+            told = "nothing is to be decided in its clips; a double click opens one."
+            self.bar.show_message(f"{self.queue.folder and self.queue.folder.name}: {told}", False)
+
+    def _keep_profile(self) -> None:
+        if (folder := self.queue.folder) is not None:
+            profile = self.queue.profile or Profile({})
+            self.settings.remember_folder(
+                folder,
+                profile=self.queue.profile_name,
+                method=profile.method,
+                tau=dict(profile.tau),
+            )
 
     def next_clip(self) -> None:
-        """Open the worst clip that is not decided."""
+        """Open the worst clip in which something is to be decided, behind the open one."""
         data = self.document.data
         path = self.queue.next_after(data.clip.path if data else None)
-        if path is None:
-            self.bar.show_message("No other clip of the folder waits for a decision.", False)
-        else:
+        if path is not None:
             self.open_path(path)
+        elif self.queue.folder is None:
+            self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
+        else:
+            self.bar.show_message(self._nothing_next(), False)
+
+    def _nothing_next(self) -> str:
+        if self.queue.running:
+            return "The other clips of the folder are still being analysed."
+        return "No other clip of the folder waits for a decision."
+
+    def previous_clip(self) -> None:
+        """Open the clip that was open before."""
+        if len(self._visited) < 2:
+            self.bar.show_message("No clip was open before.", False)
+            return
+        path = self._visited[-2]
+        del self._visited[-2:]
+        self.open_path(path)
 
     def _opening(self, what: str) -> None:
         self.bar.clear()
@@ -125,8 +185,15 @@ class FileActions:
         data = self.document.data
         assert data is not None
         if not self.teaching.program.aside.open:
-            self.settings.remember(data.clip.path)
+            path = data.clip.path
+            self.settings.remember(path)
+            self._visited = [*(p for p in self._visited if p != path), path][-_VISITED:]
+            if self.queue.folder is not None and path in self.queue.clips:
+                self.settings.remember_folder(self.queue.folder, clip=path.name)
         self._show_recent()
+        when_open, self._when_open = self._when_open, None
+        if when_open is not None:  # behind what is said and asked about the clip itself
+            QTimer.singleShot(0, self.window, when_open)
         frames = f"{data.motion.frames} frames at {data.motion.fps:.4g} fps"
         text = f"{data.clip.name}: {frames}, {len(data.motion.skeleton)} joints"
         self.window.statusBar().showMessage(text, 8000)
@@ -140,36 +207,7 @@ class FileActions:
             self.recent_menu.addAction(action)
         self.recent_menu.setEnabled(bool(self.settings.recent))
 
-    # -- saving and exporting -----------------------------------------------------------------
-
-    def save_session_as(self) -> None:
-        """Ask where to and write the session there."""
-        if self.document.data is None:
-            self.bar.show_message("Open a clip first.", False)
-            return
-        ask_where(
-            self.window,
-            "Save session as",
-            f"Sessions (*{SESSION_SUFFIX})",
-            lambda path: self.save_session(_named_session(path)),
-            wanted=session_path(self.document.data.clip.path),
-        )
-
-    def save_session(self, path: Path | None = None) -> bool:
-        """Write the session, at `path` or where it belongs; True if it is on disk."""
-        self.detail.commit()
-        saved, told = self.document.keeper.save(path)
-        if saved:
-            if changed := self.document.recovery.check_clip():
-                told += f" {changed} The session belongs to the version that is open."
-            self.tell_saved()
-            if self.document.data is not None:
-                self.queue.refresh(self.document.data.clip.path)
-            if file := self.document.keeper.session_file:
-                self.window.statusBar().showMessage(f"Saved {file}", 4000)
-        if told:
-            self.bar.show_message(told.strip(), True)
-        return saved
+    # -- exporting ----------------------------------------------------------------------------
 
     def locate_clip(self, session: Path) -> None:
         """Ask where the clip of a session went, and open both."""
@@ -190,27 +228,60 @@ class FileActions:
         self.detail.commit()
         self.exporter.start(choice)
 
-    def may_leave(self, *, ask: bool = True) -> bool:
-        """True once unsaved decisions are saved or knowingly given up, or wait in the journal."""
-        self.teaching.leave_guide()
-        self.detail.commit()
-        if not ask or self.document.data is None or self.document.review.saved:
-            return True
-        button = QMessageBox.StandardButton
-        answer = QMessageBox.question(
-            self.window,
-            "Twist Inspector",
-            f"{self.document.data.clip.name} has decisions that are not saved.",
-            button.Save | button.Discard | button.Cancel,
-            button.Save,
+    def _exported(self, export: Export, text: str) -> None:
+        """The session goes with the export; in a folder the next clip opens."""
+        path, data = export.clip.path, self.document.data
+        own = data is not None and data.clip is export.clip
+        if own and not self.document.review.saved and not self.document.keeper.read_only:
+            self.save_quietly()
+        if path not in self.queue.clips:
+            return
+        self.queue.note_export(path, export.choice.path)
+        if not own or self.closing or export.changed or not self.settings.next_after_export:
+            return
+        if (following := self.queue.next_after(path)) is None:
+            self.bar.show_message(f"{text} {self._nothing_next()}", False)
+            return
+        self._when_open = lambda: self._tell_next(f"{text} Next clip: {following.name}.", path)
+        self.open_path(following)
+
+    def _tell_next(self, text: str, before: Path) -> None:
+        if self.bar.asks:
+            self.window.statusBar().showMessage(text, 15_000)
+        else:
+            self.bar.offer(text, ((f"Back to {before.name}", lambda: self.open_path(before)),))
+
+    def offer_unsaved(self) -> None:
+        """Say which clip of the last ones has decisions that were not saved, and offer it."""
+        left = [
+            (clip, found) for clip in map(Path, self.settings.recent) if (found := waiting(clip))
+        ]
+        counted = [
+            (clip, found[0], decisions_in(found[0])) for clip, found in left if clip.exists()
+        ]
+        counted = [(clip, journal, count) for clip, journal, count in counted if count]
+        if not counted:
+            return
+        (clip, journal, count), *others = counted
+        when = datetime.fromtimestamp(written(journal) / 1e9)
+        decisions = f"{count} decision{'s' * (count > 1)}"
+        more = f" {len(others)} more of the last clips have some, too." if others else ""
+        self.bar.ask(
+            f"The last review of {clip.name} ended without saving ({when:%d %B, %H:%M}); "
+            f"{decisions} can be restored.{more}",
+            (("Open and restore", lambda: self._restore(clip)), ("Not now", lambda: None)),
         )
-        if answer == button.Save:
-            return self.save_session()
-        if answer == button.Discard:
-            self.document.keeper.journal.give_up()
-        return answer == button.Discard
 
+    def _restore(self, clip: Path) -> None:
+        """Open a clip, in its folder where that was open, and go on with its latest review."""
 
-def _named_session(path: Path) -> Path:
-    """With the ending that sessions have."""
-    return path if is_session(path) else path.with_name(path.name + SESSION_SUFFIX)
+        def go_on() -> None:
+            if leftovers := self.document.keeper.leftovers:
+                self.bar.clear()
+                self.document.recovery.restore(leftovers[0])
+
+        self._when_open = go_on
+        if self.settings.of_folder(clip.parent)["clip"] == clip.name:
+            self.open_queue(clip.parent)
+        else:
+            self.open_path(clip)

@@ -25,7 +25,7 @@ from inspector.session.document import Document
 from inspector.session.exporter import Exporter
 from inspector.session.player import Player
 from inspector.session.queue import FolderQueue
-from inspector.session.settings import Settings, save_settings
+from inspector.session.settings import Settings
 from inspector.teaching.guide_card import GuideCard
 from inspector.teaching.guided_program import GuidedProgram
 from inspector.teaching.interrupted_review import Aside
@@ -54,6 +54,7 @@ from inspector.window.parts import Parts
 from inspector.window.presentation import Presentation
 from inspector.window.program_actions import ProgramActions
 from inspector.window.review_actions import ReviewActions
+from inspector.window.settings_keeper import SettingsKeeper
 from twistcore.review import Decision
 
 _STATE_VERSION = 2
@@ -66,9 +67,9 @@ class MainWindow(Parts):
     """The program's window."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
-        """`settings_file`: where to keep the settings at the end; None: nowhere."""
+        """`settings_file`: where to keep the settings; None: nowhere."""
         super().__init__()
-        self.settings, self._settings_file = settings, settings_file
+        self.settings = settings
         self._unasked = False  # closing: what is not saved stays in the journal
         self.document = Document(self)
         self.exporter = Exporter(self.document, self)
@@ -92,6 +93,8 @@ class MainWindow(Parts):
         self.program.colour()  # some views have no colours until they are told
         self._restore()
         self.keys = ReviewKeys(self, self._keyboard_home)
+        complain = partial(self.bar.show_message, wrong=True)
+        self._kept_settings = SettingsKeeper(settings, settings_file, self._looks, complain, self)
 
     # -- building -----------------------------------------------------------------------------
 
@@ -186,10 +189,19 @@ class MainWindow(Parts):
         )
         self.teaching_actions = TeachingActions(program, docks["guide"], docks["chains"], self)
         self.files = FileActions(
-            document, self.settings, self.exporter, self.queue, bar, self.detail,
-            self.teaching_actions, docks["clips"], self.recent_menu, actions["cancel_opening"],
-            self._review_changed, self,
-        )  # fmt: skip
+            document=document,
+            settings=self.settings,
+            queue=self.queue,
+            bar=bar,
+            detail=self.detail,
+            teaching=self.teaching_actions,
+            tell_saved=self._review_changed,
+            window=self,
+            exporter=self.exporter,
+            clips_dock=docks["clips"],
+            recent_menu=self.recent_menu,
+            cancel=actions["cancel_opening"],
+        )
         look = actions["focus_chain"].trigger
         self.review_actions = ReviewActions(
             document, self.intervals, bar, self.detail, self.timeline.visible, self.player,
@@ -253,6 +265,16 @@ class MainWindow(Parts):
     def _keyboard_home(self) -> QWidget:
         table = self.intervals.table
         return self if table.visibleRegion().isEmpty() else table
+
+    def _looks(self) -> tuple[str, str] | None:
+        """Geometry and layout, as a person has them when nothing is presented."""
+        if self.actions_by_id["presentation"].isChecked() or not self.isVisible():
+            return None
+        if self.isMinimized():
+            return None
+        layout = bytes(self.saveState(_STATE_VERSION).toHex().data()).decode()
+        geometry = bytes(self.saveGeometry().toHex().data()).decode()
+        return self.settings.geometry if self.isFullScreen() else geometry, layout
 
     # -- what is asked of it ------------------------------------------------------------------
 
@@ -346,7 +368,9 @@ class MainWindow(Parts):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Finish an export, ask about unsaved decisions, keep the layout, let the 3D view go."""
-        if not self.exporter.finish() or not self.files.may_leave(ask=not self._unasked):
+        self.files.closing = True
+        if not self.exporter.finish() or not self.files.may_close(ask=not self._unasked):
+            self.files.closing = False
             event.ignore()
             return
         for task in self.findChildren(Task):
@@ -361,12 +385,8 @@ class MainWindow(Parts):
         self.tuning.set_seen(False)
         self.video.let_go()
         self.quality.close_clip()
-        self.settings.geometry = bytes(self.saveGeometry().toHex().data()).decode()
-        self.settings.layout = bytes(self.saveState(_STATE_VERSION).toHex().data()).decode()
-        if self._settings_file is not None:
-            trouble = save_settings(self._settings_file, self.settings)
-            if trouble:  # the window is going: a terminal may be there to read it
-                print(trouble, file=sys.stderr)
+        if trouble := self._kept_settings.end():  # the window is going: a terminal may be there
+            print(trouble, file=sys.stderr)
         self.viewport.close()
         super().closeEvent(event)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
+    QCheckBox,
     QComboBox,
     QDialog,
     QDialogButtonBox,
@@ -37,10 +38,17 @@ class Preferences(QDialog):
         self.first.addItems(["0", "1"])
         self.first.setCurrentIndex(settings.first_frame)
         self.step = QSpinBox(minimum=STEPS[0], maximum=STEPS[1], value=settings.step)
+        self.autosave = QCheckBox("Save sessions by themselves")
+        self.autosave.setChecked(settings.autosave)
+        self.autosave.setToolTip("A minute after the last step, and when another clip is opened")
+        self.next_clip = QCheckBox("Open the folder's next clip after an export")
+        self.next_clip.setChecked(settings.next_after_export)
         form = QFormLayout()
         form.addRow("Reviewer", self.reviewer)
         form.addRow("Frames are counted from", self.first)
         form.addRow("Ctrl+← and Ctrl+→ go by", self.step)
+        form.addRow("", self.autosave)
+        form.addRow("", self.next_clip)
         self.keys = QTableWidget(len(self._rows), 2)
         self.keys.setHorizontalHeaderLabels(["Action", "Key"])
         self.keys.verticalHeader().hide()
@@ -75,6 +83,8 @@ class Preferences(QDialog):
         settings.reviewer = self.reviewer.text().strip()
         settings.first_frame = self.first.currentIndex()
         settings.step = self.step.value()
+        settings.autosave = self.autosave.isChecked()
+        settings.next_after_export = self.next_clip.isChecked()
         changed = {}
         for row in self._rows:
             key = self.edits[row.id].keySequence().toString()

@@ -27,7 +27,7 @@ from twistcore.rig import OwnChain
 
 class Driver:
     def __init__(self, clip: Path) -> None:
-        self.window = MainWindow(Settings(turn_ms=0), None)
+        self.window = MainWindow(Settings(turn_ms=0, autosave=False), None)
         self.window.show()
         self.window.open_path(clip)
         while self.window.document.data is None:

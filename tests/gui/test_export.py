@@ -75,7 +75,7 @@ def test_the_window_is_usable_and_told_how_far_it_is(qtbot, window, held, tmp_pa
     clip = window.document.data.clip
     write_bvh(clip, accepted_motion(clip, window.document.data.chains, state), tmp_path / "a.bvh")
     assert out.read_bytes() == (tmp_path / "a.bvh").read_bytes()
-    assert (tmp_path / "walk_injected.report.html").exists()
+    assert (tmp_path / "out.report.html").exists()
 
 
 def test_what_goes_wrong_is_told_and_the_next_export_works(qtbot, window, held, tmp_path):

@@ -216,7 +216,7 @@ def test_an_export_replaces_its_own_file_and_no_other(opened, tmp_path):
     assert read_bvh(out).motion.frames == 344
 
 
-@pytest.mark.parametrize("name", ["out.replay.json", "walk_injected.intervals.csv"])
+@pytest.mark.parametrize("name", ["out.replay.json", "out.intervals.csv"])
 def test_what_lies_beside_an_export_is_replaced_only_if_it_is_ours(opened, tmp_path, name):
     (tmp_path / name).write_text("mine")
     export(opened, ExportChoice(tmp_path / "out.bvh", replace=True))
@@ -280,3 +280,36 @@ def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
     dialog.accept()
     assert opened.exporter.finish()
     assert (tmp_path / "by_dialog.bvh").exists()
+
+
+def test_the_export_dialog_says_what_is_in_the_way(opened, tmp_path):
+    """A foreign clip is replaced when that is ticked, a foreign report never; ours silently."""
+    dialog = ExportDialog(opened.document, opened)
+    dialog.show()
+    dialog.path.setText(str(tmp_path / "new.bvh"))
+    assert dialog.replaces.text() == "nothing: all files are new"
+    assert dialog.do_it.isEnabled()
+    (tmp_path / "there.bvh").write_text("mine")
+    dialog.path.setText(str(tmp_path / "there.bvh"))
+    assert dialog.replaces.text() == "there.bvh (not ours, or changed since)"
+    assert (dialog.do_it.isEnabled(), dialog.obstacle.text()[:4]) == (False, "Tick")
+    dialog.replace.setChecked(True)
+    assert dialog.do_it.isEnabled()
+    (tmp_path / "there.intervals.csv").write_text("mine")
+    dialog.report.setChecked(False)
+    dialog.report.setChecked(True)
+    dialog.replace.setChecked(True)
+    assert not dialog.do_it.isEnabled()
+    assert "there.intervals.csv" in dialog.obstacle.text()
+    dialog.report.setChecked(False)
+    dialog.replace.setChecked(True)
+    assert dialog.do_it.isEnabled()
+    export(opened, ExportChoice(tmp_path / "own.bvh"))
+    opened.document.exported.clear()  # as another run would
+    dialog.report.setChecked(True)
+    dialog.path.setText(str(tmp_path / "own.bvh"))
+    lines = dialog.replaces.text().splitlines()
+    assert len(lines) == 6
+    assert all("written by this program" in line for line in lines)
+    assert dialog.do_it.isEnabled()
+    dialog.close()

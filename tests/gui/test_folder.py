@@ -2,13 +2,16 @@
 
 import shutil
 import sys
+from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QElapsedTimer, QTimer
+from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer
 
-from inspector.session.queue import ClipState, FolderQueue
+from inspector.session.export_files import ExportChoice
+from inspector.session.queue import ClipState, FolderQueue, QueuedClip
+from inspector.session.settings import Settings
 from tests.conftest import ASSETS
-from tests.gui.windows import act
+from tests.gui.windows import act, export, open_clip
 from twistcore.batch import severity
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
 from twistcore.chain import find_chains
@@ -140,3 +143,136 @@ def test_the_window_stays_free_while_clips_are_analysed(qtbot, show_window, tmp_
         window.queue.open(tmp_path)
     timer.stop()
     assert longest[0] < 500
+
+
+def test_exports_are_no_clips_and_tell_what_was_exported(qtbot, show_window, tmp_path):
+    """By the session that replays one, by its report, or by the name that it has by default."""
+    window = show_window(Settings(theme="light", turn_ms=0, next_after_export=False))
+    for k in (2, 4):
+        put_errors(tmp_path / f"{k}.bvh", k)
+    shutil.copy(ASSETS / "walk.bvh", tmp_path / "alone_refined.bvh")  # of no clip here
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(tmp_path)
+    clip = window.document.data.clip.path
+    other = next(p for p in window.queue.clips if p not in (clip, tmp_path / "alone_refined.bvh"))
+    assert not window.queue.clips[clip].exported
+    names = {"one.bvh": {"report": False}, "two.bvh": {"session": False}, "three.bvh": {}}
+    for name, words in names.items():
+        export(window, ExportChoice(tmp_path / name, **words))
+    shutil.copy(other, other.with_name(f"{other.stem}_refined.bvh"))
+    queue = FolderQueue(workers=1)
+    queue.open(tmp_path)
+    found = {p.name: c.exported for p, c in queue.clips.items()}
+    queue.close()
+    wanted = {clip.name: "three.bvh", other.name: f"{other.stem}_refined.bvh"}
+    assert found == {**wanted, "alone_refined.bvh": ""}
+    assert {p.name for p in queue.exports} == {*names, f"{other.stem}_refined.bvh"}
+    for name in ("two.report.html", "three.report.html"):  # one each
+        assert (tmp_path / name).exists()
+    queue.deleteLater()
+
+
+def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
+    def known(name, severity, **more):
+        path = tmp_path / name
+        queue.clips[path] = QueuedClip(path, ClipState.READY, severity, **more)
+        return path
+
+    a, b = known("a", 3.0, intervals=2), known("b", 2.0, intervals=2, decided=(2, 2))
+    c, d = known("c", 1.0, intervals=1), known("d", 0.0)
+    nothing = known("e", 0.0, unchecked=True)
+    assert [queue.next_after(p) for p in (None, a, b, c, d, nothing)] == [a, c, c, a, a, a]
+    assert queue.totals == (3, 5, 2, 5)
+    assert [queue.clips[p].clean for p in (a, b, c, d, nothing)] == [False] * 3 + [True, False]
+
+
+def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_path):
+    for k in (2, 5):
+        put_errors(tmp_path / f"{k}.bvh", k)
+    settings = Settings(theme="light", turn_ms=0)
+    window = show_window(settings)
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(tmp_path)
+    assert window.document.data.clip.path.name == "5.bvh"  # the worst
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(tmp_path / "2.bvh")
+    window.document.set_tau(0.3)
+    act(window, "profile_to_folder")
+    assert window.clips.tau.text() == "τ: of 2.bvh"
+    tau = dict(window.queue.profile.tau)
+    window.document.review.mark_saved()
+    second = show_window(settings)
+    with qtbot.waitSignal(second.document.opened, timeout=60_000):
+        second.open_path(tmp_path)
+    assert second.document.data.clip.path.name == "2.bvh"  # where one stopped
+    assert (second.queue.profile_name, dict(second.queue.profile.tau)) == ("of 2.bvh", tau)
+    act(second, "automatic_folder")
+    assert settings.of_folder(tmp_path)["profile"] == ""
+    assert second.clips.tau.text() == "τ: automatic, of each clip"
+
+
+def test_the_list_sorts_and_filters(qtbot, show_window, tmp_path):
+    window = show_window()
+    for name, bad, more in (
+        ("a", 1.0, {"intervals": 4, "decided": (4, 4)}),
+        ("b", 3.0, {"intervals": 2}),
+        ("ab", 0.0, {}),
+    ):
+        path = tmp_path / f"{name}.bvh"
+        window.queue.clips[path] = QueuedClip(path, ClipState.READY, bad, **more)
+    window.queue.changed.emit()
+    panel = window.clips
+    header = panel.table.horizontalHeader()
+
+    def shown():
+        model = panel.table.model()
+        return [model.index(k, 0).data() for k in range(model.rowCount())]
+
+    def click(column):
+        place = QPoint(header.sectionViewportPosition(column) + 10, header.height() // 2)
+        qtbot.mouseClick(header.viewport(), Qt.MouseButton.LeftButton, pos=place)
+
+    assert shown() == ["b", "a", "ab"]
+    orders = []
+    for _ in range(3):
+        click(0)
+        orders.append(shown())
+    assert orders == [["a", "ab", "b"], ["b", "ab", "a"], ["b", "a", "ab"]]
+    panel.text.setText("A")
+    assert shown() == ["a", "ab"]
+    panel.wanted.setCurrentText("Clean")
+    assert shown() == ["ab"]
+    panel.text.clear()
+    panel.wanted.setCurrentText("To do")
+    assert shown() == ["b"]
+
+
+def test_without_autosave_a_bar_asks_before_a_clip_is_left(qtbot, show_window, clip):
+    other = Path(shutil.copy(clip, clip.with_name("other.bvh")))
+    window = show_window(Settings(theme="light", turn_ms=0, autosave=False))
+    open_clip(qtbot, window, clip)
+    act(window, "next_interval")
+    act(window, "accept")
+    window.open_path(other)
+    assert "not saved" in window.bar.label.text()
+    assert window.document.data.clip.path == clip
+    answers = {button.text(): button for button in window.bar.buttons()}
+    assert list(answers) == ["Save", "Save elsewhere…", "Leave without saving"]
+    with qtbot.waitSignal(window.document.opened, timeout=20_000):
+        answers["Save"].click()
+    assert clip.with_name("walk.twist.json").exists()
+    assert window.document.data.clip.path == other
+
+
+def test_a_session_is_saved_by_itself(qtbot, show_window, clip, monkeypatch):
+    monkeypatch.setattr("inspector.window.saving._AUTOSAVE_MS", 200)
+    window = show_window()
+    open_clip(qtbot, window, clip)
+    act(window, "next_interval")
+    act(window, "accept")
+    assert not window.document.review.saved
+    qtbot.waitUntil(lambda: window.document.review.saved, timeout=5000)
+    assert not window.isWindowModified()
+    assert clip.with_name("walk.twist.json").exists()
+    act(window, "undo")
+    assert not window.document.review.saved

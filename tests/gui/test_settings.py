@@ -7,7 +7,8 @@ import shutil
 import stat
 import subprocess
 import sys
-from dataclasses import asdict
+from copy import deepcopy
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ from inspector.session.settings import (
     VIDEOS,
     Settings,
     load_settings,
+    save_changes,
     save_settings,
     settings_from_json,
 )
@@ -49,6 +51,16 @@ DAMAGED = {  # what is written for a field, what is left of it
     "order": [('"start"', "chain"), ("1", "chain")],
     "reviewer_asked": [("1", False), ("null", False)],
     "turn_ms": [("1e15", 220), ("NaN", 220), ("Infinity", 220), ("-1", 220), ("1e999", 220)],
+    "folders": [
+        (
+            '{"/a": {"clip": "", "profile": "", "method": "", "tau": {"x": NaN}}, "/b": 1}',
+            {"/a": {"clip": "", "profile": "", "method": "", "tau": {}}},
+        ),
+        ('{"/a": {"clip": "a.bvh"}, "": {}}', {}),
+        ("[]", {}),
+    ],
+    "autosave": [("1", True), ('"no"', True)],
+    "next_after_export": [("null", True)],
     "videos": [
         ('{"/a": ["/v", 1e9], "/b": ["/v", 2]}', {"/b": ("/v", 2.0)}),
         ('{"/a": ["/v", NaN], "/b": ["/v"], "": ["/v", 1], "/c": 3}', {}),
@@ -299,3 +311,52 @@ def test_the_program_starts(tmp_path, damage):
         assert settings.theme == ("dark" if damage == "field" else "system")
         assert settings.layout
         assert (tmp_path / "settings.json.damaged").exists()
+
+
+def test_two_programs_keep_each_others_settings(path):
+    """Each writes what it changed; the other's stays, in lists and objects entry by entry."""
+    before = Settings(theme="dark", recent=["/a", "/b"], keys={"accept": ["A"]}, step=7)
+    save_settings(path, before)
+    one, two = deepcopy(before), deepcopy(before)
+    one.remember(Path("/one"))
+    one.step = 20
+    one.remember_folder(Path("/takes"), clip="1.bvh")
+    two.remember(Path("/b"))
+    two.keys["reject"] = ["X"]
+    two.remember_folder(Path("/takes2"), clip="2.bvh")
+    assert save_changes(path, one, before) == ""
+    assert save_changes(path, two, before) == ""
+    now, _ = load_settings(path)
+    assert (now.theme, now.step) == ("dark", 20)
+    assert now.recent == ["/b", "/one", "/a"]
+    assert now.keys == {"accept": ["A"], "reject": ["X"]}
+    assert [now.of_folder(Path(f))["clip"] for f in ("/takes", "/takes2")] == ["1.bvh", "2.bvh"]
+    del two.keys["accept"]
+    changed = deepcopy(two)
+    two.keys["accept"] = ["A"]
+    assert save_changes(path, changed, two) == ""
+    assert load_settings(path)[0].keys == {"reject": ["X"]}
+
+
+def test_what_was_damaged_meanwhile_is_written_anew(path):
+    path.write_text("{")
+    before = Settings(theme="dark")
+    assert save_changes(path, replace(before, step=5), before) == ""
+    assert load_settings(path) == (Settings(theme="dark", step=5), "")
+
+
+def test_what_changes_in_the_window_is_on_disk_within_a_second(qtbot, show_window, path):
+    window = show_window(Settings(theme="light", turn_ms=0), path)
+    qtbot.waitUntil(lambda: path.exists() and load_settings(path)[0].layout != "", timeout=3000)
+    before = load_settings(path)[0]
+    window.docks["curves"].hide()
+    window.settings.step = 33
+    qtbot.wait(1200)
+    now = load_settings(path)[0]
+    assert now.step == 33
+    assert now.layout != before.layout
+    other = replace(now, theme="dark")
+    save_settings(path, other)  # another program's
+    window.settings.first_frame = 1
+    qtbot.wait(1200)
+    assert load_settings(path)[0] == replace(other, first_frame=1)

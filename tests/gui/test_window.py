@@ -63,7 +63,7 @@ def test_a_review_by_keyboard_then_export_equals_apply(qtbot, opened, tmp_path, 
     frames = {t for i in chosen for t in range(i.start, i.stop)}
     assert set(np.flatnonzero(changed.any(axis=1))) <= frames
     assert changed.any()
-    assert (tmp_path / "walk_injected.report.html").exists()
+    assert (tmp_path / "out.report.html").exists()
 
 
 def test_buttons_of_the_detail_card_judge(qtbot, opened):

@@ -35,3 +35,21 @@ def test_flips_of_limbs_make_a_clip_bad(monkeypatch):
     assert found.severity == pytest.approx(8 * 170.0 * 0.5 / found.frames)
     high = Profile({"RightUpLeg-RightFoot": np.radians(175.0)})
     assert survey(ASSETS / "walk.bvh", high).intervals == 0
+
+
+def test_a_clip_in_which_nothing_can_be_checked_is_not_called_clean(tmp_path):
+    assert survey(ASSETS / "walk.bvh").unchecked == ""
+    lines = (ASSETS / "walk.bvh").read_text("utf-8").splitlines()
+    at = next(k for k, line in enumerate(lines) if line.startswith("Frames:"))
+    short = [*lines[:at], "Frames: 2", lines[at + 1], *lines[at + 2 : at + 4]]
+    (tmp_path / "short.bvh").write_text("\n".join(short) + "\n", "utf-8")
+    told = survey(tmp_path / "short.bvh").unchecked
+    assert told == "2 frames are too few to tell error from motion"
+    (tmp_path / "ball.bvh").write_text(
+        "HIERARCHY\nROOT Ball\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n"
+        "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 100\nFrame Time: 0.01\n"
+        + "0 0 0\n"
+        * 100,
+        "utf-8",
+    )
+    assert "no chain" in survey(tmp_path / "ball.bvh").unchecked

@@ -132,7 +132,7 @@ def session_documents(path, folder):
     review = Review(replace(review.state, tau={c.name: 0.1 for c in chains}, tracking=None))
     for number, interval in enumerate((flip(), CARRIED), review.state.next_id):
         review.do(Insert(interval))
-        review.do(Decide((number,), Decision.ACCEPTED))
+        review.do(Decide((number,), Decision.ACCEPTED, "Kim", "2026-01-01T00:00:00+00:00"))
     flips = session_bytes(clip, review.state)
     review.do(Track(Tracking(("LeftForeArm",))))
     refined = accepted_motion(clip, chains, review.state)

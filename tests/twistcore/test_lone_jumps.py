@@ -177,7 +177,8 @@ def test_the_report_tells_the_turn_the_speed_and_that_it_was_seen(tmp_path):
         tmp_path, Report(clip, chains, review.state, clip.motion)
     )
     document = json.loads(listing.read_bytes())
-    assert document["decisions"] == {"undecided": 2, "accepted": 0, "rejected": 0, "seen": 1}
+    told = {"undecided": 2, "seen": 1}
+    assert {what: count for what, count in document["decisions"].items() if count} == told
     seen = next(i for i in document["intervals"] if i["decision"] == "seen")
     jump = review.state.find(1).interval
     assert seen["delta_deg"] == pytest.approx(np.degrees(jump.size), abs=1e-4)

@@ -15,6 +15,7 @@ from twistcore.export.replay import accepted_motion
 from twistcore.export.report import Report, write_report
 from twistcore.review import Decide, Decision, Tracking, start_review
 from twistcore.review.model import constant
+from twistcore.version import __version__
 
 STATE = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [], [])
 ENDINGS = ("report.html", "intervals.csv", "markers.py", "report.json")
@@ -110,3 +111,43 @@ def test_refine_says_so_before_it_writes_anything(tmp_path, capsys):
     assert main(words) == 2
     assert "walk_injected.intervals.csv" in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_it_says_who_when_and_what_nobody_saw(tmp_path):
+    tau = {c.name: 0.1 for c in CHAINS}
+    found = [constant("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(4)]
+    state = start_review("consistency", tau, found, [c.name for c in CHAINS])
+    state = Decide((1,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
+    state = Decide((2,), Decision.REJECTED, "Kim", "2026-01-02T10:05:00+00:00").apply(state)
+    state = Decide((3,), Decision.ACCEPTED).apply(state)  # as `refine` does, and an export
+    report = Report(CLIP, CHAINS, state, CLIP.motion, name="out", files={"out.bvh": "1"}, by="Lee")
+    page, table, markers, listing = write_report(tmp_path, report)
+    assert page.name == "out.report.html"
+    document = json.loads(listing.read_bytes())
+    verdicts = ["accepted", "rejected", "applied automatically", "undecided"]
+    assert [i["decision"] for i in document["intervals"]] == verdicts
+    assert document["decisions"] == {**dict.fromkeys(verdicts, 1), "seen": 0}
+    times = {"first": "2026-01-02T10:00:00+00:00", "last": "2026-01-02T10:05:00+00:00"}
+    assert document["reviewers"] == [{"reviewer": "Kim", "decisions": 2, **times}]
+    assert document["program"] == f"twistcore {__version__}"
+    assert (document["written_by"], document["written_at"]) == ("Lee", report.at)
+    assert (len(document["files"]), document["files"]["out.bvh"]) == (4, "1")
+    rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
+    assert [row["decision"] for row in rows] == verdicts
+    assert "applied automatically" in markers.read_text("utf-8")
+    text = page.read_text("utf-8")
+    assert "by Lee" in text
+    assert "2 decisions by Kim, 2026-01-02 10:00 to 2026-01-02 10:05 UTC." in text
+    assert text.count(">applied automatically<") == 1
+
+
+def test_a_report_of_refine_names_nobody(tmp_path, capsys):
+    words = ["refine", str(CLIP.path), "-o", str(tmp_path / "out.bvh"), "--report", str(tmp_path)]
+    assert main(words) == 0
+    capsys.readouterr()
+    page, table, *_, listing = (tmp_path / f"walk_injected.{e}" for e in ENDINGS)
+    decisions = json.loads(listing.read_bytes())["decisions"]
+    assert decisions["applied automatically"] > 0
+    assert decisions["accepted"] == 0
+    assert ",accepted," not in table.read_text("utf-8")
+    assert "No person decided anything." in page.read_text("utf-8")

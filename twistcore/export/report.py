@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,9 @@ from twistcore.export.markers import blender_markers
 from twistcore.limb import Limb
 from twistcore.motion import Motion
 from twistcore.refinement import children_off_axis
-from twistcore.review.model import SEEN, Decision, Judged, ReviewState
+from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
 from twistcore.review.session import tracking_to_json
+from twistcore.version import __version__
 
 SCHEMA = "twistcore.report/1"
 # Columns of an interval: what stands there, by the interval and frames a second.
@@ -53,46 +55,49 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
 class Report:
     """What is reported: the clip, the review, the motion before and after.
 
-    chains: those and the limbs that were looked at.
+    chains: those and the limbs that were looked at; name: of the report's files, of the clip's
+    file if empty; files: SHA-256 by name of what was written with it; by: who had it written;
+    at: when, ISO 8601.
     """
 
     clip: Clip
     chains: Sequence[Chain]
     state: ReviewState
     refined: Motion
+    name: str = ""
+    files: Mapping[str, str] = field(default_factory=dict)
+    by: str = ""
+    at: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
 
 
 def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
     """Write the report into `folder`, made if missing; returns the paths.
 
     NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender. The JSON lists
-    the SHA-256 of the other three. Raises TwistError as :func:`check_report`.
+    the SHA-256 of the other three and of what was written with it. Raises TwistError as
+    :func:`check_report`.
     """
-    check_report(folder, report.clip)
+    name = report.name or report.clip.path.stem
+    check_report(folder, name)
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)
-    page, table, markers, last = _files(folder, report.clip)
+    page, table, markers, last = report_files(folder, name)
     written = {
         page: encoded(_html(document)),
         table: encoded(intervals_csv(report)),
         markers: encoded(blender_markers(report.clip.name, report.state.intervals)),
     }
     marks = {path.name: hashlib.sha256(data).hexdigest() for path, data in written.items()}
-    written[last] = json_bytes(document | {"files": marks})
+    written[last] = json_bytes(document | {"files": {**report.files, **marks}})
     for path, data in written.items():
         write_atomically(path, data)
     return tuple(written)
 
 
-def check_report(folder: Path, clip: Clip) -> None:
-    """TwistError where a file of somebody else lies in the place of one of a clip's report."""
-    *others, listing = _files(folder, clip)
-    try:
-        marks = _marks(listing.read_bytes())
-    except FileNotFoundError:
-        marks = {}
-    except OSError as error:
-        raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None
+def check_report(folder: Path, name: str) -> None:
+    """TwistError where a file of somebody else lies in the place of one of a report."""
+    *others, listing = report_files(folder, name)
+    marks = report_marks(listing)
     for path in others:
         if path.is_dir() or (path.is_file() and marks.get(path.name) != _sha256(path)):
             raise TwistError(
@@ -106,18 +111,24 @@ def check_report(folder: Path, clip: Clip) -> None:
         )
 
 
-def _files(folder: Path, clip: Clip) -> tuple[Path, ...]:
+def report_files(folder: Path, name: str) -> tuple[Path, ...]:
+    """Where the files of a report are: HTML, CSV, markers, and the JSON that lists them."""
     endings = ("report.html", "intervals.csv", "markers.py", "report.json")
-    return tuple(folder / f"{clip.path.stem}.{ending}" for ending in endings)
+    return tuple(folder / f"{name}.{ending}" for ending in endings)
 
 
-def _marks(data: bytes) -> dict[str, str]:
-    """SHA-256 by name as a report's JSON lists them; empty for anything else."""
+def report_marks(listing: Path) -> dict[str, str]:
+    """SHA-256 by name as a report's JSON lists them; empty for no file or anything else.
+
+    Raises TwistError for one that cannot be read.
+    """
     try:
-        document = json.loads(data)
+        document = json.loads(listing.read_bytes())
         return dict(document["files"]) if document["schema"] == SCHEMA else {}
-    except (ValueError, KeyError, TypeError, RecursionError):
+    except (FileNotFoundError, ValueError, KeyError, TypeError, RecursionError):
         return {}
+    except OSError as error:
+        raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None
 
 
 def _sha256(path: Path) -> str:
@@ -134,6 +145,9 @@ def report_to_json(report: Report) -> dict[str, Any]:
     difference = compare(motion, report.refined)
     return {
         "schema": SCHEMA,
+        "program": f"twistcore {__version__}",
+        "written_at": report.at,
+        "written_by": report.by,
         "clip": report.clip.name,
         "sha256": report.clip.sha256,
         "frames": motion.frames,
@@ -142,8 +156,9 @@ def report_to_json(report: Report) -> dict[str, Any]:
         "method": state.method,
         "decisions": {
             verdict: sum(j.verdict == verdict for j in state.intervals)
-            for verdict in (*(d.value for d in Decision), SEEN)
+            for verdict in (*(d.value for d in Decision), SEEN, APPLIED)
         },
+        "reviewers": _reviewers(state),
         "chains": [
             {
                 "chain": chain.name,
@@ -171,6 +186,23 @@ def report_to_json(report: Report) -> dict[str, Any]:
         },
         "warnings": list(map(str, report.clip.warnings)),
     }
+
+
+def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
+    """Who decided how many intervals, from when to when; '' for a person without a name."""
+    by_name: dict[str, list[str]] = {}
+    for judged in state.intervals:
+        if judged.decision != Decision.UNDECIDED and (judged.reviewer or judged.decided_at):
+            by_name.setdefault(judged.reviewer, []).append(judged.decided_at)
+    return [
+        {
+            "reviewer": name,
+            "decisions": len(times),
+            "first": min(filter(None, times), default=""),
+            "last": max(times),
+        }
+        for name, times in sorted(by_name.items())
+    ]
 
 
 def intervals_csv(report: Report) -> str:

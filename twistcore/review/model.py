@@ -16,6 +16,7 @@ from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array, wrap
 
 SEEN = "seen"  # what a lone jump is told to be where it is accepted
+APPLIED = "applied automatically"  # what is told to be accepted by nobody in particular
 
 
 class Decision(StrEnum):
@@ -65,9 +66,16 @@ class Judged:
 
     @property
     def verdict(self) -> str:
-        """The decision as it is told: a lone jump that is accepted is 'seen', not corrected."""
-        seen = self.decision == Decision.ACCEPTED and not self.interval.repairable
-        return SEEN if seen else self.decision.value
+        """The decision as it is told.
+
+        A lone jump that is accepted is 'seen', not corrected; what is accepted with no name and no
+        time was looked at by nobody.
+        """
+        if self.decision != Decision.ACCEPTED:
+            return self.decision.value
+        if not self.interval.repairable:
+            return SEEN
+        return self.decision.value if self.reviewer or self.decided_at else APPLIED
 
     @property
     def kept(self) -> bool:

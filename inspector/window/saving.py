@@ -1,0 +1,155 @@
+"""Saving the session: when it is asked for, by itself, and before a clip gives way to another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QMainWindow, QMessageBox
+
+from inspector.panels.detail_card import DetailCard
+from inspector.session.document import Document
+from inspector.session.queue import FolderQueue
+from inspector.session.session_files import SESSION_SUFFIX, is_session, session_path
+from inspector.session.settings import Settings
+from inspector.teaching.teaching_actions import TeachingActions
+from inspector.widgets.file_dialog import ask_where
+from inspector.widgets.message_bar import MessageBar
+
+_AUTOSAVE_MS = 60_000  # after the last step
+
+
+@dataclass(eq=False, kw_only=True)
+class Saving:
+    """Decisions are saved or wait in the journal; nothing modal while reviewing.
+
+    tell_saved: called when the session is on disk.
+    """
+
+    document: Document
+    settings: Settings
+    queue: FolderQueue
+    bar: MessageBar
+    detail: DetailCard
+    teaching: TeachingActions
+    tell_saved: Callable[[], None]
+    window: QMainWindow
+
+    def __post_init__(self) -> None:
+        self._idle = QTimer(self.window, singleShot=True, interval=_AUTOSAVE_MS)
+        self._idle.timeout.connect(self._save_by_itself)
+        self.document.intervals_changed.connect(self._wait_to_save)
+
+    def save_session_as(self) -> None:
+        """Ask where to and write the session there."""
+        if self.document.data is None:
+            self.bar.show_message("Open a clip first.", False)
+            return
+        ask_where(
+            self.window,
+            "Save session as",
+            f"Sessions (*{SESSION_SUFFIX})",
+            lambda path: self.save_session(_named_session(path)),
+            wanted=session_path(self.document.data.clip.path),
+        )
+
+    def save_session(self, path: Path | None = None) -> bool:
+        """Write the session, at `path` or where it belongs; True if it is on disk."""
+        self.detail.commit()
+        saved, told = self.document.keeper.save(path)
+        if saved:
+            if changed := self.document.recovery.check_clip():
+                told += f" {changed} The session belongs to the version that is open."
+            self.tell_saved()
+            if self.document.data is not None:
+                self.queue.refresh(self.document.data.clip.path)
+            if file := self.document.keeper.session_file:
+                self.window.statusBar().showMessage(f"Saved {file}", 4000)
+        if told:
+            self.bar.show_message(told.strip(), True)
+        return saved
+
+    # -- leaving a clip -----------------------------------------------------------------------
+
+    def leave(self, then: Callable[[], object]) -> None:
+        """Go on once unsaved decisions are saved, or wait in the journal; nothing modal."""
+        self.teaching.leave_guide()
+        self.detail.commit()
+        data = self.document.data
+        if data is None or self.document.review.saved:
+            then()
+        elif self.settings.autosave:
+            if self.save_quietly() or self.document.keeper.journal.on_disk:
+                then()
+            else:
+                self._ask_to_leave(f"The decisions about {data.clip.name} cannot be saved.", then)
+        else:
+            self._ask_to_leave(f"{data.clip.name} has decisions that are not saved.", then)
+
+    def _ask_to_leave(self, told: str, then: Callable[[], object]) -> None:
+        def save() -> None:
+            if self.save_session():
+                then()
+
+        def leave() -> None:
+            self.document.keeper.journal.give_up()
+            self.document.review.mark_saved()
+            if self.document.data is not None:
+                self.queue.refresh(self.document.data.clip.path)
+            then()
+
+        elsewhere = ("Save elsewhere…", self.save_session_as)
+        self.bar.ask(told, (("Save", save), elsewhere, ("Leave without saving", leave)))
+
+    def save_quietly(self) -> bool:
+        """Save without a word, unless something is to be told; True if it is on disk."""
+        saved, told = self.document.keeper.save()
+        self.tell_saved()
+        if saved and self.document.data is not None:
+            self.queue.refresh(self.document.data.clip.path)
+        if told:
+            self.bar.show_message(told.strip(), True)
+        return saved
+
+    def _wait_to_save(self) -> None:
+        if self.settings.autosave and not self.document.review.saved:
+            self._idle.start()
+
+    def _save_by_itself(self) -> None:
+        busy = self.document.opener.busy or self.teaching.program.aside.open
+        if self.document.data is None or self.document.review.saved or busy:
+            return
+        if not self.document.keeper.read_only and self.settings.autosave:
+            self.save_quietly()
+
+    def may_close(self, *, ask: bool = True) -> bool:
+        """True once unsaved decisions are saved or knowingly given up, or wait in the journal."""
+        self.teaching.leave_guide()
+        self.detail.commit()
+        if not ask or self.document.data is None or self.document.review.saved:
+            return True
+        if self.settings.autosave:
+            if self.save_quietly():
+                return True
+            if self.document.keeper.journal.on_disk and not self.document.keeper.read_only:
+                return True  # it is offered at the next start
+        button = QMessageBox.StandardButton
+        answer = QMessageBox.question(
+            self.window,
+            "Twist Inspector",
+            f"{self.document.data.clip.name} has decisions that are not saved.",
+            button.Save | button.Discard | button.Cancel,
+            button.Save,
+        )
+        if answer == button.Save:
+            return self.save_session()
+        if answer == button.Discard:
+            self.document.keeper.journal.give_up()
+        return answer == button.Discard
+
+
+def _named_session(path: Path) -> Path:
+    """With the ending that sessions have."""
+    return path if is_session(path) else path.with_name(path.name + SESSION_SUFFIX)
