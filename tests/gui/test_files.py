@@ -283,7 +283,7 @@ def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
 
 
 def test_the_export_dialog_says_what_is_in_the_way(opened, tmp_path):
-    """A foreign clip is replaced when that is ticked, a foreign report never; ours silently."""
+    """A foreign clip is replaced when that is ticked, a foreign report never."""
     dialog = ExportDialog(opened.document, opened)
     dialog.show()
     dialog.path.setText(str(tmp_path / "new.bvh"))

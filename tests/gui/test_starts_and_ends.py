@@ -151,8 +151,9 @@ def test_closing_the_window_ends_what_is_being_opened(tmp_path, share_seen):
 @needs_real_screen
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_it_while_it_asks(tmp_path, number):
-    """Decisions that are not saved wait in the journal."""
+    """Decisions that are not saved, nor by themselves, wait in the journal."""
     clip = shutil.copy(INJECTED, tmp_path / "mine.bvh")
+    (tmp_path / "settings.json").write_text('{"autosave": false}')
     with real_screen(tmp_path) as screen, program(screen.env, tmp_path, clip) as process:
         window = screen.shown("^mine.bvh")
         journal = tmp_path / "mine.twist.json.journal"
