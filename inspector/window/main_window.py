@@ -44,6 +44,7 @@ from inspector.widgets.building import Part, bring_to_front, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface
+from inspector.widgets.numbers import signed
 from inspector.window.action_table import MENUS, OF_CHAINS, OF_THE_FIGURE
 from inspector.window.actions import build_actions
 from inspector.window.chain_actions import ChainActions
@@ -298,11 +299,11 @@ class MainWindow(Parts):
         size = data.signals[chain].strength if limb is None else np.abs(limb.departures)
         names = ("θp", "m") if limb is None else ("φ", "Δφ")
         angles = data.angle(chain)[frame], self.document.offset(chain)[frame]
-        angle, off = (float(np.round(np.degrees(a), 1)) + 0.0 for a in angles)  # no minus zero
+        angle, off = (f"{signed(np.degrees(a)):>7}°" for a in angles)
         label = self.document.find_chain(self.document.chain).label
         self.position.setText(
-            f"{label}   {names[0]} {angle:+7.1f}°   "
-            f"{names[1]} {np.degrees(size[frame]):6.2f}°   offset {off:+7.1f}°"
+            f"{label}   {names[0]} {angle}   "
+            f"{names[1]} {np.degrees(size[frame]):6.2f}°   offset {off}"
         )
 
     # -- Qt events ----------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.document import Document
 from inspector.session.why_here import peaks, reason_here, reason_near, told
 from inspector.widgets.message_bar import MessageBar
+from inspector.widgets.numbers import signed
 from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval, Kind
 from twistcore.review import Decide, Decision, Remove, ReviewState
@@ -170,8 +171,8 @@ class ReviewActions:
         label = self.document.find_chain(moment.chain).label
         first = moment.start + self.document.first_frame
         return (
-            f"{label}, {moment.frames} frames from {first}: {np.degrees(moment.delta):+.2f}°, "
-            f"below τ. Insert makes it an interval."
+            f"{label}, {moment.frames} frames from {first}: "
+            f"{signed(np.degrees(moment.delta), 2)}°, below τ. Insert makes it an interval."
         )
 
     def why_not(self) -> None:
