@@ -11,6 +11,7 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
 
+from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
 from inspector.widgets.building import hint
 from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
@@ -20,8 +21,9 @@ from twistcore.detection.limb_flips import BENT
 from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
 
-_HEADS = ("Chain", "Done", "Peak", "τ", "Azimuth")
-_SAMPLES = ("00 / 00", "180.0°", "180.0°", "Azimuth")  # of all columns but the first
+_HEADS = ("Chain", "Done", "Peak", "τ", "Azim.", "Joints")
+_JOINTS = len(_HEADS) - 1
+_SAMPLES = ("00/00", "180.0°", "55.0°", "100 %")  # of the columns of figures, from the second on
 _TIPS = (
     "Side and segment of the parent joint; the tick shows or hides its intervals",
     "Intervals decided of those found",
@@ -29,6 +31,7 @@ _TIPS = (
     "Threshold of this chain",
     "Median reliability of the azimuth: low on a straight limb.\n"
     "Of a whole limb: median height of its middle joint off its line, of its length",
+    "Parent and child as the file calls them",
 )
 _LIMB_TIPS = (
     "The whole limb; the tick shows or hides its flips",
@@ -36,8 +39,10 @@ _LIMB_TIPS = (
     "Largest jump of the limb about its line in one frame",
     "Threshold of this limb: a jump in one frame",
     "Median height of its middle joint off its line, of its length: low on a straight limb",
+    "Its joints as the file calls them",
 )
-_PAD = 10  # pixels
+_PAD = 8  # pixels
+_LEAST_JOINTS = 44  # pixels: fewer tell no name
 _RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth says nothing
 
 
@@ -47,6 +52,7 @@ class _Shown:
 
     chain: str
     label: str
+    joints: str
     decided: int
     found: int
     peak: float
@@ -60,7 +66,7 @@ class _Shown:
 
 class _ChainModel(RowModel[_Shown]):
     heads, head_tips = _HEADS, _TIPS
-    right = range(1, len(_HEADS))
+    right = range(1, _JOINTS)
 
     def __init__(self, document: Document, theme: Theme) -> None:
         super().__init__(theme)
@@ -74,15 +80,17 @@ class _ChainModel(RowModel[_Shown]):
         colours = {} if thing.found else dict.fromkeys(range(len(_HEADS)), self.theme.soft)
         if thing.found:
             colours[1] = self.theme.accepted if done else self.theme.undecided
+        colours[_JOINTS] = self.theme.soft
         if thing.doubtful:
             colours[4] = self.theme.warning
         return Row(
             texts=(
                 thing.label,
-                f"{thing.decided} / {thing.found}" if thing.found else "–",
+                f"{thing.decided}/{thing.found}" if thing.found else "–",
                 f"{thing.peak:.1f}°",
                 f"{thing.tau:.1f}°",
                 f"{100 * thing.reliability:.0f} %",
+                thing.joints,
             ),
             colours=colours,
             tips=tuple("\n".join((tip, *thing.notes)) for tip in thing.tips),
@@ -113,8 +121,9 @@ class ChainsPanel(QWidget):
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        advance = self.fontMetrics().horizontalAdvance
         for column, sample in enumerate(_SAMPLES, start=1):
-            width = self.fontMetrics().horizontalAdvance(sample) + _PAD
+            width = max(advance(sample), advance(_HEADS[column])) + _PAD
             self.table.setColumnWidth(column, width)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint("The chains of a clip appear here.")
@@ -132,16 +141,22 @@ class ChainsPanel(QWidget):
         self._reset()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Where room is short, names are worth more than the last column."""
+        """The file's own names take the room that is left."""
         super().resizeEvent(event)
         self._fit_columns()
 
     def _fit_columns(self) -> None:
-        last = len(_HEADS) - 1
-        figures = sum(self.table.columnWidth(k) for k in range(1, last))
-        room = self.table.viewport().width() - figures - self.table.sizeHintForColumn(0)
-        width = self.fontMetrics().horizontalAdvance(_SAMPLES[-1]) + _PAD
-        self.table.setColumnHidden(last, room < width)
+        table, mode = self.table, QHeaderView.ResizeMode
+        figures = sum(table.columnWidth(k) for k in range(1, _JOINTS))
+        names = table.sizeHintForColumn(0) + _PAD
+        room = table.viewport().width() - figures - names
+        told = room >= _LEAST_JOINTS and any(thing.joints for thing in self._model.things)
+        header = table.horizontalHeader()
+        table.setColumnHidden(_JOINTS, not told)
+        header.setSectionResizeMode(0, mode.Fixed if told else mode.Stretch)
+        header.setSectionResizeMode(_JOINTS, mode.Stretch if told else mode.Fixed)
+        if told:
+            table.setColumnWidth(0, names)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -194,7 +209,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     data = document.data
     assert data is not None
     stuck = uncorrectable_joints(data.motion, chain)
-    flips, names = data.limb(chain.name), data.motion.skeleton.names
+    flips, skeleton = data.limb(chain.name), data.motion.skeleton
     beside = {} if flips else children_off_axis(data.motion, chain)
     notes = list(chain.warnings)
     if stuck:
@@ -202,14 +217,14 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     if beside:
         notes.append(f"beside the bone, so a correction moves them: {', '.join(beside)}")
     if flips is None:
-        where, tips = chain.name, _TIPS
+        tips = _TIPS
         reliability, least = data.analysis.reliability[chain.name], _RELIABLE
     else:
-        where = " – ".join(names[j] for j in (chain.parent, chain.child, chain.grandchild))
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
     return _Shown(
         chain=chain.name,
         label=f"{chain.list_label} (fixed)" if stuck else chain.list_label,
+        joints=own_joints(chain, skeleton),
         decided=0,
         found=0,
         peak=float(np.degrees(document.detector.strength(chain.name).max())),
@@ -218,5 +233,5 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         notes=tuple(notes),
         ticked=True,
         doubtful=reliability < least,
-        tips=tuple(f"{where}: {tip}" for tip in tips),
+        tips=tuple(f"{joints_of(chain, skeleton)}: {tip}" for tip in tips),
     )

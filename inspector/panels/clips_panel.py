@@ -97,7 +97,6 @@ class ClipsPanel(QWidget):
         self._model = _ClipModel(theme)
         self.table = RowTable(self._model)
         self.table.setItemDelegateForColumn(1, _SeverityBar(self._model, self.table))
-        self.table.setTabKeyNavigation(False)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         header.resizeSection(1, 80)

@@ -20,7 +20,8 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.panels.end_choice import EndChoice
-from inspector.panels.intervals_panel import KINDS
+from inspector.panels.interval_filter import KINDS
+from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
 from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
@@ -132,6 +133,7 @@ class DetailCard(QWidget):
                 self.stop.setValue(self.stop.minimum())
                 self.delta.setValue(self.delta.minimum())
             self.why.setToolTip("")
+            self.title.setToolTip("")
             self._show_reason()
             return
         interval = judged.interval
@@ -141,6 +143,8 @@ class DetailCard(QWidget):
         if interval.soft_ended:
             varies += f", up to {signed(np.degrees(interval.shown))}°"
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
+        assert self._document.data is not None
+        self.title.setToolTip(joints_of(chain, self._document.data.motion.skeleton))
         self.title.setText(f"<b>{chain.label}</b>{what} · {count}{varies}")
         first = self._document.first_frame
         self.why.set_text(escape(explanation(judged, chain, first)))

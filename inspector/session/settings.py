@@ -32,8 +32,10 @@ class Settings:
     theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex; first_frame: 0 or 1;
     step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table;
     turn_ms: milliseconds in which the camera turns to another limb, 0 for at once; videos: by the
-    clip's path its video's path and offset in seconds, the latest last; of_others: what the file
-    holds beside, of a newer version perhaps, kept for it.
+    clip's path its video's path and offset in seconds, the latest last; columns: of the list of
+    intervals, none for those there is room for; interval_sort: the column it is sorted by, '-'
+    before it where the other way round, '' for none; of_others: what the file holds beside, of a
+    newer version perhaps, kept for it.
     """
 
     theme: str = "system"
@@ -46,6 +48,8 @@ class Settings:
     keys: dict[str, list[str]] = field(default_factory=dict)
     turn_ms: int = 220
     videos: dict[str, tuple[str, float]] = field(default_factory=dict)
+    columns: list[str] = field(default_factory=list)
+    interval_sort: str = ""
     of_others: dict[str, Any] = field(default_factory=dict)
 
     def remember(self, path: Path) -> None:
@@ -75,6 +79,8 @@ CHECKS: dict[str, Check] = {
     "videos": checks.last_by(
         checks.path, checks.both(checks.path, checks.number(-FARTHEST_S, FARTHEST_S)), VIDEOS
     ),
+    "columns": checks.first_of(checks.text(20), 20),
+    "interval_sort": checks.text(21),
 }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
@@ -18,7 +18,9 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QHeaderView,
     QStyledItemDelegate,
+    QStyleOptionHeader,
     QStyleOptionViewItem,
     QTableView,
 )
@@ -34,6 +36,7 @@ _LEFT, _RIGHT = (
     side | Qt.AlignmentFlag.AlignVCenter
     for side in (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 )
+_MARK_ROOM = 4 * "\N{NO-BREAK SPACE}"
 _FEW = 64  # rows that come and go one by one; more of them make a new table
 
 
@@ -61,7 +64,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 
     heads: tuple[str, ...] = ()
     head_tips: tuple[str, ...] = ()
-    right: range = range(0)  # columns of figures
+    right: Collection[int] = ()  # columns of figures
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
@@ -219,12 +222,33 @@ class RowTable(QTableView):
         """`several`: rows may be selected together."""
         super().__init__(showGrid=False, wordWrap=False)
         mode = QAbstractItemView.SelectionMode
+        self.setHorizontalHeader(_Heading(Qt.Orientation.Horizontal, self))
+        self.setTabKeyNavigation(False)  # Tab goes to the next widget, not from cell to cell
         self.setModel(model)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(mode.ExtendedSelection if several else mode.SingleSelection)
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
-        self.horizontalHeader().setHighlightSections(False)
+
+    @property
+    def mark_room(self) -> int:
+        """Pixels that a heading is wider for the mark of the order."""
+        return self.fontMetrics().horizontalAdvance(_MARK_ROOM)
+
+
+class _Heading(QHeaderView):
+    """The mark of the order stands beside the words: Qt draws it over the end of those at right."""
+
+    def __init__(self, orientation: Qt.Orientation, parent: QTableView) -> None:
+        super().__init__(orientation, parent)
+        self.setSectionsClickable(True)
+
+    def initStyleOptionForIndex(self, option: QStyleOptionHeader, section: int) -> None:
+        """Room for it behind the words."""
+        super().initStyleOptionForIndex(option, section)
+        marked = self.isSortIndicatorShown() and self.sortIndicatorSection() == section
+        if marked and option.textAlignment & Qt.AlignmentFlag.AlignRight:
+            option.text += _MARK_ROOM
 
 
 class RowDelegate(QStyledItemDelegate):

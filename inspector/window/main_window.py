@@ -16,6 +16,7 @@ from inspector.panels.clips_panel import ClipsPanel
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.intervals_panel import IntervalsPanel
+from inspector.panels.rig_names import joints_of, own_joints
 from inspector.panels.transport import Transport
 from inspector.quality.quality_panel import QualityPanel
 from inspector.recording.record_actions import RecordActions
@@ -57,6 +58,7 @@ from twistcore.review import Decision
 
 _STATE_VERSION = 2
 _LEFT_WIDTH, _RIGHT_WIDTH = 350, 545
+_LONGEST_JOINTS = 26  # letters in the status bar; the rest is in its tip
 _FRAME = 40  # pixels: more than a title bar is high
 _Area = Qt.DockWidgetArea
 
@@ -101,7 +103,7 @@ class MainWindow(Parts):
         self.setCentralWidget(_column(self.bar, (self.viewport, 1), self.transport))
         own_surface(self.viewport)
         self.chains = ChainsPanel(document, theme)
-        self.intervals = IntervalsPanel(document, theme)
+        self.intervals = IntervalsPanel(document, theme, self.settings)
         self.detail = DetailCard(document)
         self.timeline = Timeline(document, theme)
         self.video = VideoPanel(document, theme, self.settings, actions)
@@ -176,7 +178,7 @@ class MainWindow(Parts):
             guide=self.guide,
             aside=Aside(document),
             actions=actions,
-            filter=self.intervals.filter,
+            list_all=self.intervals.list_all,
             show_intervals=docks["intervals"].raise_,
             show_teaching=partial(bring_to_front, docks["teaching"]),
         )
@@ -300,7 +302,13 @@ class MainWindow(Parts):
         names = ("θp", "m") if limb is None else ("φ", "Δφ")
         angles = data.angle(chain)[frame], self.document.offset(chain)[frame]
         angle, off = (f"{signed(np.degrees(a)):>7}°" for a in angles)
-        label = self.document.find_chain(self.document.chain).label
+        of_chain, skeleton = self.document.find_chain(self.document.chain), data.motion.skeleton
+        label, own = of_chain.label, own_joints(of_chain, skeleton)
+        if own:
+            label += (
+                f" ({own if len(own) <= _LONGEST_JOINTS else own[: _LONGEST_JOINTS - 1] + '…'})"
+            )
+        self.position.setToolTip(joints_of(of_chain, skeleton))
         self.position.setText(
             f"{label}   {names[0]} {angle}   "
             f"{names[1]} {np.degrees(size[frame]):6.2f}°   offset {off}"
