@@ -8,30 +8,28 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QModelIndex, Qt
-from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
 
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
 from inspector.widgets.building import hint
-from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
+from inspector.widgets.tables import BesideDelegate, Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.limb_flips import BENT
 from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
 
-_HEADS = ("Chain", "Done", "Peak", "τ", "Azim.", "Joints")
-_JOINTS = len(_HEADS) - 1
+_HEADS = ("Chain", "Done", "Peak", "τ", "Azim.")
 _SAMPLES = ("00/00", "180.0°", "55.0°", "100 %")  # of the columns of figures, from the second on
 _TIPS = (
-    "Side and segment of the parent joint; the tick shows or hides its intervals",
+    "Side and segment of the parent joint, and beside it what else the file calls the joints;\n"
+    "the tick shows or hides its intervals",
     "Intervals decided of those found",
     "Largest strength in the clip: m(t) for the paper's method",
     "Threshold of this chain",
     "Median reliability of the azimuth: low on a straight limb.\n"
     "Of a whole limb: median height of its middle joint off its line, of its length",
-    "Parent and child as the file calls them",
 )
 _LIMB_TIPS = (
     "The whole limb; the tick shows or hides its flips",
@@ -39,10 +37,8 @@ _LIMB_TIPS = (
     "Largest jump of the limb about its line in one frame",
     "Threshold of this limb: a jump in one frame",
     "Median height of its middle joint off its line, of its length: low on a straight limb",
-    "Its joints as the file calls them",
 )
 _PAD = 8  # pixels
-_LEAST_JOINTS = 44  # pixels: fewer tell no name
 _RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth says nothing
 
 
@@ -66,7 +62,7 @@ class _Shown:
 
 class _ChainModel(RowModel[_Shown]):
     heads, head_tips = _HEADS, _TIPS
-    right = range(1, _JOINTS)
+    right = range(1, len(_HEADS))
 
     def __init__(self, document: Document, theme: Theme) -> None:
         super().__init__(theme)
@@ -80,7 +76,6 @@ class _ChainModel(RowModel[_Shown]):
         colours = {} if thing.found else dict.fromkeys(range(len(_HEADS)), self.theme.soft)
         if thing.found:
             colours[1] = self.theme.accepted if done else self.theme.undecided
-        colours[_JOINTS] = self.theme.soft
         if thing.doubtful:
             colours[4] = self.theme.warning
         return Row(
@@ -90,11 +85,11 @@ class _ChainModel(RowModel[_Shown]):
                 f"{thing.peak:.1f}°",
                 f"{thing.tau:.1f}°",
                 f"{100 * thing.reliability:.0f} %",
-                thing.joints,
             ),
             colours=colours,
             tips=tuple("\n".join((tip, *thing.notes)) for tip in thing.tips),
             tick=thing.ticked,
+            beside=thing.joints,
         )
 
     def flags(self, index: Index) -> Qt.ItemFlag:
@@ -118,6 +113,7 @@ class ChainsPanel(QWidget):
         self._model = _ChainModel(document, theme)
         self.table = RowTable(self._model)
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
+        self.table.setItemDelegateForColumn(0, BesideDelegate(self._model, self.table))
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
@@ -139,24 +135,6 @@ class ChainsPanel(QWidget):
         document.intervals_changed.connect(self._refresh)
         document.chain_changed.connect(self._select_row)
         self._reset()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """The file's own names take the room that is left."""
-        super().resizeEvent(event)
-        self._fit_columns()
-
-    def _fit_columns(self) -> None:
-        table, mode = self.table, QHeaderView.ResizeMode
-        figures = sum(table.columnWidth(k) for k in range(1, _JOINTS))
-        names = table.sizeHintForColumn(0) + _PAD
-        room = table.viewport().width() - figures - names
-        told = room >= _LEAST_JOINTS and any(thing.joints for thing in self._model.things)
-        header = table.horizontalHeader()
-        table.setColumnHidden(_JOINTS, not told)
-        header.setSectionResizeMode(0, mode.Fixed if told else mode.Stretch)
-        header.setSectionResizeMode(_JOINTS, mode.Stretch if told else mode.Fixed)
-        if told:
-            table.setColumnWidth(0, names)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -193,7 +171,6 @@ class ChainsPanel(QWidget):
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
             self._hint.setText("This skeleton has no chain of parent, child and grandchild.")
-        self._fit_columns()
         self._select_row()
 
     def _select_row(self) -> None:
