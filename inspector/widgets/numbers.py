@@ -34,4 +34,4 @@ class SignedBox(QDoubleSpinBox):
         """Whether that is a number, or may become one."""
         said = super().validate(text.replace(_MINUS, "-"), place)
         assert isinstance(said, tuple)
-        return said
+        return said[0], text, said[2]  # the text as it is, with its own minus

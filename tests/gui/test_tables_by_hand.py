@@ -82,9 +82,16 @@ def test_a_review_in_the_tables(tmp_path):
             screen.click(heading(p, "δ"))
             p.until(f"window.settings.interval_sort == {order!r}")
 
-        # Two that overlap: the decision is longer, nothing is cut, nor in a narrow list.
-        screen.key(*8 * ["ctrl+Left"], "bracketleft", "a")
-        p.until(f"any('accepted +' in str({TABLE}.model().index(r, 1).data()) for r in range(8))")
+        # An accepted one that τ leaves behind: a longer decision, and nothing is cut.
+        screen.key(*8 * ["ctrl+Left"], "bracketleft", "a", "ctrl+t")
+        screen.click(p.rect("window.tuning.box"))
+        screen.key("ctrl+a")
+        screen.type("140\n")
+        screen.click(p.ask("row(window.chains.table, 2)"))
+        screen.key("ctrl+f", "Escape")
+        p.until(
+            f"any('accepted <τ' in str({TABLE}.model().index(r, 1).data()) for r in range(8))"
+        )
         assert p.ask(CUT) == []
         left, top, _, high = p.rect("window.docks['intervals']")
         screen.drag((left - 2, top + high // 2), (left + 400, top + high // 2))
@@ -93,7 +100,7 @@ def test_a_review_in_the_tables(tmp_path):
         assert p.ask(CUT) == []
         screen.drag((p.rect("window.docks['intervals']")[0] - 2, top + high // 2),
                     (left, top + high // 2))  # fmt: skip
-        screen.key("ctrl+z", "ctrl+z")
+        screen.key("ctrl+z", "ctrl+z", "ctrl+z")
         p.until("not window.document.review.undo_text")
 
         # What is searched for is all that is listed, and all that is judged.
