@@ -28,7 +28,7 @@ from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption
 from inspector.widgets.later import Burst
 from inspector.widgets.letter_keys import LetterKeys
-from inspector.widgets.numbers import SignedBox, plain, signed
+from inspector.widgets.signed_numbers import SignedBox, plain, signed
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
 from twistcore.limb import Limb

@@ -16,7 +16,7 @@ from inspector.session.document import Document
 from inspector.session.settings import Settings
 from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.numbers import signed
+from inspector.widgets.signed_numbers import signed
 from inspector.widgets.tables import Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.detection import Kind
@@ -125,10 +125,10 @@ class IntervalsPanel(QWidget):
         super().__init__()
         self._document = document
         self._refreshing = self._clicked = False
-        self._words: dict[str, str] = {}  # by chain: what a search finds it by
         self._said = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
         self._marks: set[str] = set()
-        self._labels: dict[str, str] = {}
+        self._names: dict[str, tuple[str, str]] = {}  # by chain
+        self._told_of: dict[int, Judged] = {}  # what the columns have room for, by id()
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._filter_anew)
         self._model = _IntervalModel(document, theme)
@@ -151,7 +151,7 @@ class IntervalsPanel(QWidget):
         vbox(top, (self._stack, 1), owner=self, margins=(4, 4, 4, 4))
         document.opened.connect(self._take_clip)
         document.intervals_changed.connect(self._refresh)
-        document.chains_changed.connect(self._words.clear)
+        document.chains_changed.connect(self._forget_names)
         document.numbering_changed.connect(self._model.redraw)
         document.hidden_changed.connect(self._filter_anew)
         document.interval_changed.connect(self._interval_changed)
@@ -173,9 +173,12 @@ class IntervalsPanel(QWidget):
         """Keep nothing back; what it returns brings the filter back as it was."""
         return self.filters.list_all()
 
+    def _forget_names(self) -> None:
+        self._names.clear()
+        self._told_of.clear()
+
     def _take_clip(self) -> None:
-        self._words.clear()
-        self._labels.clear()
+        self._forget_names()
         self._marks.clear()
         self._said -= {"confidence", "kind", "end", "note"}
         self._refresh()
@@ -185,10 +188,12 @@ class IntervalsPanel(QWidget):
         document = self._document
         if (data := document.data) is None or not document.intervals:
             return
-        intervals = document.intervals
+        known = self._told_of
+        fresh = [j for j in document.intervals if id(j) not in known]  # a drag of τ waits for this
+        self._told_of = {id(j): j for j in document.intervals}
         if shared:
             self._marks.add(_SHARED)
-        if _UNSUPPORTED not in self._marks and not all(j.supported for j in intervals):
+        if not all(j.supported for j in fresh):
             self._marks.add(_UNSUPPORTED)
         for name, told in (
             ("confidence", lambda j: j.interval.confidence is not None),
@@ -196,17 +201,18 @@ class IntervalsPanel(QWidget):
             ("end", lambda j: j.interval.kind == Kind.LIMB_FLIP),
             ("note", lambda j: j.note or j.reason),
         ):
-            if name not in self._said and any(map(told, intervals)):
+            if name not in self._said and any(map(told, fresh)):
                 self._said.add(name)
-        for name in {j.interval.chain for j in intervals} - set(self._labels):
-            self._labels[name] = document.find_chain(name).list_label
-        chains = [document.find_chain(name) for name in self._labels]
+        for name in {j.interval.chain for j in fresh}:
+            self._name(name)
+        advance = self.fontMetrics().horizontalAdvance
+        labels, joints = zip(*self._names.values(), strict=True)
         last = str(document.frames + document.first_frame)
-        widest = max(MARKS.values(), key=self.fontMetrics().horizontalAdvance)
+        widest = max(MARKS.values(), key=advance)
         marks = "".join(m for m in (_SHARED, _UNSUPPORTED) if m in self._marks)
         self.columns.take(
             {
-                "chain": max(self._labels.values(), key=len),
+                "chain": max(labels, key=advance),
                 "decision": widest + marks,
                 "start": last,
                 "stop": last,
@@ -216,7 +222,7 @@ class IntervalsPanel(QWidget):
                 "confidence": "0.00",
                 "end": "turned",
                 "kind": "twist",
-                "joints": max((joints_of(c, data.motion.skeleton) for c in chains), key=len),
+                "joints": max(joints, key=advance),
             },
             self._said,
         )
@@ -231,16 +237,20 @@ class IntervalsPanel(QWidget):
             judged, document.chain, self._told
         )
 
+    def _name(self, chain: str) -> tuple[str, str]:
+        """Of a chain: its label, and its joints in the file."""
+        if chain not in self._names and (data := self._document.data) is not None:
+            found = self._document.find_chain(chain)
+            self._names[chain] = found.list_label, joints_of(found, data.motion.skeleton)
+        return self._names[chain]
+
     def _told(self, judged: Judged) -> str:
         """What a search looks through."""
-        name, data = judged.interval.chain, self._document.data
-        if name not in self._words and data is not None:
-            chain = self._document.find_chain(name)
-            joints = joints_of(chain, data.motion.skeleton)
-            self._words[name] = f"{chain.list_label} {name} {joints}"
+        name = judged.interval.chain
+        label, joints = self._name(name)
         kind = KINDS[judged.interval.kind][0]
-        parts = self._words[name], kind, judged.verdict, judged.decision.value
-        return " ".join((*parts, judged.reason, judged.note, _end(judged)))
+        parts = label, name, joints, kind, judged.verdict, judged.decision.value, _end(judged)
+        return " ".join((*parts, judged.reason, judged.note))
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""

@@ -10,7 +10,7 @@ from inspector.teaching.five_trackers import FRAMES, euler_angles, followers, tu
 from inspector.widgets.axes import root_scale
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.labels import Caption, SteadyLabel, inked
-from inspector.widgets.numbers import signed
+from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.rotation import Array

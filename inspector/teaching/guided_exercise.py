@@ -13,7 +13,7 @@ from inspector.session.opening import Analysed, analysed
 from inspector.teaching.guide_card import leave_button
 from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import OneTask
-from inspector.widgets.numbers import signed
+from inspector.widgets.signed_numbers import signed
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval

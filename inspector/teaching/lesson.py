@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.session.document import Document
 from inspector.viewport.frame_drawing import selected_chain
-from inspector.widgets.numbers import signed
+from inspector.widgets.signed_numbers import signed
 from twistcore.chain import Chain
 from twistcore.decomposition import Decomposition, WhatIf, altered, decompose
 from twistcore.limb import Limb

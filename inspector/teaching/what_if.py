@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QButtonGroup, QGridLayout, QLabel, QPushButton, QS
 from inspector.teaching.lesson import Lesson
 from inspector.widgets.building import RIGHT, hbox, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.numbers import plain, signed
+from inspector.widgets.signed_numbers import plain, signed
 from inspector.widgets.theme import Theme, figures_font
 from twistcore.decomposition import Decomposition, WhatIf
 

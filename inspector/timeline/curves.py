@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from inspector.session.document import Document
 from inspector.timeline.pane import Pane
-from inspector.widgets.numbers import plain
+from inspector.widgets.signed_numbers import plain
 from twistcore.rotation import Array, wrap
 
 _SMALLEST = {"theta": 20.0, "delta": 10.0, "offset": 10.0}  # degrees that a plot spans at least

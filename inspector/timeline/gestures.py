@@ -20,7 +20,7 @@ from inspector.timeline.tau_line import set_tau_at
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.axes import from_root_scale
 from inspector.widgets.later import Latest
-from inspector.widgets.numbers import signed
+from inspector.widgets.signed_numbers import signed
 from twistcore.detection import Interval
 from twistcore.review import Judged
 from twistcore.review.model import resized

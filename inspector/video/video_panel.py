@@ -17,7 +17,7 @@ from inspector.widgets.background import OneTask, Task
 from inspector.widgets.building import action_button, hbox, soft, tool_button, vbox
 from inspector.widgets.labels import ElidedLabel, SteadyLabel
 from inspector.widgets.letter_keys import LetterKeys
-from inspector.widgets.numbers import SignedBox
+from inspector.widgets.signed_numbers import SignedBox
 from inspector.widgets.theme import Theme
 
 NO_VIDEO = "No video for this clip.\nFile → Open witness video…, or drop one here."

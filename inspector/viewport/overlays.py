@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from inspector.session.open_clip import Show
 from inspector.viewport.bone_colours import scale_colour
 from inspector.widgets.labels import inked
-from inspector.widgets.numbers import signed
+from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import Theme
 
 _Shown = TypeVar("_Shown", bound=QWidget)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 
-from inspector.widgets.numbers import plain
+from inspector.widgets.signed_numbers import plain
 from twistcore.rotation import Array
 
 _ROOT_TICKS = (0, 1, 5, 20, 50, 100, 180)

@@ -45,7 +45,7 @@ from inspector.widgets.building import Part, bring_to_front, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface
-from inspector.widgets.numbers import signed
+from inspector.widgets.signed_numbers import signed
 from inspector.window.action_table import MENUS, OF_CHAINS, OF_THE_FIGURE
 from inspector.window.actions import build_actions
 from inspector.window.chain_actions import ChainActions

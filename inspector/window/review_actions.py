@@ -14,7 +14,7 @@ from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.document import Document
 from inspector.session.why_here import peaks, reason_here, reason_near, told
 from inspector.widgets.message_bar import MessageBar
-from inspector.widgets.numbers import signed
+from inspector.widgets.signed_numbers import signed
 from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval, Kind
 from twistcore.review import Decide, Decision, Remove, ReviewState

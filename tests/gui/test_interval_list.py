@@ -13,7 +13,7 @@ from inspector.panels.interval_filter import Wanted
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.settings import Settings
-from inspector.widgets.numbers import SignedBox, plain, signed
+from inspector.widgets.signed_numbers import SignedBox, plain, signed
 from inspector.widgets.theme import LIGHT
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act

@@ -45,6 +45,8 @@ DAMAGED = {  # what is written for a field, what is left of it
         ('{"accept": ["A"], "reject": [5], "undo": "U"}', {"accept": ["A"]}),
         ("[1]", {}),
     ],
+    "columns": [('["delta", 5, "note"]', ["delta", "note"]), ('"delta"', []), ("{}", [])],
+    "interval_sort": [("5", ""), (json.dumps("x" * 5000), "")],
     "turn_ms": [("1e15", 220), ("NaN", 220), ("Infinity", 220), ("-1", 220), ("1e999", 220)],
     "videos": [
         ('{"/a": ["/v", 1e9], "/b": ["/v", 2]}', {"/b": ("/v", 2.0)}),

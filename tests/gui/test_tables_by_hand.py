@@ -89,9 +89,7 @@ def test_a_review_in_the_tables(tmp_path):
         screen.type("140\n")
         screen.click(p.ask("row(window.chains.table, 2)"))
         screen.key("ctrl+f", "Escape")
-        p.until(
-            f"any('accepted <τ' in str({TABLE}.model().index(r, 1).data()) for r in range(8))"
-        )
+        p.until(f"any('accepted <τ' in str({TABLE}.model().index(r, 1).data()) for r in range(8))")
         assert p.ask(CUT) == []
         left, top, _, high = p.rect("window.docks['intervals']")
         screen.drag((left - 2, top + high // 2), (left + 400, top + high // 2))
