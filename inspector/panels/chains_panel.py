@@ -8,22 +8,23 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QModelIndex, Qt
-from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
 
+from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
 from inspector.widgets.building import hint
-from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
+from inspector.widgets.tables import BesideDelegate, Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.limb_flips import BENT
 from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
 
-_HEADS = ("Chain", "Done", "Peak", "τ", "Azimuth")
-_SAMPLES = ("00 / 00", "180.0°", "180.0°", "Azimuth")  # of all columns but the first
+_HEADS = ("Chain", "Done", "Peak", "τ", "Azim.")
+_SAMPLES = ("00/00", "180.0°", "55.0°", "100 %")  # of the columns of figures, from the second on
 _TIPS = (
-    "Side and segment of the parent joint; the tick shows or hides its intervals",
+    "Side and segment of the parent joint, and beside it what else the file calls the joints;\n"
+    "the tick shows or hides its intervals",
     "Intervals decided of those found",
     "Largest strength in the clip: m(t) for the paper's method",
     "Threshold of this chain",
@@ -37,7 +38,7 @@ _LIMB_TIPS = (
     "Threshold of this limb: a jump in one frame",
     "Median height of its middle joint off its line, of its length: low on a straight limb",
 )
-_PAD = 10  # pixels
+_PAD = 8  # pixels
 _RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth says nothing
 
 
@@ -47,6 +48,7 @@ class _Shown:
 
     chain: str
     label: str
+    joints: str
     decided: int
     found: int
     peak: float
@@ -79,7 +81,7 @@ class _ChainModel(RowModel[_Shown]):
         return Row(
             texts=(
                 thing.label,
-                f"{thing.decided} / {thing.found}" if thing.found else "–",
+                f"{thing.decided}/{thing.found}" if thing.found else "–",
                 f"{thing.peak:.1f}°",
                 f"{thing.tau:.1f}°",
                 f"{100 * thing.reliability:.0f} %",
@@ -87,6 +89,7 @@ class _ChainModel(RowModel[_Shown]):
             colours=colours,
             tips=tuple("\n".join((tip, *thing.notes)) for tip in thing.tips),
             tick=thing.ticked,
+            beside=thing.joints,
         )
 
     def flags(self, index: Index) -> Qt.ItemFlag:
@@ -110,11 +113,13 @@ class ChainsPanel(QWidget):
         self._model = _ChainModel(document, theme)
         self.table = RowTable(self._model)
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
+        self.table.setItemDelegateForColumn(0, BesideDelegate(self._model, self.table))
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        advance = self.fontMetrics().horizontalAdvance
         for column, sample in enumerate(_SAMPLES, start=1):
-            width = self.fontMetrics().horizontalAdvance(sample) + _PAD
+            width = max(advance(sample), advance(_HEADS[column])) + _PAD
             self.table.setColumnWidth(column, width)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint("The chains of a clip appear here.")
@@ -130,18 +135,6 @@ class ChainsPanel(QWidget):
         document.intervals_changed.connect(self._refresh)
         document.chain_changed.connect(self._select_row)
         self._reset()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Where room is short, names are worth more than the last column."""
-        super().resizeEvent(event)
-        self._fit_columns()
-
-    def _fit_columns(self) -> None:
-        last = len(_HEADS) - 1
-        figures = sum(self.table.columnWidth(k) for k in range(1, last))
-        room = self.table.viewport().width() - figures - self.table.sizeHintForColumn(0)
-        width = self.fontMetrics().horizontalAdvance(_SAMPLES[-1]) + _PAD
-        self.table.setColumnHidden(last, room < width)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -178,7 +171,6 @@ class ChainsPanel(QWidget):
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
             self._hint.setText("This skeleton has no chain of parent, child and grandchild.")
-        self._fit_columns()
         self._select_row()
 
     def _select_row(self) -> None:
@@ -194,7 +186,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     data = document.data
     assert data is not None
     stuck = uncorrectable_joints(data.motion, chain)
-    flips, names = data.limb(chain.name), data.motion.skeleton.names
+    flips, skeleton = data.limb(chain.name), data.motion.skeleton
     beside = {} if flips else children_off_axis(data.motion, chain)
     notes = list(chain.warnings)
     if stuck:
@@ -202,14 +194,14 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     if beside:
         notes.append(f"beside the bone, so a correction moves them: {', '.join(beside)}")
     if flips is None:
-        where, tips = chain.name, _TIPS
+        tips = _TIPS
         reliability, least = data.analysis.reliability[chain.name], _RELIABLE
     else:
-        where = " – ".join(names[j] for j in (chain.parent, chain.child, chain.grandchild))
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
     return _Shown(
         chain=chain.name,
         label=f"{chain.list_label} (fixed)" if stuck else chain.list_label,
+        joints=own_joints(chain, skeleton),
         decided=0,
         found=0,
         peak=float(np.degrees(document.detector.strength(chain.name).max())),
@@ -218,5 +210,5 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         notes=tuple(notes),
         ticked=True,
         doubtful=reliability < least,
-        tips=tuple(f"{where}: {tip}" for tip in tips),
+        tips=tuple(f"{joints_of(chain, skeleton)}: {tip}" for tip in tips),
     )

@@ -11,7 +11,6 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QComboBox,
-    QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
     QLabel,
@@ -22,12 +21,14 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.panels.end_choice import EndChoice
-from inspector.panels.intervals_panel import KINDS
+from inspector.panels.interval_filter import KINDS
+from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
 from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption
 from inspector.widgets.later import Burst
+from inspector.widgets.signed_numbers import SignedBox, plain, signed
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
 from twistcore.limb import Limb
@@ -54,7 +55,7 @@ class DetailCard(QWidget):
         self._burst = Burst(document.begin_drag, self)
         self.title = QLabel()
         self.start, self.stop = QSpinBox(), QSpinBox()
-        self.delta = QDoubleSpinBox(minimum=-180.0, maximum=180.0, decimals=2, suffix="°")
+        self.delta = SignedBox(minimum=-180.0, maximum=180.0, decimals=2, suffix="°")
         self._boxes = (self.start, self.stop, self.delta)
         for box in self._boxes:
             box.setKeyboardTracking(False)
@@ -131,6 +132,7 @@ class DetailCard(QWidget):
                 self.stop.setValue(self.stop.minimum())
                 self.delta.setValue(self.delta.minimum())
             self.why.setToolTip("")
+            self.title.setToolTip("")
             self._show_reason()
             return
         interval = judged.interval
@@ -138,8 +140,10 @@ class DetailCard(QWidget):
         what = "" if kind == Kind.COUNTER_TWIST else f" · {KINDS[interval.kind][0]}"
         varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
         if interval.soft_ended:
-            varies += f", up to {np.degrees(interval.shown):+.1f}°".replace("-", "−")
+            varies += f", up to {signed(np.degrees(interval.shown))}°"
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
+        assert self._document.data is not None
+        self.title.setToolTip(joints_of(chain, self._document.data.motion.skeleton))
         self.title.setText(f"<b>{chain.label}</b>{what} · {count}{varies}")
         first = self._document.first_frame
         self.why.set_text(escape(explanation(judged, chain, first)))
@@ -220,7 +224,8 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     edges = evidence.get("edges", ())
     for name, edge in zip(("opens", "closes"), edges, strict=False):
         parts.append(
-            f"{name} with x {edge['residual_x_deg']:+.1f}° against y {edge['residual_y_deg']:+.1f}°"
+            f"{name} with x {signed(edge['residual_x_deg'])}° "
+            f"against y {signed(edge['residual_y_deg'])}°"
         )
     if soft := soft_onset(interval):
         parts.append("found as it sets in softly, and edited" if judged.edited else soft)
@@ -228,23 +233,23 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
         turn, answer = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         parts.append(
             f"the limb is straight; at {evidence['transition'] + first_frame} "
-            f"P turns by {turn:+.1f}°, C by {answer:+.1f}°"
+            f"P turns by {signed(turn)}°, C by {signed(answer)}°"
         )
     if (share := evidence.get("child_follows", 1.0)) < 1.0:
         parts.append(f"the child turns back by {share:.0%} of it")
     if abs(interval.residual) > np.radians(0.005):
-        parts.append(f"left over {np.degrees(interval.residual):+.2f}°")
+        parts.append(f"left over {signed(np.degrees(interval.residual), 2)}°")
     if interval.open:
         closes = len(edges) > 1
         parts.append(f"open: {'one joint alone turns' if closes else _OTHER_SIDE}")
     if not judged.supported:
         parts.append("no longer found at this τ")
-    return "; ".join(parts).replace("-", "−")
+    return "; ".join(parts)
 
 
 def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int) -> str:
     """Which joint jumps, how fast, and that nothing is known to take it out."""
-    turn = f"{np.degrees(interval.residual):+.0f}°".replace("-", "−")
+    turn = f"{signed(np.degrees(interval.residual), 0)}°"
     frame = interval.start + first_frame
     told = f"{interval.joint} turns about its own axis by {turn} in a frame, at {frame}"
     if evidence:
@@ -258,7 +263,7 @@ def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
     interval, evidence = judged.interval, judged.interval.evidence or {}
     sentences, middle = [], limb.middle_word
     if edges := evidence.get("edges", ()):
-        jumps = [f"by {e['jump_deg']:+.0f}° at {e['start'] + first_frame}" for e in edges]
+        jumps = [f"by {signed(e['jump_deg'], 0)}° at {e['start'] + first_frame}" for e in edges]
         *before, last = jumps
         told = f"{', '.join(before)} and back {last}" if before else last
         where, side = "between them" if before else "in the interval", evidence["side"]
@@ -272,7 +277,7 @@ def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
         sentences.append(f"Open: {_OTHER_SIDE}.")
     if not judged.supported:
         sentences.append("No longer found at this τ.")
-    return " ".join(sentences).replace("-", "−")
+    return " ".join(sentences)
 
 
 def _figures(judged: Judged, chain: Chain) -> str:
@@ -285,7 +290,7 @@ def _figures(judged: Judged, chain: Chain) -> str:
     return (
         "Compared: P's level in spans of all lengths with the line between their ends,\n"
         "and what that does elsewhere in the clip. For an error, against motion alone,\n"
-        f"speak {gain:.0f} (logarithm of odds)."
+        f"speak {plain(gain, 0)} (logarithm of odds)."
     )
 
 
@@ -297,10 +302,10 @@ def _flip_figures(judged: Judged, limb: Limb) -> str:
         middle, unsteady = limb.middle_word, max(e["sigma_deg"] for e in edges)
         told += [
             f"Otherwise the {middle} jumps by {unsteady:.1f}° or less.",
-            f"For a flip speak the {middle}'s side elsewhere ({evidence['side']:.1f})",
-            f"and the price of all other explanations ({evidence['odds']:.1f}),",
+            f"For a flip speak the {middle}'s side elsewhere ({plain(evidence['side'])})",
+            f"and the price of all other explanations ({plain(evidence['odds'])}),",
             "logarithms of odds.",
         ]
     if abs(interval.residual) > np.radians(0.005):
-        told.append(f"Left over: {np.degrees(interval.residual):+.2f}°.")
-    return "\n".join(told).replace("-", "−")
+        told.append(f"Left over: {signed(np.degrees(interval.residual), 2)}°.")
+    return "\n".join(told)

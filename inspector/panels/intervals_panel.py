@@ -2,60 +2,43 @@
 
 from __future__ import annotations
 
-import numpy as np
-from PySide6.QtCore import (
-    QItemSelectionModel,
-    QModelIndex,
-    QSortFilterProxyModel,
-    Qt,
-    QTimer,
-    Signal,
-)
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QComboBox, QHeaderView, QStackedWidget, QWidget
+from collections.abc import Callable
 
+import numpy as np
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, Qt, QTimer, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QStackedWidget, QWidget
+
+from inspector.panels.interval_columns import COLUMNS, PLACE, IntervalColumns
+from inspector.panels.interval_filter import KINDS, OF_CHAIN, FilteredRows, FilterLine, Wanted
+from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
+from inspector.session.settings import Settings
 from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.tables import SORT_ROLE, Index, Row, RowDelegate, RowModel, RowTable
+from inspector.widgets.signed_numbers import signed
+from inspector.widgets.tables import Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, overlapping
 
-_HEADS = ("Chain", "Kind", "Decision", "Start", "Stop", "Frames", "δ", "Time", "Conf.", "Note")
-_SAMPLES = (
-    "Right Shoulder",
-    "twist",
-    "✓ accepted +",
-    "00000",
-    "00000",
-    "Frames",
-    "−180.0°",
-    "000.00 s",
-    "Conf.",
-)
-_SPARED = ("Conf.", "Frames", "Time", "Kind")  # left out in this order where room is short
-_NOTE_WIDTH = 60
+_WITH_COUNT = 430  # pixels: in a narrower list the count stands in the status bar alone
 MARKS = {
     Decision.UNDECIDED: "· undecided",
     Decision.ACCEPTED: "✓ accepted",
     Decision.REJECTED: "✗ rejected",
 }
-KINDS = {  # in the table, and as filters
-    Kind.COUNTER_TWIST: ("twist", "Counter-twists"),
-    Kind.LIMB_FLIP: ("flip", "Limb flips"),
-    Kind.LONE_JUMP: ("jump", "Lone jumps"),
-}
-_OF_KIND = {name: kind for kind, (_, name) in KINDS.items()}
-FILTERS = ("All", "Undecided", "Accepted", "Rejected", "This chain", *_OF_KIND)
+_SHARED, _UNSUPPORTED = " +", " <τ"
+_EVERYTHING = Wanted()
 
 
 class _IntervalModel(RowModel[tuple[Judged, bool]]):
     """Things are pairs: an interval of the review, and whether it shares frames with another."""
 
-    heads = _HEADS
-    right = range(3, 9)
+    heads = tuple(column.head for column in COLUMNS)
+    head_tips = tuple(column.tip or column.name for column in COLUMNS)
+    right = tuple(k for k, column in enumerate(COLUMNS) if column.figures)
 
     def __init__(self, document: Document, theme: Theme) -> None:
         super().__init__(theme)
@@ -74,35 +57,51 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         decision = "✓ seen" if seen else MARKS[judged.decision]
         if judged.verdict == APPLIED:
             decision = "✓ automatic"
-        decision += (" +" if shared else "") + ("" if judged.supported else " (below τ)")
-        confidence = -1.0 if interval.confidence is None else interval.confidence
-        cells: tuple[tuple[str, object], ...] = (  # what is shown, and what it is sorted by
-            (document.find_chain(interval.chain).list_label, interval.chain),
-            (KINDS[interval.kind][0], interval.kind.value),
-            (decision, judged.decision.value),
-            (str(interval.start + first), interval.start),
-            (str(interval.stop + first), interval.stop),
-            (str(interval.frames), interval.frames),
-            (f"{delta:+.1f}°".replace("-", "−"), abs(delta)),
-            (f"{seconds:.2f} s", interval.start),
-            ("–" if interval.confidence is None else f"{confidence:.2f}", confidence),
-            (judged.note, judged.note),
-        )
+        decision += (_SHARED if shared else "") + ("" if judged.supported else _UNSUPPORTED)
+        sure = -1.0 if interval.confidence is None else interval.confidence
+        chain = document.find_chain(interval.chain)
+        joints = joints_of(chain, document.data.motion.skeleton)
+        end = _end(judged)
+        note = " · ".join(filter(None, (judged.reason, judged.note)))
+        cells: dict[str, tuple[str, object]] = {  # what is shown, and what it is sorted by
+            "chain": (chain.list_label, interval.chain),
+            "decision": (decision, judged.decision.value),
+            "start": (str(interval.start + first), interval.start),
+            "stop": (str(interval.stop + first), interval.stop),
+            "frames": (str(interval.frames), interval.frames),
+            "time": (f"{seconds:.2f} s", interval.start),
+            "delta": (f"{signed(delta)}°", abs(delta)),
+            "confidence": ("–" if interval.confidence is None else f"{sure:.2f}", sure),
+            "end": (end, end),
+            "kind": (KINDS[interval.kind][0], interval.kind.value),
+            "joints": (joints, joints),
+            "note": (note, note),
+        }
         return Row(
-            texts=tuple(text for text, _ in cells),
-            sort=tuple(value for _, value in cells),
-            colours={_HEADS.index("Decision"): getattr(self.theme, str(judged.decision))},
-            tips=(_tip(judged, shared),),
+            texts=tuple(cells[column.id][0] for column in COLUMNS),
+            sort=tuple(cells[column.id][1] for column in COLUMNS),
+            colours={
+                PLACE["decision"]: getattr(self.theme, str(judged.decision)),
+                PLACE["joints"]: self.theme.soft,
+            },
+            tips=(_tip(judged, shared, f"{chain.list_label} ({joints})"),),
         )
 
 
-def _tip(judged: Judged, shared: bool) -> str:
+def _end(judged: Judged) -> str:
+    """Of a flipped limb: what became of its foot or hand."""
+    if judged.interval.kind != Kind.LIMB_FLIP:
+        return ""
+    return "turned" if judged.interval.carried else "kept"
+
+
+def _tip(judged: Judged, shared: bool, chain: str) -> str:
     interval = judged.interval
-    parts = [f"{interval.chain}, {interval.kind}, {interval.frames} frames"]
+    parts = [f"{chain}, {interval.kind}, {interval.frames} frames"]
     if interval.kind == Kind.LONE_JUMP:
         parts.append(f"{interval.joint} jumps about its own axis; nothing is taken out")
     elif abs(interval.residual) > 1e-9:
-        parts.append(f"left over behind the last edge: {np.degrees(interval.residual):+.2f}°")
+        parts.append(f"left over behind the last edge: {signed(np.degrees(interval.residual), 2)}°")
     if shared:
         parts.append("overlaps another interval of its chain: their offsets add")
     if judged.reason:
@@ -120,110 +119,142 @@ def _tip(judged: Judged, shared: bool) -> str:
     return "\n".join(parts)
 
 
-class _Filter(QSortFilterProxyModel):
-    def __init__(self, model: _IntervalModel, document: Document) -> None:
-        super().__init__()
-        self._model, self._document = model, document
-        self.chosen = FILTERS[0]
-        self.setSortRole(SORT_ROLE)
-        self.setSourceModel(model)
-
-    def filterAcceptsRow(self, row: int, parent: Index) -> bool:
-        del parent
-        judged, _ = self._model.things[row]
-        return judged.id == self._document.interval_id or self.passes(judged)
-
-    @property
-    def narrow(self) -> bool:
-        """Whether it may keep something back."""
-        return self.chosen != FILTERS[0] or bool(self._document.hidden)
-
-    def passes(self, judged: Judged) -> bool:
-        """Whether an interval is listed that is not selected: what one works on always is."""
-        if judged.interval.chain in self._document.hidden:
-            return False
-        if self.chosen == "This chain":
-            return judged.interval.chain == self._document.chain
-        if self.chosen in _OF_KIND:
-            return judged.interval.kind == _OF_KIND[self.chosen]
-        return self.chosen in ("All", judged.decision.value.capitalize())
-
-
 class IntervalsPanel(QWidget):
     """Table of intervals with a filter; its current row is the document's interval."""
 
     activated = Signal()  # a double click: look at it
 
-    def __init__(self, document: Document, theme: Theme) -> None:
+    def __init__(self, document: Document, theme: Theme, settings: Settings | None = None) -> None:
+        """`settings`: which columns are shown, and what the rows are sorted by, is kept there."""
         super().__init__()
         self._document = document
         self._refreshing = self._clicked = False
+        self._said = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
+        self._marks: set[str] = set()
+        self._names: dict[str, tuple[str, str]] = {}  # by chain
+        self._told_of: dict[int, Judged] = {}  # what the columns have room for, by id()
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._filter_anew)
         self._model = _IntervalModel(document, theme)
-        self._proxy = _Filter(self._model, document)
-        self.table = self._make_table()
-        self.filter = QComboBox()
-        self.filter.addItems(FILTERS)
-        self.filter.setToolTip("Which intervals are listed")
-        self.filter.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.filter.currentTextChanged.connect(self._filter_changed)
+        self._proxy = FilteredRows(self._model, self._lists)
+        self.table = RowTable(self._proxy, several=True)
+        self.table.setItemDelegate(RowDelegate(self._model, self.table, self._proxy))
+        self.table.selectionModel().currentRowChanged.connect(self._row_selected)
+        self.table.doubleClicked.connect(self.activated)
+        self.columns = IntervalColumns(self.table, settings or Settings())
+        self.filters = FilterLine()
+        self.filter, self.search = self.filters.choice, self.filters.search
+        self.filters.changed.connect(self._filter_changed)
+        self.filters.left.connect(self.table.setFocus)
         self.count = soft(SteadyLabel(alignment=RIGHT))
         self._hint = hint()
         self._stack = QStackedWidget()
         self._stack.addWidget(self._hint)
         self._stack.addWidget(self.table)
-        top = hbox(self.filter, None, self.count)
+        top = hbox((self.filters, 1), self.count)
         vbox(top, (self._stack, 1), owner=self, margins=(4, 4, 4, 4))
-        document.opened.connect(self._refresh)
+        document.opened.connect(self._take_clip)
         document.intervals_changed.connect(self._refresh)
+        document.chains_changed.connect(self._forget_names)
         document.numbering_changed.connect(self._model.redraw)
         document.hidden_changed.connect(self._filter_anew)
         document.interval_changed.connect(self._interval_changed)
         document.chain_changed.connect(self._chain_changed)
         self._refresh()
 
-    def _make_table(self) -> RowTable:
-        table = RowTable(self._proxy, several=True)
-        table.setItemDelegate(RowDelegate(self._model, table, self._proxy))
-        table.setSortingEnabled(True)
-        table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
-        header = table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
-        header.setMinimumSectionSize(28)
-        header.setStretchLastSection(True)
-        metrics = self.fontMetrics()
-        for column, sample in enumerate(_SAMPLES):
-            table.setColumnWidth(column, metrics.horizontalAdvance(sample) + 14)
-        table.setColumnWidth(len(_SAMPLES), _NOTE_WIDTH)  # at least: it takes what is left
-        table.selectionModel().currentRowChanged.connect(self._row_selected)
-        table.doubleClicked.connect(self.activated)
-        return table
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Where room is short, what other columns tell as well is not shown."""
         super().resizeEvent(event)
-        self._fit_columns()
+        self.count.setVisible(self.width() >= _WITH_COUNT)
+        self.columns.fit()
 
-    def _fit_columns(self) -> None:
-        intervals = [j.interval for j in self._document.intervals]
-        said = {
-            "Conf.": any(i.confidence is not None for i in intervals),
-            "Kind": any(i.kind != Kind.COUNTER_TWIST for i in intervals),
-        }
-        table, metrics = self.table, self.fontMetrics()
-        widths = {
-            head: metrics.horizontalAdvance(sample) + 14
-            for head, sample in zip(_HEADS, _SAMPLES, strict=False)
-            if said.get(head, True)
-        }
-        needed = sum(widths.values()) + _NOTE_WIDTH
-        room = self.width() - table.verticalScrollBar().sizeHint().width() - 12
-        for head in _SPARED:
-            hide = head not in widths or needed > room
-            table.setColumnHidden(_HEADS.index(head), hide)
-            if hide:
-                needed -= widths.get(head, 0)
+    def search_here(self) -> None:
+        """The next keys are words to search for."""
+        self.search.setFocus()
+        self.search.selectAll()
+
+    def list_all(self) -> Callable[[], None]:
+        """Keep nothing back; what it returns brings the filter back as it was."""
+        return self.filters.list_all()
+
+    def _forget_names(self) -> None:
+        self._names.clear()
+        self._told_of.clear()
+
+    def _take_clip(self) -> None:
+        self._forget_names()
+        self._marks.clear()
+        self._said -= {"confidence", "kind", "end", "note"}
+        self._refresh()
+
+    def _tell_columns(self, shared: bool) -> None:
+        """What the columns need room for; what was told once keeps its room in this clip."""
+        document = self._document
+        if (data := document.data) is None or not document.intervals:
+            return
+        known = self._told_of
+        fresh = [j for j in document.intervals if id(j) not in known]  # a drag of τ waits for this
+        self._told_of = {id(j): j for j in document.intervals}
+        if shared:
+            self._marks.add(_SHARED)
+        if not all(j.supported for j in fresh):
+            self._marks.add(_UNSUPPORTED)
+        for name, told in (
+            ("confidence", lambda j: j.interval.confidence is not None),
+            ("kind", lambda j: j.interval.kind != Kind.COUNTER_TWIST),
+            ("end", lambda j: j.interval.kind == Kind.LIMB_FLIP),
+            ("note", lambda j: j.note or j.reason),
+        ):
+            if name not in self._said and any(map(told, fresh)):
+                self._said.add(name)
+        for name in {j.interval.chain for j in fresh}:
+            self._name(name)
+        advance = self.fontMetrics().horizontalAdvance
+        labels, joints = zip(*self._names.values(), strict=True)
+        last = str(document.frames + document.first_frame)
+        widest = max(MARKS.values(), key=advance)
+        marks = "".join(m for m in (_SHARED, _UNSUPPORTED) if m in self._marks)
+        self.columns.take(
+            {
+                "chain": max(labels, key=advance),
+                "decision": widest + marks,
+                "start": last,
+                "stop": last,
+                "frames": last,
+                "time": f"{document.frames * data.motion.frame_time:.2f} s",
+                "delta": "−180.0°",
+                "confidence": "0.00",
+                "end": "turned",
+                "kind": "twist",
+                "joints": max(joints, key=advance),
+            },
+            self._said,
+        )
+
+    def _lists(self, judged: Judged) -> bool:
+        """What one works on is listed, whatever the filter."""
+        return judged.id == self._document.interval_id or self._passes(judged)
+
+    def _passes(self, judged: Judged) -> bool:
+        document = self._document
+        return judged.interval.chain not in document.hidden and self.filters.wanted.admits(
+            judged, document.chain, self._told
+        )
+
+    def _name(self, chain: str) -> tuple[str, str]:
+        """Of a chain: its label, and its joints in the file."""
+        if chain not in self._names and (data := self._document.data) is not None:
+            found = self._document.find_chain(chain)
+            self._names[chain] = found.list_label, joints_of(found, data.motion.skeleton)
+        return self._names[chain]
+
+    def _told(self, judged: Judged) -> str:
+        """What a search looks through."""
+        name = judged.interval.chain
+        label, joints = self._name(name)
+        kind = KINDS[judged.interval.kind][0]
+        parts = label, name, joints, kind, judged.verdict, judged.decision.value, _end(judged)
+        return " ".join((*parts, judged.reason, judged.note))
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -231,7 +262,7 @@ class IntervalsPanel(QWidget):
 
     def order_by(self, order: str) -> None:
         """List by 'time' or by 'chain'; a click on a head lists otherwise."""
-        column = _HEADS.index("Start") if order == "time" else -1
+        column = PLACE["start"] if order == "time" else -1
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
     def selected_ids(self) -> tuple[int, ...]:
@@ -254,9 +285,8 @@ class IntervalsPanel(QWidget):
         self._model.show([(j, j.id in shared) for j in intervals])
         self.table.doItemsLayout()  # now: put off, it would repaint the panel twice
         self._refreshing = False
-        decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
-        self._fit_columns()
-        self.count.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
+        self._tell_columns(bool(shared))
+        self.count.setText(self._counted())
         if not self._document.data:
             self._hint.setText("Open a BVH: its suspicious intervals are listed here.")
         elif not self._document.data.chains:
@@ -268,14 +298,22 @@ class IntervalsPanel(QWidget):
         self._stack.setCurrentIndex(1 if self._proxy.rowCount() else 0)
         self._select_row()
 
-    def _filter_changed(self, text: str) -> None:
-        self._proxy.chosen = text
-        if (judged := self._document.interval) and not self._proxy.passes(judged):
+    def _counted(self) -> str:
+        intervals, listed = self._document.intervals, self._proxy.rowCount()
+        if not intervals:
+            return ""
+        if listed < len(intervals):
+            return f"{listed} of {len(intervals)} listed"
+        decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
+        return f"{decided} of {len(intervals)} decided"
+
+    def _filter_changed(self) -> None:
+        if (judged := self._document.interval) and not self._passes(judged):
             self._document.select_interval(None)  # A and R never judge what is not asked for
         self._filter_anew()
 
     def _chain_changed(self) -> None:
-        if self._proxy.chosen == "This chain":
+        if self.filters.wanted.chosen == OF_CHAIN:
             self._filter_anew()
 
     def _filter_anew(self) -> None:
@@ -283,9 +321,14 @@ class IntervalsPanel(QWidget):
         self._proxy.invalidate()
         self._refresh()
 
+    @property
+    def _narrow(self) -> bool:
+        """Whether the filter may keep something back."""
+        return self.filters.wanted != _EVERYTHING or bool(self._document.hidden)
+
     def _interval_changed(self) -> None:
         """Under a filter the selected row is listed, and the last one no longer for being that."""
-        if not self._proxy.narrow:
+        if not self._narrow:
             self._select_row()
         elif self._clicked:
             self._later.start()  # no row goes while the table still deals with the click

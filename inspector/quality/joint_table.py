@@ -13,8 +13,6 @@ from inspector.session.document import Document
 from inspector.widgets.tables import Row, RowModel
 from inspector.widgets.theme import Theme
 
-_ROOM = 3 * "\N{NO-BREAK SPACE}"  # Qt draws the mark of the order over the text's end
-
 
 @dataclass(frozen=True)
 class _Joint:
@@ -29,7 +27,7 @@ class _Joint:
 class JointsModel(RowModel[_Joint]):
     """Sorted by one of its columns; joints that are tracked stand in the tracked colour."""
 
-    heads = ("Joint", *(f"{m.name} {m.unit}".strip() + _ROOM for m in MEASURES))
+    heads = ("Joint", *(f"{m.name} {m.unit}".strip() for m in MEASURES))
     head_tips = ("", *(m.tip for m in MEASURES))
     right = range(1, 1 + len(MEASURES))
 

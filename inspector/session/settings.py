@@ -39,8 +39,10 @@ class Settings:
     clip's path its video's path and offset in seconds, the latest last; folders: by a folder's path
     where one stopped in it, `clip`, and τ for all of it, `profile` (its name, '' for each clip's
     automatic one), `method` and `tau` in radians, the latest last; autosave: a session is saved by
-    itself; next_after_export: in a folder the next clip opens then; of_others: what the file holds
-    beside, of a newer version perhaps, kept for it.
+    itself; next_after_export: in a folder the next clip opens then; columns: of the list of
+    intervals, none for those there is room for; interval_sort: the column it is sorted by, '-'
+    before it where the other way round, '' for none; of_others: what the file holds beside, of a
+    newer version perhaps, kept for it.
     """
 
     theme: str = "system"
@@ -59,6 +61,8 @@ class Settings:
     folders: dict[str, dict[str, Any]] = field(default_factory=dict)
     autosave: bool = True
     next_after_export: bool = True
+    columns: list[str] = field(default_factory=list)
+    interval_sort: str = ""
     of_others: dict[str, Any] = field(default_factory=dict)
 
     def remember(self, path: Path) -> None:
@@ -115,6 +119,8 @@ CHECKS: dict[str, Check] = {
     ),
     "autosave": checks.flag,
     "next_after_export": checks.flag,
+    "columns": checks.first_of(checks.text(20), 20),
+    "interval_sort": checks.text(21),
 }
 
 

@@ -10,6 +10,7 @@ from inspector.teaching.five_trackers import FRAMES, euler_angles, followers, tu
 from inspector.widgets.axes import root_scale
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.labels import Caption, SteadyLabel, inked
+from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.rotation import Array
@@ -114,10 +115,10 @@ class FiveTrackers(QWidget):
         for plot in (self.input, *self.plots.values()):
             plot.show_frame(self.frame)
         keys = " &nbsp; ".join(
-            inked(f"━ {name} {self.angles[self.frame, k]:+.0f}°", getattr(self._theme, role))
+            inked(f"━ {name} {signed(self.angles[self.frame, k], 0)}°", getattr(self._theme, role))
             for k, (name, role) in enumerate(_EULER)
         )
-        self.input_words.set_text(f"The input as Euler angles XYZ &nbsp; {keys}".replace("-", "−"))
+        self.input_words.set_text(f"The input as Euler angles XYZ &nbsp; {keys}")
         for name, title in self.titles.items():
             distance = self.found[name]
             title.set_text(

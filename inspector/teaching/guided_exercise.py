@@ -13,6 +13,7 @@ from inspector.session.opening import Analysed, analysed
 from inspector.teaching.guide_card import leave_button
 from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import OneTask
+from inspector.widgets.signed_numbers import signed
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval
@@ -155,6 +156,6 @@ def score_text(result: Score) -> str:
 
 def _row(found: InjectedError | Interval) -> str:
     largest = found.offset[int(np.argmax(np.abs(found.offset)))]
-    degrees = f"{np.degrees(largest):+.0f}°".replace("-", "−")
+    degrees = f"{signed(np.degrees(largest), 0)}°"
     place = f"{found.chain}, frames {found.start} to {found.stop - 1}, {degrees}"
     return f"- [{place}](at:{found.chain}/{found.start})"

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QComboBox
 
 from inspector.session.document import Document
 from inspector.session.settings import Settings
@@ -20,8 +19,8 @@ from inspector.viewport.viewport import Viewport
 class GuidedProgram:
     """The parts that a guided page reads and drives.
 
-    filter: of the list of intervals; show_intervals, show_teaching: bring the tab to the front;
-    actions: by their ids.
+    list_all: takes the filter off the list of intervals, its answer puts it back; show_intervals,
+    show_teaching: bring the tab to the front; actions: by their ids.
     """
 
     document: Document
@@ -31,6 +30,6 @@ class GuidedProgram:
     guide: GuideCard
     aside: Aside
     actions: Mapping[str, QAction]
-    filter: QComboBox
+    list_all: Callable[[], Callable[[], None]]
     show_intervals: Callable[[], None]
     show_teaching: Callable[[], None]

@@ -13,6 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.session.document import Document
 from inspector.viewport.frame_drawing import selected_chain
+from inspector.widgets.signed_numbers import signed
 from twistcore.chain import Chain
 from twistcore.decomposition import Decomposition, WhatIf, altered, decompose
 from twistcore.limb import Limb
@@ -120,14 +121,9 @@ class Lesson(QObject):
 
 def degrees(angle: float) -> str:
     """An angle in radians as every label of the tab shows it."""
-    return f"{_plain(np.degrees(angle), 2):+.2f}°".replace("-", "−")
+    return f"{signed(np.degrees(angle), 2)}°"
 
 
 def numbers(values: Array) -> str:
     """A vector or quaternion as every label of the tab shows it."""
-    return "(" + ", ".join(f"{_plain(v, 3):+.3f}" for v in values).replace("-", "−") + ")"
-
-
-def _plain(value: float, digits: int) -> float:
-    """Rounded, and no −0."""
-    return round(float(value), digits) + 0.0
+    return f"({', '.join(signed(v, 3) for v in values)})"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inspector.teaching.lesson import degrees, numbers
+from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import Theme
 from twistcore.decomposition import Decomposition
 
@@ -172,4 +173,4 @@ def typeset_texts() -> tuple[str, ...]:
 
 def square_degrees(product: float) -> str:
     """A product of two angles in radians."""
-    return f"{np.degrees(np.degrees(product)) + 0.0:+.2f} (°)²".replace("-", "−")
+    return f"{signed(np.degrees(np.degrees(product)), 2)} (°)²"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
@@ -31,7 +32,7 @@ class TeachingActions:
 
     def __post_init__(self) -> None:
         self.five_trackers: FiveTrackers | None = None
-        self._filter = ""  # of the person's own review
+        self._list_as_before: Callable[[], None] | None = None  # by the person's own filter
         self.guided_tour = Tour(self.program, SAMPLE, FLIPPED, self.window)
         self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
         self.guided_tour.ended.connect(self._led)
@@ -66,8 +67,7 @@ class TeachingActions:
 
     def _lead(self, title: str) -> None:
         self.leave_guide()
-        self._filter = self.program.filter.currentText()
-        self.program.filter.setCurrentIndex(0)  # all: what a page speaks of is listed
+        self._list_as_before = self.program.list_all()  # what a page speaks of is listed
         self.dock.setWindowTitle(title)
         bring_to_front(self.dock)
         self.window.resizeDocks([self.above, self.dock], [1, 3], Qt.Orientation.Vertical)
@@ -75,7 +75,7 @@ class TeachingActions:
 
     def _led(self) -> None:
         self.dock.hide()
-        if self._filter:
-            self.program.filter.setCurrentText(self._filter)
-            self._filter = ""
+        if self._list_as_before is not None:
+            self._list_as_before()
+            self._list_as_before = None
         self.program.aside.put_back()

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QButtonGroup, QGridLayout, QLabel, QPushButton, QS
 from inspector.teaching.lesson import Lesson
 from inspector.widgets.building import RIGHT, hbox, vbox
 from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.signed_numbers import plain, signed
 from inspector.widgets.theme import Theme, figures_font
 from twistcore.decomposition import Decomposition, WhatIf
 
@@ -106,9 +107,8 @@ class WhatIfBox(QWidget):
             if round(degrees * _STEPS) != slider.value():
                 with QSignalBlocker(slider):
                     slider.setValue(round(degrees * _STEPS))
-            degrees = round(degrees, 1) + 0.0
-            signed = f"{degrees:+.1f}°" if name in ("twist", "nudge") else f"{degrees:.1f}°"
-            self.numbers[name].setText(signed.replace("-", "−"))
+            told = signed if name in ("twist", "nudge") else plain
+            self.numbers[name].setText(f"{told(degrees)}°")
         for button, on in ((self.counter, what_if.counter), (self.follow, not what_if.counter)):
             if button.isChecked() != on:
                 with QSignalBlocker(button):

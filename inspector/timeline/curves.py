@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from inspector.session.document import Document
 from inspector.timeline.pane import Pane
+from inspector.widgets.signed_numbers import plain
 from twistcore.rotation import Array, wrap
 
 _SMALLEST = {"theta": 20.0, "delta": 10.0, "offset": 10.0}  # degrees that a plot spans at least
@@ -99,4 +100,4 @@ def number(angle: Array, frame: int) -> str:
 
 def in_degrees(value: float) -> str:
     """Degrees as titles have them."""
-    return f"{round(value, 1) + 0.0:7.1f}°".replace("-", "−")  # + 0.0: no minus before zero
+    return f"{plain(value):>7}°"

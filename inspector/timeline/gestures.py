@@ -20,6 +20,7 @@ from inspector.timeline.tau_line import set_tau_at
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.axes import from_root_scale
 from inspector.widgets.later import Latest
+from inspector.widgets.signed_numbers import signed
 from twistcore.detection import Interval
 from twistcore.review import Judged
 from twistcore.review.model import resized
@@ -271,7 +272,7 @@ class Gestures:
             i, first = judged.interval, self._document.first_frame
             lines = [
                 f"{i.chain}  frames {i.start + first}–{i.stop - 1 + first} ({i.frames})",
-                f"{i.kind}, δ {np.degrees(i.size):+.1f}°, {judged.decision}",
+                f"{i.kind}, δ {signed(np.degrees(i.size))}°, {judged.decision}",
             ]
             if not judged.supported:
                 lines.append("No longer found at this τ; kept because you decided or edited it.")

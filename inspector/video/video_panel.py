@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtGui import QAction, QImage, QShowEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QToolButton, QWidget
+from PySide6.QtWidgets import QToolButton, QWidget
 
 from inspector.session.document import Document
 from inspector.session.settings import FARTHEST_S, Settings
@@ -16,6 +16,7 @@ from inspector.video.video_reader import Picture, VideoReader
 from inspector.widgets.background import OneTask, Task
 from inspector.widgets.building import action_button, hbox, soft, tool_button, vbox
 from inspector.widgets.labels import ElidedLabel, SteadyLabel
+from inspector.widgets.signed_numbers import SignedBox
 from inspector.widgets.theme import Theme
 
 NO_VIDEO = "No video for this clip.\nFile → Open witness video…, or drop one here."
@@ -43,7 +44,7 @@ class VideoPanel(QWidget):
         self._task = OneTask(self)
         self._size: tuple[int, int] | None = None  # for which the shown picture was made
         self.display = Screen(theme, NO_VIDEO)
-        self.offset = QDoubleSpinBox(decimals=3, singleStep=0.001, suffix=" s")
+        self.offset = SignedBox(decimals=3, singleStep=0.001, suffix=" s")
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
         self.offset.setKeyboardTracking(False)
         self.offset.setAccessibleName("Offset of the video")

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from inspector.session.open_clip import Show
 from inspector.viewport.bone_colours import scale_colour
 from inspector.widgets.labels import inked
+from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import Theme
 
 _Shown = TypeVar("_Shown", bound=QWidget)
@@ -82,9 +83,8 @@ def legend_text(
         text = {Show.BEFORE: before, Show.AFTER: after, Show.BOTH: both}[Show(show)]
     if chain:
         colour = theme.before if abs(degrees) >= 0.05 else theme.soft
-        number = f"{degrees:+.1f}°".replace("-", "−") if abs(degrees) >= 0.05 else "0.0°"
         text += f"&nbsp;&nbsp;&nbsp; <b>{chain}</b>&nbsp; "
-        text += inked(f"{number} of swivel off" if swivel else f"{number} off", colour)
+        text += inked(f"{signed(degrees)}° {'of swivel ' if swivel else ''}off", colour)
     if tracked:
         text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, 'tracked')}"
     return text

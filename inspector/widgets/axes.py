@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 
+from inspector.widgets.signed_numbers import plain
 from twistcore.rotation import Array
 
 _ROOT_TICKS = (0, 1, 5, 20, 50, 100, 180)
@@ -62,7 +63,7 @@ class UnitAxis(Axis):
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """As many decimals as the spacing needs."""
         decimals = max(0, int(np.ceil(-np.log10(spacing) - 1e-9))) if spacing < 1 else 0
-        return [f"{v:.{decimals}f}{self.unit}".replace("-", "−") for v in values]
+        return [f"{plain(v, decimals)}{self.unit}" for v in values]
 
 
 class RootAxis(Axis):
@@ -77,7 +78,7 @@ class RootAxis(Axis):
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """The degrees that a place stands for."""
-        return [f"{from_root_scale(v):.0f}°".replace("-", "−") for v in values]
+        return [f"{plain(from_root_scale(v), 0)}°" for v in values]
 
 
 class FrameAxis(Axis):
@@ -91,4 +92,4 @@ class FrameAxis(Axis):
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """Integers."""
-        return [f"{v + self.first:.0f}".replace("-", "−") for v in values]
+        return [plain(v + self.first, 0) for v in values]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
@@ -15,10 +15,13 @@ from PySide6.QtCore import (
     QPersistentModelIndex,
     Qt,
 )
-from PySide6.QtGui import QColor, QPalette
+from PySide6.QtGui import QColor, QPainter, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QHeaderView,
+    QStyle,
     QStyledItemDelegate,
+    QStyleOptionHeader,
     QStyleOptionViewItem,
     QTableView,
 )
@@ -34,6 +37,9 @@ _LEFT, _RIGHT = (
     side | Qt.AlignmentFlag.AlignVCenter
     for side in (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 )
+_MARK_ROOM = 4 * "\N{NO-BREAK SPACE}"
+_BESIDE = 12  # pixels between a text and what stands beside it
+_END = Qt.TextElideMode.ElideRight
 _FEW = 64  # rows that come and go one by one; more of them make a new table
 
 
@@ -42,7 +48,8 @@ class Row:
     """What a table shows of one thing.
 
     texts: a text a column; sort: a sortable value a column, the texts if empty; colours: '#rrggbb'
-    by column; tip: shown over every column, or by column; tick: of the first column, if it has one.
+    by column; tip: shown over every column, or by column; tick: of the first column, if it has one;
+    beside: soft words behind the first column's text, for a BesideDelegate.
     """
 
     texts: tuple[str, ...]
@@ -50,6 +57,7 @@ class Row:
     colours: Mapping[int, str] = field(default_factory=dict)
     tips: tuple[str, ...] = ()
     tick: bool | None = None
+    beside: str = ""
 
 
 class RowModel(QAbstractTableModel, Generic[_Thing]):
@@ -61,7 +69,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 
     heads: tuple[str, ...] = ()
     head_tips: tuple[str, ...] = ()
-    right: range = range(0)  # columns of figures
+    right: Collection[int] = ()  # columns of figures
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
@@ -219,12 +227,33 @@ class RowTable(QTableView):
         """`several`: rows may be selected together."""
         super().__init__(showGrid=False, wordWrap=False)
         mode = QAbstractItemView.SelectionMode
+        self.setHorizontalHeader(_Heading(Qt.Orientation.Horizontal, self))
+        self.setTabKeyNavigation(False)  # Tab goes to the next widget, not from cell to cell
         self.setModel(model)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(mode.ExtendedSelection if several else mode.SingleSelection)
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
-        self.horizontalHeader().setHighlightSections(False)
+
+    @property
+    def mark_room(self) -> int:
+        """Pixels that a heading is wider for the mark of the order."""
+        return self.fontMetrics().horizontalAdvance(_MARK_ROOM)
+
+
+class _Heading(QHeaderView):
+    """The mark of the order stands beside the words: Qt draws it over the end of those at right."""
+
+    def __init__(self, orientation: Qt.Orientation, parent: QTableView) -> None:
+        super().__init__(orientation, parent)
+        self.setSectionsClickable(True)
+
+    def initStyleOptionForIndex(self, option: QStyleOptionHeader, section: int) -> None:
+        """Room for it behind the words."""
+        super().initStyleOptionForIndex(option, section)
+        marked = self.isSortIndicatorShown() and self.sortIndicatorSection() == section
+        if marked and option.textAlignment & Qt.AlignmentFlag.AlignRight:
+            option.text += _MARK_ROOM
 
 
 class RowDelegate(QStyledItemDelegate):
@@ -239,10 +268,14 @@ class RowDelegate(QStyledItemDelegate):
         super().__init__(parent)
         self._model, self._proxy = model, proxy
 
+    def described(self, index: Index) -> Row:
+        """The row's description."""
+        source = self._proxy.mapToSource(index) if self._proxy else index
+        return self._model.row(source.row())
+
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         """What the model's data() says, by the same description."""
-        source = self._proxy.mapToSource(index) if self._proxy else index
-        row, column = self._model.row(source.row()), source.column()
+        row, column = self.described(index), index.column()
         assert isinstance(index, QModelIndex)
         option.index = index
         option.displayAlignment = self._model.alignment(column)
@@ -253,6 +286,33 @@ class RowDelegate(QStyledItemDelegate):
         if column == 0 and row.tick is not None:
             option.features |= _Feature.HasCheckIndicator
             option.checkState = _tick(row.tick)
+
+
+class BesideDelegate(RowDelegate):
+    """Draws the soft words beside the first column's text, as many as there is room for."""
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """The cell, and behind its text the rest."""
+        super().paint(painter, option, index)
+        row = self.described(index)
+        if not row.beside:
+            return
+        option = QStyleOptionViewItem(option)
+        self.initStyleOption(option, index)
+        style = option.widget.style()
+        room = style.subElementRect(
+            QStyle.SubElement.SE_ItemViewItemText, option, option.widget
+        ).adjusted(0, 0, -_BESIDE // 2, 0)
+        room.setLeft(room.left() + option.fontMetrics.horizontalAdvance(row.texts[0]) + _BESIDE)
+        if room.width() < _BESIDE:
+            return
+        selected = bool(option.state & QStyle.StateFlag.State_Selected)
+        ink = QPalette.ColorRole.HighlightedText if selected else QPalette.ColorRole.PlaceholderText
+        painter.save()
+        painter.setPen(option.palette.color(ink))
+        text = option.fontMetrics.elidedText(row.beside, _END, room.width())
+        painter.drawText(room, _LEFT, text)
+        painter.restore()
 
 
 def _tick(on: bool) -> Qt.CheckState:

@@ -11,7 +11,7 @@ from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import bring_to_front
 from inspector.window.keyboard_page import shortcuts_markdown, show_shortcuts
-from inspector.window.parts import ActionSpec, Switch
+from inspector.window.parts import ActionSpec, Parts, Switch
 from twistcore.review import Decision
 
 # Actions that mean nothing where there is no OpenGL and the plots stand alone.
@@ -26,6 +26,11 @@ _NEXT = {Show.BEFORE: Show.AFTER, Show.AFTER: Show.BOTH, Show.BOTH: Show.BEFORE}
 
 def _name_bones(viewport: Viewport, on: bool) -> None:
     viewport.pointing.names = on
+
+
+def _search_intervals(parts: Parts) -> None:
+    bring_to_front(parts.docks["intervals"])
+    parts.review_actions.intervals.search_here()
 
 
 # A table, so it is laid out as one: what is shown, then what is done.
@@ -162,6 +167,9 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
         ActionSpec("first_frame", "First frame", ("Home",), do=lambda p: p.document.go_to(0)),
         ActionSpec("last_frame", "Last frame", ("End",),
                    do=lambda p: p.document.go_to(p.document.frames - 1)),
+        ActionSpec("search_intervals", "Search the intervals", ("Ctrl+F",),
+                   "By chain, joints, kind, note, reason; >0.9 is a confidence",
+                   do=_search_intervals),
         ActionSpec("go_to_frame", "Go to frame…", ("Ctrl+J",),
                    do=lambda p: p.review_actions.go_to_frame()),
     ),

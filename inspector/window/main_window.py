@@ -17,6 +17,7 @@ from inspector.panels.detail_card import DetailCard
 from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.reviewer_line import ReviewerLine
+from inspector.panels.rig_names import joints_of, own_joints
 from inspector.panels.transport import Transport
 from inspector.quality.quality_panel import QualityPanel
 from inspector.recording.record_actions import RecordActions
@@ -46,6 +47,7 @@ from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface
 from inspector.widgets.review_keys import ReviewKeys
+from inspector.widgets.signed_numbers import signed
 from inspector.window.action_table import MENUS, OF_CHAINS, OF_THE_FIGURE
 from inspector.window.actions import build_actions
 from inspector.window.chain_actions import ChainActions
@@ -59,6 +61,7 @@ from twistcore.review import Decision
 
 _STATE_VERSION = 2
 _LEFT_WIDTH, _RIGHT_WIDTH = 350, 545
+_LONGEST_JOINTS = 26  # letters in the status bar; the rest is in its tip
 _FRAME = 40  # pixels: more than a title bar is high
 _Area = Qt.DockWidgetArea
 
@@ -108,7 +111,7 @@ class MainWindow(Parts):
         self.setCentralWidget(_column(self.bar, self.reviewer_line, figure, self.transport))
         own_surface(self.viewport)
         self.chains = ChainsPanel(document, theme)
-        self.intervals = IntervalsPanel(document, theme)
+        self.intervals = IntervalsPanel(document, theme, self.settings)
         self.detail = DetailCard(document)
         self.timeline = Timeline(document, theme)
         self.video = VideoPanel(document, theme, self.settings, actions)
@@ -183,7 +186,7 @@ class MainWindow(Parts):
             guide=self.guide,
             aside=Aside(document),
             actions=actions,
-            filter=self.intervals.filter,
+            list_all=self.intervals.list_all,
             show_intervals=docks["intervals"].raise_,
             show_teaching=partial(bring_to_front, docks["teaching"]),
         )
@@ -337,11 +340,17 @@ class MainWindow(Parts):
         size = data.signals[chain].strength if limb is None else np.abs(limb.departures)
         names = ("θp", "m") if limb is None else ("φ", "Δφ")
         angles = data.angle(chain)[frame], self.document.offset(chain)[frame]
-        angle, off = (float(np.round(np.degrees(a), 1)) + 0.0 for a in angles)  # no minus zero
-        label = self.document.find_chain(self.document.chain).label
+        angle, off = (f"{signed(np.degrees(a)):>7}°" for a in angles)
+        of_chain, skeleton = self.document.find_chain(self.document.chain), data.motion.skeleton
+        label, own = of_chain.label, own_joints(of_chain, skeleton)
+        if own:
+            label += (
+                f" ({own if len(own) <= _LONGEST_JOINTS else own[: _LONGEST_JOINTS - 1] + '…'})"
+            )
+        self.position.setToolTip(joints_of(of_chain, skeleton))
         self.position.setText(
-            f"{label}   {names[0]} {angle:+7.1f}°   "
-            f"{names[1]} {np.degrees(size[frame]):6.2f}°   offset {off:+7.1f}°"
+            f"{label}   {names[0]} {angle}   "
+            f"{names[1]} {np.degrees(size[frame]):6.2f}°   offset {off}"
         )
 
     # -- Qt events ----------------------------------------------------------------------------

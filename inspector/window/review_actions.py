@@ -19,6 +19,7 @@ from inspector.session.settings import Settings
 from inspector.session.why_here import peaks, reason_here, reason_near, told
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.message_bar import MessageBar
+from inspector.widgets.signed_numbers import signed
 from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval, Kind
 from twistcore.review import Annotate, Decision, Remove, ReviewState
@@ -293,8 +294,8 @@ class ReviewActions:
         label = self.document.find_chain(moment.chain).label
         first = moment.start + self.document.first_frame
         return (
-            f"{label}, {moment.frames} frames from {first}: {np.degrees(moment.delta):+.2f}°, "
-            f"below τ. Insert makes it an interval."
+            f"{label}, {moment.frames} frames from {first}: "
+            f"{signed(np.degrees(moment.delta), 2)}°, below τ. Insert makes it an interval."
         )
 
     def why_not(self) -> None:

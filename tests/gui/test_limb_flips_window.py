@@ -85,9 +85,9 @@ def test_flips_are_listed_beside_twists(qtbot, opened):
         "Right UpLeg", "Left arm · limb", "Right leg · limb"
     ]  # fmt: skip
     tip = chains.index(13, 4).data(Qt.ItemDataRole.ToolTipRole)
-    assert tip.startswith("RightUpLeg – RightLeg – RightFoot: Median height")
+    assert tip.startswith("RightUpLeg → RightLeg → RightFoot: Median height")
     assert [chains.index(13, column).data() for column in (1, 2, 3, 4)] == [
-        "0 / 6", "179.7°", "55.0°", "16 %"
+        "0/6", "179.7°", "55.0°", "16 %"
     ]  # fmt: skip
     for wanted, count in (
         ("Limb flips", 6), ("Lone jumps", 4), ("Counter-twists", 0), ("All", 10)

@@ -50,6 +50,8 @@ DAMAGED = {  # what is written for a field, what is left of it
     "zoom_to_interval": [("1", True), ('"no"', True)],
     "order": [('"start"', "chain"), ("1", "chain")],
     "reviewer_asked": [("1", False), ("null", False)],
+    "columns": [('["delta", 5, "note"]', ["delta", "note"]), ('"delta"', []), ("{}", [])],
+    "interval_sort": [("5", ""), (json.dumps("x" * 5000), "")],
     "turn_ms": [("1e15", 220), ("NaN", 220), ("Infinity", 220), ("-1", 220), ("1e999", 220)],
     "folders": [
         (

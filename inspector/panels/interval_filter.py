@@ -1,0 +1,163 @@
+"""Which intervals are listed: by decision, kind or chain, by confidence, by words."""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QEvent, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QComboBox, QLineEdit, QWidget
+
+from inspector.widgets.building import hbox
+from inspector.widgets.tables import SORT_ROLE, Index, RowModel
+from twistcore.detection import Kind
+from twistcore.review import Judged
+
+KINDS = {  # in the table, and as filters
+    Kind.COUNTER_TWIST: ("twist", "Counter-twists"),
+    Kind.LIMB_FLIP: ("flip", "Limb flips"),
+    Kind.LONE_JUMP: ("jump", "Lone jumps"),
+}
+_OF_KIND = {name: kind for kind, (_, name) in KINDS.items()}
+ALL, OF_CHAIN = "All", "This chain"
+FILTERS = (ALL, "Undecided", "Accepted", "Rejected", OF_CHAIN, *_OF_KIND)
+_CONFIDENCES = ("Any conf.", "≥ 0.95", "≥ 0.50", "< 0.95", "< 0.50")
+_COMPARED: dict[str, Callable[[float, float], bool]] = {
+    "≥": operator.ge,
+    ">": operator.gt,
+    "≤": operator.le,
+    "<": operator.lt,
+}
+_BOUND = re.compile(r"([<>]=?|[≤≥])\s*(\d*[.,]?\d+)")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is asked for: one of FILTERS, bounds of the confidence, and words that are all there."""
+
+    chosen: str = ALL
+    bounds: tuple[tuple[str, float], ...] = ()
+    words: tuple[str, ...] = ()
+
+    @staticmethod
+    def read(chosen: str, confidence: str, typed: str) -> Wanted:
+        """As the filter's three parts stand; among the typed words '>0.9' is a bound."""
+        bounds = tuple(
+            (sign.replace(">=", "≥").replace("<=", "≤"), float(number.replace(",", ".")))
+            for sign, number in _BOUND.findall(f"{confidence} {typed}")
+        )
+        return Wanted(chosen, bounds, tuple(_BOUND.sub(" ", typed).casefold().split()))
+
+    def admits(self, judged: Judged, chain: str, told: Callable[[Judged], str]) -> bool:
+        """Whether an interval is asked for; chain: the selected one; told: words about it."""
+        if self.chosen == OF_CHAIN:
+            if judged.interval.chain != chain:
+                return False
+        elif self.chosen in _OF_KIND:
+            if judged.interval.kind != _OF_KIND[self.chosen]:
+                return False
+        elif self.chosen not in (ALL, judged.decision.value.capitalize()):
+            return False
+        if self.bounds:
+            sure = judged.interval.confidence
+            if sure is None or not all(_COMPARED[sign](sure, b) for sign, b in self.bounds):
+                return False
+        if self.words:
+            text = told(judged).casefold()
+            return all(word in text for word in self.words)
+        return True
+
+
+class FilterLine(QWidget):
+    """A list of filters, one of confidences and a line to search in, beside each other."""
+
+    changed = Signal()
+    left = Signal()  # Enter or Esc: the keys belong to the review again
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.choice, self.confidence = QComboBox(), QComboBox()
+        for box, entries, tip in (
+            (self.choice, FILTERS, "Which intervals are listed"),
+            (self.confidence, _CONFIDENCES, "Confidence of the intervals that are listed"),
+        ):
+            box.addItems(entries)
+            box.setToolTip(tip)
+            box.setMinimumWidth(60)  # where room is short the count beside it goes first
+            box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            box.currentTextChanged.connect(self._take)
+        self.search = _SearchLine()
+        self.search.textChanged.connect(self._take)
+        self.search.left.connect(self.left)
+        parts = self.choice, self.confidence, (self.search, 1)
+        hbox(*parts, owner=self, margins=(0, 0, 0, 0), spacing=4)
+        self.wanted = Wanted()
+
+    def list_all(self) -> Callable[[], None]:
+        """Keep nothing back; what it returns brings the filter back as it was."""
+        before = self.choice.currentText(), self.confidence.currentText(), self.search.text()
+        self._set(ALL, _CONFIDENCES[0], "")
+        return lambda: self._set(*before)
+
+    def _set(self, choice: str, confidence: str, typed: str) -> None:
+        self.choice.setCurrentText(choice)
+        self.confidence.setCurrentText(confidence)
+        self.search.setText(typed)
+
+    def _take(self) -> None:
+        parts = self.choice.currentText(), self.confidence.currentText(), self.search.text()
+        wanted = Wanted.read(*parts)
+        if wanted != self.wanted:
+            self.wanted = wanted
+            self.changed.emit()
+
+
+class _SearchLine(QLineEdit):
+    """Enter and Esc end the writing; Esc also takes away what was written."""
+
+    left = Signal()
+
+    def __init__(self) -> None:
+        super().__init__(placeholderText="Search", clearButtonEnabled=True)
+        self.setMinimumWidth(60)
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus | Qt.FocusPolicy.TabFocus)
+        self.setToolTip(
+            "Words of chain, joints, kind, decision, note or reason;\n"
+            ">0.9 and <0.5 are confidences. Esc lists everything again."
+        )
+
+    def event(self, event: QEvent) -> bool:
+        """Enter and Esc are no shortcuts here."""
+        if isinstance(event, QKeyEvent) and event.key() in _ENDS:
+            if event.type() == QEvent.Type.ShortcutOverride:
+                event.accept()
+                return True
+            if event.type() == QEvent.Type.KeyPress:
+                if event.key() == Qt.Key.Key_Escape:
+                    self.clear()
+                self.left.emit()
+                return True
+        return super().event(event)
+
+
+_ENDS = (Qt.Key.Key_Escape, Qt.Key.Key_Return, Qt.Key.Key_Enter)
+
+
+class FilteredRows(QSortFilterProxyModel):
+    """Rows whose thing is `kept`: sorted by what the model says, or in the model's order."""
+
+    def __init__(
+        self, model: RowModel[tuple[Judged, bool]], kept: Callable[[Judged], bool]
+    ) -> None:
+        super().__init__()
+        self._model, self._kept = model, kept
+        self.setSortRole(SORT_ROLE)
+        self.setSourceModel(model)
+
+    def filterAcceptsRow(self, row: int, parent: Index) -> bool:
+        """Qt asks for each."""
+        del parent
+        return self._kept(self._model.things[row][0])

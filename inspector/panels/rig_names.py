@@ -1,0 +1,26 @@
+"""A chain in the file's own words, beside ours: 'lradius → lhand' is our 'Left ForeArm'."""
+
+from __future__ import annotations
+
+import re
+
+from twistcore.chain import Chain
+from twistcore.limb import Limb
+from twistcore.motion import Skeleton
+
+
+def joints_of(chain: Chain, skeleton: Skeleton) -> str:
+    """The file's names of its joints: parent → child, of a limb down to its end."""
+    joints = (chain.parent, chain.child, *((chain.end,) if isinstance(chain, Limb) else ()))
+    return " → ".join(skeleton.names[j] for j in joints)
+
+
+def own_joints(chain: Chain, skeleton: Skeleton) -> str:
+    """The same where the file says something else than our label; '' where it says as much."""
+    ours = _letters(chain.side + chain.segment) if chain.segment else _letters(chain.name)
+    same = _letters(skeleton.names[chain.parent]).endswith(ours)
+    return "" if same or not chain.segment else joints_of(chain, skeleton)
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[\W_]", "", name).casefold()

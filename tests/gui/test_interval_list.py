@@ -1,0 +1,223 @@
+"""The list of intervals: filters, columns, order; numbers and names as a person reads them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QValidator
+
+from inspector.panels.chains_panel import ChainsPanel
+from inspector.panels.interval_columns import COLUMNS, PLACE, shown_by_room
+from inspector.panels.interval_filter import Wanted
+from inspector.panels.intervals_panel import IntervalsPanel
+from inspector.panels.rig_names import joints_of, own_joints
+from inspector.session.settings import Settings
+from inspector.widgets.signed_numbers import SignedBox, plain, signed
+from inspector.widgets.theme import LIGHT
+from tests.gui.pictures import INJECTED
+from tests.gui.windows import act
+from twistcore.detection import Interval, Kind
+from twistcore.review import Annotate, Decide, Decision, Judged
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "with_sign", "without"),
+    [
+        (-109.06, 1, "−109.1", "−109.1"),
+        (-0.04, 1, "0.0", "0.0"),
+        (0.04, 1, "0.0", "0.0"),
+        (-0.0, 2, "0.00", "0.00"),
+        (0.06, 1, "+0.1", "0.1"),
+        (np.float64(12.0), 0, "+12", "12"),
+    ],
+)
+def test_a_number_has_a_real_minus_and_a_zero_no_sign(value, digits, with_sign, without):
+    assert signed(value, digits) == with_sign
+    assert plain(value, digits) == without
+
+
+def test_a_box_shows_a_minus_and_takes_either(qtbot):
+    box = SignedBox(minimum=-180.0, maximum=180.0, decimals=2, suffix="°")
+    qtbot.addWidget(box)
+    box.setValue(-109.06)
+    assert box.text() == "−109.06°"
+    for typed in ("-20.5", "−20.5"):
+        box.selectAll()
+        box.lineEdit().insert(typed)  # as typed: checked by validate()
+        qtbot.keyClick(box, Qt.Key.Key_Return)
+        assert (box.value(), box.text()) == (-20.5, "−20.50°")
+    assert box.validate("−", 1)[0] == QValidator.State.Intermediate
+    assert box.validate("x", 1)[0] == QValidator.State.Invalid
+
+
+def test_names_of_the_file_are_told_where_they_say_something_else(analysed):
+    skeleton, limb = analysed.motion.skeleton, analysed.chains_and_limbs[-1]
+    arm = next(c for c in analysed.chains if c.name == "LeftForeArm")
+    assert joints_of(arm, skeleton) == "LeftForeArm → LeftHand"
+    assert joints_of(limb, skeleton).count(" → ") == 2
+    assert own_joints(arm, skeleton) == ""
+    for prefix, told in (("mixamorig:", False), ("x", False)):
+        names = tuple(f"{prefix}{name}" for name in skeleton.names)
+        assert bool(own_joints(arm, replace(skeleton, names=names))) == told
+    names = tuple({"LeftForeArm": "lradius"}.get(n, n) for n in skeleton.names)
+    assert own_joints(arm, replace(skeleton, names=names)) == "lradius → LeftHand"
+
+
+def judged(**changes):
+    interval = Interval("LeftArm", 3, 5, np.ones(2), confidence=changes.pop("confidence", 0.9))
+    return Judged(1, replace(interval, kind=changes.pop("kind", Kind.COUNTER_TWIST)), **changes)
+
+
+@pytest.mark.parametrize(
+    ("parts", "admitted"),
+    [
+        (("All", "Any conf.", ""), True),
+        (("Undecided", "Any conf.", ""), True),
+        (("Accepted", "Any conf.", ""), False),
+        (("Limb flips", "Any conf.", ""), False),
+        (("This chain", "Any conf.", ""), True),
+        (("All", "≥ 0.95", ""), False),
+        (("All", "< 0.95", ""), True),
+        (("All", "Any conf.", ">=0.9"), True),
+        (("All", "Any conf.", "> 0,9"), False),
+        (("All", "≥ 0.50", "<0.8"), False),
+        (("All", "Any conf.", "STRAP left"), True),
+        (("All", "Any conf.", "strap right"), False),
+    ],
+)
+def test_what_a_filter_admits(parts, admitted):
+    told = "Left Arm loose strap"
+    assert Wanted.read(*parts).admits(judged(), "LeftArm", lambda _: told) == admitted
+
+
+def test_what_has_no_confidence_is_on_neither_side_of_a_bound():
+    for bound in ("≥ 0.50", "< 0.50"):
+        wanted = Wanted.read("All", bound, "")
+        assert not wanted.admits(judged(confidence=None), "LeftArm", lambda _: "")
+
+
+def test_columns_go_one_by_one_as_room_gets_short():
+    widths = {column.id: 60 for column in COLUMNS} | {"chain": 100}
+    said = set(PLACE)
+    before = shown_by_room(widths, said, 2000, 80)
+    assert before == [c.id for c in COLUMNS if c.id != "joints"]
+    for room in range(1000, 200, -7):
+        shown = shown_by_room(widths, said, room, 80)
+        assert set(shown) <= set(before)
+        rest = room - 60 * (len(shown) - 1)
+        assert rest >= 80 or shown == ["chain", "decision", "start", "delta"]
+        before = shown
+
+
+@pytest.fixture
+def panel(qtbot, open_document):
+    """The list of the walk with eight errors, 545 pixels wide."""
+    panel = IntervalsPanel(open_document(INJECTED), LIGHT, Settings())
+    panel.document = panel._document
+    qtbot.addWidget(panel)
+    panel.resize(545, 300)
+    panel.show()
+    return panel
+
+
+def cut(table):
+    """Texts wider than their column, but for the chain's; columns that end out of sight."""
+    model = table.model()
+    shown = [c for c in range(1, model.columnCount()) if not table.isColumnHidden(c)]
+    return [
+        model.index(row, c).data()
+        for row in range(model.rowCount())
+        for c in shown
+        if table.sizeHintForIndex(model.index(row, c)).width() > table.columnWidth(c)
+        or table.columnViewportPosition(c) + table.columnWidth(c) > table.viewport().width()
+    ]
+
+
+@pytest.mark.parametrize("width", [340, 400, 479, 545, 700, 1200])
+def test_nothing_is_cut_whatever_the_decision_says(panel, width):
+    document = panel.document
+    first = document.intervals[0]
+    document.do(Decide((first.id,), Decision.ACCEPTED, "", ""))
+    document.set_tau(np.radians(100.0), first.interval.chain)
+    document.insert_interval(0, replace(first.interval, start=first.interval.start - 1,
+                                        offset=np.ones(first.interval.frames + 1)))  # fmt: skip
+    panel.resize(width, 300)
+    texts = [panel.table.model().index(r, 1).data() for r in range(panel.table.model().rowCount())]
+    assert "✓ accepted + <τ" in texts
+    assert cut(panel.table) == []
+
+
+def test_confidence_and_frames_are_seen_at_the_first_width(panel):
+    assert {"confidence", "frames", "start", "stop", "delta"} <= set(panel.columns.shown())
+
+
+def test_columns_and_order_are_chosen_and_kept(panel, qtbot, open_document):
+    settings = panel.columns._settings
+    menu = panel.columns.menu()
+    ticked = {action.text(): action for action in menu.actions()}
+    assert not ticked["Chain"].isEnabled()
+    ticked["Time"].trigger()
+    ticked["Joints in the file"].trigger()
+    assert "time" not in settings.columns
+    panel.table.sortByColumn(PLACE["delta"], Qt.SortOrder.DescendingOrder)
+    assert settings.interval_sort == "-delta"
+    largest = panel.shown_ids()
+    other = IntervalsPanel(panel.document, LIGHT, settings)
+    qtbot.addWidget(other)
+    assert other.shown_ids() == largest
+    assert other.columns.shown() == panel.columns.shown() == settings.columns
+    again = {action.text(): action for action in panel.columns.menu().actions()}
+    again["Those there is room for"].trigger()
+    assert settings.columns == []
+    assert "time" in panel.columns.shown()
+
+
+def test_columns_of_another_version_do_no_harm(qtbot, open_document):
+    settings = Settings(columns=["heat", "delta"], interval_sort="-heat")
+    panel = IntervalsPanel(open_document(INJECTED), LIGHT, settings)
+    qtbot.addWidget(panel)
+    assert panel.columns.shown() == ["chain", "delta"]
+    assert len(panel.shown_ids()) == 8
+
+
+def test_a_search_finds_notes_and_reasons_and_is_what_is_judged(opened):
+    document, panel = opened.document, opened.intervals
+    number = document.intervals[3].id
+    document.do(Annotate(number, "loose strap", "fast but real"))
+    act(opened, "next_interval")
+    panel.search.setText("strap")
+    assert document.interval is None  # A and R never judge what is not listed
+    assert panel.shown_ids() == (number,)
+    panel.search.setText("FAST real upleg")
+    assert panel.shown_ids() == (number,)
+    restore = panel.list_all()
+    assert len(panel.shown_ids()) == 8
+    restore()
+    assert panel.shown_ids() == (number,)
+    panel.search.setText("nobody")
+    assert panel.shown_ids() == ()
+
+
+def test_the_ends_of_flips_are_a_column(opened, monkeypatch):
+    panel, document = opened.intervals, opened.document
+    assert "end" not in panel.columns.shown()
+    index = panel.table.model().index(0, PLACE["end"])
+    assert index.data() == ""
+    flip = replace(document.intervals[0].interval, kind=Kind.LIMB_FLIP, carried=True)
+    changed = (replace(document.intervals[0], interval=flip), *document.intervals[1:])
+    monkeypatch.setattr(type(document), "intervals", property(lambda _: changed))
+    document.intervals_changed.emit()
+    assert index.data() == "turned"
+    monkeypatch.undo()
+    document.intervals_changed.emit()
+
+
+@pytest.mark.parametrize("width", [300, 350])
+def test_chains_fit_into_a_narrow_dock(qtbot, open_document, width):
+    panel = ChainsPanel(open_document(INJECTED), LIGHT)
+    qtbot.addWidget(panel)
+    panel.resize(width, 400)
+    panel.show()
+    assert cut(panel.table) == []
+    assert panel.table.columnWidth(0) >= 95
