@@ -143,7 +143,7 @@ def test_double_click_on_the_strength_sets_tau(qtbot, timeline, document):
     double_click(qtbot, timeline, "strength", spot(timeline, "strength", 5, share))
     tau = np.degrees(document.review.state.tau[document.chain])
     assert tau == pytest.approx(wanted, abs=1.5)
-    assert timeline.tau_line.label.format == f"τ {tau:.1f}°"
+    assert timeline.panes["strength"].front.tau[1] == f"τ {tau:.1f}°"
 
 
 def test_tau_is_in_view_whatever_it_is(qtbot, timeline, document):
