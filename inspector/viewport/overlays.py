@@ -71,7 +71,8 @@ class Overlays:
         assert view is not None
         middle = view.width() // 2
         room = (middle if self._split else view.width()) - 2 * _MARGIN
-        legend.setWordWrap(False)
+        if legend.wordWrap():  # setting it lays the text out anew
+            legend.setWordWrap(False)
         size = legend.sizeHint()
         if size.width() > room:
             legend.setWordWrap(True)

@@ -168,7 +168,7 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
         ActionSpec("fit_heights", "Plots: fit heights", ("Shift+F",),
                    "All values in every plot again",
                    do=lambda p: p.timeline.fit()),
-        ActionSpec("one_plot", "Plots: one or all", ("X",),
+        ActionSpec("one_plot", "Plots: one or all", ("Ctrl+M",),
                    "The plot under the mouse alone, or all again",
                    do=lambda p: p.timeline.grid.enlarge()),
         Switch("both_detectors", "Plots: both detectors", ("D",),
