@@ -348,7 +348,7 @@ def test_a_flip_is_drawn_on_a_limb(qtbot, timeline, document):
     limb = document.data.analysis.limbs[0].name
     document.select_chain(limb)
     timeline.refresh()
-    document.go_to(0)
+    qtbot.wait(50)  # its own plots find their places
     drag(qtbot, timeline, "height", spot(timeline, "height", 100), spot(timeline, "height", 130))
     assert document.interval.interval.kind == Kind.LIMB_FLIP
     assert (document.interval.interval.start, document.interval.interval.stop) == (100, 131)
