@@ -23,7 +23,7 @@ from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.model import as_written
-from twistcore.review.proposal import proposed_flip, proposed_interval
+from twistcore.review.proposal import flip_over, interval_over, proposed_flip, proposed_interval
 from twistcore.review.reasons import found_again
 from twistcore.review.session import read_session_file
 from twistcore.rig import AS_FOUND, Rig
@@ -86,6 +86,12 @@ class Analysed:
         if (limb := self.limb(chain)) is not None:
             return proposed_flip(limb, frame)
         return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
+
+    def proposed_over(self, chain: str, start: int, stop: int) -> Interval:
+        """One over [start, stop), as a person has drawn it."""
+        if (limb := self.limb(chain)) is not None:
+            return flip_over(limb, start, stop)
+        return interval_over(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:
         """What an offset is taken out of, radians, (frames,): θp of a chain, φ of a limb."""

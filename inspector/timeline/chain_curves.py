@@ -19,7 +19,13 @@ _ANGLES = (("p", "theta_p"), ("c", "theta_c"))
 class ChainCurves(Curves):
     """Computes the curves of the document's selected chain and hands them to the plots."""
 
-    panes = ("theta", "delta", "strength", "other", "offset")
+    panes: Mapping[str, str] = {
+        "theta": "θ (°)",
+        "delta": "Δθ (°)",
+        "strength": "strength (°)",
+        "other": "strength (°)",
+        "offset": "offset (°)",
+    }
     unreliable_words = "azimuth unreliable"
     unreliable_hint = (
         "Limb nearly straight: the azimuth θc, and so the strength, is unreliable here."

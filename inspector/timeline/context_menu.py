@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from PySide6.QtGui import QAction
@@ -21,10 +21,12 @@ def context_menu(
     frame: float,
     degrees: float,
     judged: Judged | None,
+    plots: Sequence[tuple[str, Callable[[], None]]] = (),
 ) -> QMenu:
     """What can be done at a place of a plot; `judged`: the interval there, else the selected.
 
-    degrees: the τ that may be set there; 0 where the plot's height says nothing of τ.
+    degrees: the τ that may be set there; 0 where the plot's height says nothing of τ; plots: what
+    can be done to the plots themselves.
     """
     menu = QMenu(parent)
     at = max(0, min(document.frames - 1, round(frame)))
@@ -39,6 +41,8 @@ def context_menu(
     there = judged or document.interval
     add("Zoom to interval", lambda: visible.zoom_to_interval(there), enabled=there is not None)
     add("Show all", visible.show_all)
+    for text, slot in plots:
+        add(text, slot)
     menu.addSeparator()
     add(f"New interval at frame {at}", lambda: document.insert_interval(at))
     if degrees > 0.0:

@@ -22,12 +22,12 @@ NOTHING: Array = np.zeros(0)
 class Curves(ABC):
     """The curves of the document's selection.
 
-    panes: the keys of the plots that mean something for it; strength: what τ is compared with,
-    degrees, (frames,); unreliable: spans of frames in which an angle says nothing, (spans, 2), what
-    is written there and what a hint says of it.
+    panes: the plots that mean something for it, by key what their left axes show; strength: what τ
+    is compared with, degrees, (frames,); unreliable: spans of frames in which an angle says
+    nothing, (spans, 2), what is written there and what a hint says of it.
     """
 
-    panes: tuple[str, ...]
+    panes: Mapping[str, str]
     unreliable_words: str
     unreliable_hint: str
     unreliable: NDArray[np.int64]

@@ -1,22 +1,22 @@
-"""What the mouse does in a plot: drag edges, bodies and the playhead; click, zoom, pan."""
+"""What the mouse does in a plot: drag edges, bodies, the playhead; draw, click, zoom, pan."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
-import pyqtgraph as pg
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtWidgets import QGraphicsSceneWheelEvent, QMenu, QWidget
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QMenu, QWidget
 
 from inspector.session.document import Document
 from inspector.session.why_here import peak_near, reason_here, told
 from inspector.timeline.context_menu import context_menu
-from inspector.timeline.layers import Scenery
+from inspector.timeline.layers import Scenery, Told
 from inspector.timeline.tau_line import set_tau_at
+from inspector.timeline.time_view import TimeView
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.axes import from_root_scale
 from inspector.widgets.later import Latest
@@ -28,7 +28,6 @@ from twistcore.review.model import resized
 _REACH = 6.0  # pixels to either side of an edge or the playhead
 _ZOOM = 1.25  # per notch of the wheel
 _PAN = 0.12  # of the visible range, per notch
-_NOTCH = 120.0
 
 
 class Part(Enum):
@@ -41,6 +40,9 @@ class Part(Enum):
     EMPTY = "empty"
 
 
+_CURSORS = {Part.EMPTY: Qt.CursorShape.CrossCursor, Part.BODY: Qt.CursorShape.OpenHandCursor}
+
+
 @dataclass(frozen=True)
 class Hit:
     """A part, and the interval that it belongs to."""
@@ -49,47 +51,15 @@ class Hit:
     judged: Judged | None = None
 
 
-class TimeView(pg.ViewBox):
-    """A view whose mouse belongs to the time line; it never changes its range by itself."""
-
-    def __init__(self, key: str) -> None:
-        """`key`: of its plot."""
-        super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
-        self.key = key
-        self.gestures: Gestures | None = None
-
-    def wheelEvent(self, event: QGraphicsSceneWheelEvent, axis: int | None = None) -> None:
-        """Zoom at the cursor; with Shift, pan."""
-        event.accept()
-        if self.gestures and axis != 1:
-            at = self.mapFromScene(event.scenePos())
-            shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            self.gestures.wheel(self.frame_at(at), event.delta() / _NOTCH, pan=bool(shift))
-
-    def mouseDragEvent(self, event: Any, axis: int | None = None) -> None:
-        """Left drags what is under it; middle, or left with Shift, pans."""
-        event.accept()
-        if self.gestures and axis != 1:
-            self.gestures.drag(self, event, pan=axis == 0)
-
-    def mouseClickEvent(self, event: Any) -> None:
-        """Select, set the playhead, set τ, or open the menu."""
-        if self.gestures and event.button() != Qt.MouseButton.MiddleButton:
-            event.accept()
-            self.gestures.click(self, event)
-
-    def hoverEvent(self, event: Any) -> None:
-        """Say by the cursor what a drag would do."""
-        if self.gestures and not event.isExit():
-            self.gestures.hover(self, event)
-
-    def frame_at(self, position: QPointF) -> float:
-        """Place in frames of a position in this view."""
-        return float(self.mapToView(position).x())
-
-
 class Gestures:
-    """Turns mouse events of all plots into what the document is asked for."""
+    """Turns mouse events of all plots into what the document is asked for.
+
+    plots: what else a plot's menu can do, by the plot's key. While an edge is dragged or an
+    interval drawn, the playhead is at the cursor, so that the 3D view shows what is there; then it
+    goes back, or to the new interval.
+    """
+
+    draws = True  # a drag on empty ground draws an interval
 
     def __init__(
         self,
@@ -97,17 +67,24 @@ class Gestures:
         scenery: Scenery,
         visible: VisibleRange,
         refresh: Callable[[], None],
+        repaint: Callable[[], None],
         parent: QWidget,
     ) -> None:
-        """refresh: draws what has changed now, so that nothing that is gone is gripped."""
+        """refresh: draws what has changed now, so that nothing that is gone is gripped.
+
+        repaint: paints the plots again.
+        """
         self._document, self._scenery, self._visible = document, scenery, visible
-        self._refresh, self._parent = refresh, parent
+        self._refresh, self._repaint, self._parent = refresh, repaint, parent
+        self.plots: Callable[[str], Sequence[tuple[str, Callable[[], None]]]] = lambda _: ()
         self._latest = Latest(parent)
         self._hit = Hit(Part.EMPTY)
         self._origin = 0.0
         self._grabbed: Interval | None = None
         self._asked: tuple[int, int] | None = None
         self._drag = 0
+        self._band: tuple[int, int] | None = None
+        self._home = 0
         self.dragging = False
 
     # -- what is where ------------------------------------------------------------------------
@@ -163,17 +140,19 @@ class Gestures:
             return
         if event.isStart():
             self._begin(view.frame_at(event.buttonDownPos()), view.viewPixelSize()[0])
-        self._latest.ask(lambda: self._continue(frame))
+        height = event.pos().y()
+        self._latest.ask(lambda: self._continue(view.key, frame, height))
         if event.isFinish():
             self._latest.flush()
-            self._grabbed = None
-            self.dragging = False
+            moved = abs(frame - self._origin) > _REACH * view.viewPixelSize()[0]
+            self._end(self._band if moved else None)
 
     def _begin(self, frame: float, pixel: float) -> None:
         self._refresh()
         self._hit = self.hit(frame, pixel)
         self._origin = frame
-        self._asked = None
+        self._asked = self._band = None
+        self._home = self._document.frame
         self.dragging = True
         if self._hit.judged is not None:
             self._grabbed = self._hit.judged.interval
@@ -181,19 +160,53 @@ class Gestures:
             self._drag = self._document.begin_drag()
             self._document.select_interval(self._hit.judged.id)
 
-    def _continue(self, frame: float) -> None:
-        judged, grabbed = self._hit.judged, self._grabbed
-        if judged is None or grabbed is None:
-            self._document.go_to(round(frame))
+    def _continue(self, key: str, frame: float, height: float) -> None:
+        judged, grabbed, part = self._hit.judged, self._grabbed, self._hit.part
+        at = min(max(round(frame), 0), self._document.frames - 1)
+        if judged is not None and grabbed is not None:
+            start, stop = self._frames_of(grabbed, frame)
+            self._resize(judged, grabbed, (start, stop))
+            at = start if part is Part.START else stop - 1
+        elif part is Part.EMPTY and self.draws:
+            first = min(max(round(self._origin), 0), self._document.frames - 1)
+            start, stop = self._band = min(first, at), max(first, at) + 1
+        else:
+            start, stop = at, at + 1
+        if part is not Part.BODY:
+            self._document.go_to(at)
+        place = frame if part in (Part.BODY, Part.EMPTY) else at
+        words = self._words(start, stop) if part in (Part.BODY, Part.EMPTY) else self._words(at)
+        self._scenery.told = Told(key, place, height, words, self._band)
+        self._repaint()
+
+    def _words(self, start: int, stop: int = 0) -> str:
+        first = self._document.first_frame
+        if stop - start < 2:
+            return f"frame {start + first}"
+        return f"frames {start + first}–{stop - 1 + first} ({stop - start})"
+
+    def _end(self, drawn: tuple[int, int] | None) -> None:
+        """Let go; drawn: the frames [start, stop) of a new interval."""
+        if self._hit.part is not Part.PLAYHEAD and (self._grabbed or self.draws):
+            self._document.go_to(self._home)  # without turning the page: the drag is not over
+        self._grabbed = self._band = self._scenery.told = None
+        self.dragging = False
+        self._repaint()
+        data, chain = self._document.data, self._document.chain
+        if drawn is not None and data is not None:
+            self._document.insert_interval(drawn[0], data.proposed_over(chain, *drawn))
+            if (judged := self._document.interval) is not None:
+                self._document.go_to(judged.interval.seen_at)
+
+    def _resize(self, judged: Judged, grabbed: Interval, asked: tuple[int, int]) -> None:
+        if asked == self._asked:
             return
-        asked = self._frames_of(grabbed, frame)
-        if asked != self._asked:
-            self._asked = asked
-            if self._hit.part is Part.BODY:
-                new = grabbed.with_offset(asked[0], grabbed.offset)
-            else:  # from the interval as it was grabbed, so that dragging back gives it back
-                new = resized(grabbed, *asked)
-            self._document.edit(judged.id, new, self._drag)
+        self._asked = asked
+        if self._hit.part is Part.BODY:
+            new = grabbed.with_offset(asked[0], grabbed.offset)
+        else:  # from the interval as it was grabbed, so that dragging back gives it back
+            new = resized(grabbed, *asked)
+        self._document.edit(judged.id, new, self._drag)
 
     def _frames_of(self, grabbed: Interval, frame: float) -> tuple[int, int]:
         by = round(frame - self._origin)
@@ -224,6 +237,7 @@ class Gestures:
             return
         else:
             self._document.go_to(round(frame))
+            self._visible.let_go_of_unseen()
 
     def _ask_peak(self, frame: float, pixel: float) -> bool:
         """At a peak past τ in no interval: go there, and say why; False where there is none."""
@@ -240,7 +254,9 @@ class Gestures:
         if judged is not None:
             self._document.select_interval(judged.id)
         degrees = round(from_root_scale(place), 1) if key == "strength" else 0.0
-        menu = context_menu(self._parent, self._document, self._visible, frame, degrees, judged)
+        menu = context_menu(
+            self._parent, self._document, self._visible, frame, degrees, judged, self.plots(key)
+        )
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(position)
         return menu
@@ -259,11 +275,10 @@ class Gestures:
         if not self._document.frames:
             return
         hit = self.hit(view.frame_at(event.pos()), view.viewPixelSize()[0])
-        if hit.part is Part.EMPTY:
+        if hit.part is Part.EMPTY and not self.draws:
             view.unsetCursor()
         else:
-            body, edge = Qt.CursorShape.OpenHandCursor, Qt.CursorShape.SizeHorCursor
-            view.setCursor(body if hit.part is Part.BODY else edge)
+            view.setCursor(_CURSORS.get(hit.part, Qt.CursorShape.SizeHorCursor))
         view.setToolTip(self._hint(hit.judged, view.frame_at(event.pos())))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:

@@ -1,4 +1,4 @@
-"""What lies behind and before the curves: interval regions, shading, playhead, title.
+"""What lies behind and before the curves: regions, shading, playhead; the words around them.
 
 Each is one graphics item per plot that paints what is in view, in pixels. Thousands of intervals
 cost no more than those on screen; one item per region would be slow.
@@ -16,12 +16,28 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from inspector.timeline.regions import Regions
+from inspector.timeline.time_view import TimeView
 from inspector.widgets.theme import Theme, figures_font, mixed
 from twistcore.review import Judged
 from twistcore.rotation import Array
 
 _TITLE_HEIGHT = 17.0
 _REMEMBERED = 8  # pictures of regions kept: every plot asks for the same one or two
+
+
+@dataclass(frozen=True)
+class Told:
+    """Words beside the cursor of a drag.
+
+    key: of the plot that it is in; frame, pixel: where, from the plot's top; band: the frames
+    [start, stop) that are being drawn, in every plot.
+    """
+
+    key: str
+    frame: float
+    pixel: float
+    words: str
+    band: tuple[int, int] | None = None
 
 
 @dataclass
@@ -34,6 +50,7 @@ class Scenery:
     frame: int = 0
     intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
     selected: int | None = None
+    told: Told | None = None
     unreliable: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     unreliable_words: str = ""  # written there
     unreliable_hint: str = ""  # told of it
@@ -43,7 +60,7 @@ class Scenery:
 
     @property
     def title_height(self) -> float:
-        """Pixels of the line of words at the top of a plot."""
+        """Pixels of the line of words above a plot."""
         return _TITLE_HEIGHT * self.scale
 
     def font(self, *, bold: bool = False) -> QFont:
@@ -122,8 +139,7 @@ class BackLayer(Layer):
         first, last = self._view.viewRange()[0]
         regions = self.scenery.regions(first, last, int(self._view.width()))
         font = self.scenery.font(bold=True) if self._glyphs else None
-        height, top = int(self._view.height()), int(self.scenery.title_height)
-        regions.paint(painter, self.scenery.theme, height, font, top)
+        regions.paint(painter, self.scenery.theme, int(self._view.height()), font)
         painter.restore()
 
     def _paint_unreliable(self, painter: QPainter) -> None:
@@ -146,41 +162,110 @@ class BackLayer(Layer):
 
 
 class FrontLayer(Layer):
-    """Playhead and title, before the curves."""
+    """Playhead and what is told of a drag, before the curves; around them the plot's words.
 
-    def __init__(self, view: pg.ViewBox, scenery: Scenery) -> None:
+    title: the line above, as (text, the theme's colour role); values, time: what the axes show; τ:
+    where its line stands, in the plot's values, and what it says.
+    """
+
+    def __init__(self, view: TimeView, scenery: Scenery) -> None:
         super().__init__(view, scenery, 50.0)
-        self.title: list[tuple[str, str]] = []  # text and the theme's colour role
+        self._key = view.key
+        self.title: list[tuple[str, str]] = []
+        self.values = self.time = ""
+        self.tau: tuple[float, str] | None = None
+
+    def boundingRect(self) -> QRectF:
+        """The whole plot with its axes."""
+        parent = self.parentItem()
+        return QRectF(parent.boundingRect()).translated(-self.pos()) if parent else QRectF()
 
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Playhead under the title."""
+        """Only what is inside the view is cut at its edges."""
         painter.save()
+        painter.setFont(self.scenery.font())
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        self._paint_playhead(painter)
+        if self.scenery.told is not None:
+            self._paint_told(painter, self.scenery.told)
+        if option.exposedRect.left() < 0.0:
+            self._paint_axis_words(painter)
+            self._paint_tau(painter)
+        if option.exposedRect.top() < 0.0:
+            self._paint_title(painter)
+        painter.restore()
+
+    def _paint_playhead(self, painter: QPainter) -> None:
         x = round(self.place(self.scenery.frame))
         if self.scenery.frames and 0 <= x <= self._view.width():
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
             pen = QPen(QColor(self.scenery.theme.accent), 2.0)
             pen.setCapStyle(Qt.PenCapStyle.FlatCap)
             painter.setPen(pen)
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
-        self._paint_title(painter)
-        painter.restore()
+
+    def _paint_told(self, painter: QPainter, told: Told) -> None:
+        theme, view = self.scenery.theme, QRectF(self._view.rect())
+        if told.band is not None:
+            left, right = (self.place(frame - 0.5) for frame in told.band)
+            band = QRectF(left, 0.0, max(2.0, right - left), view.height()).intersected(view)
+            ink = QColor(theme.accent)
+            ink.setAlpha(70)
+            painter.fillRect(band, ink)
+        if told.key == self._key:
+            size = QFontMetricsF(painter.font()).size(0, told.words)
+            box = QRectF(self.place(told.frame) + 8.0, told.pixel - 1.4 * size.height(),
+                         size.width() + 8.0, size.height() + 2.0)  # fmt: skip
+            if box.right() > view.right():
+                box.moveRight(self.place(told.frame) - 8.0)
+            box.moveTop(min(max(box.top(), 0.0), view.height() - box.height()))
+            painter.fillRect(box, QColor(theme.accent))
+            painter.setPen(QColor(theme.surface))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, told.words)
+
+    def _paint_axis_words(self, painter: QPainter) -> None:
+        """Beside the numbers of the left axis, and in the corner below it."""
+        theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
+        painter.setPen(QColor(theme.soft))
+        edge, high = self.boundingRect().left(), metrics.height()
+        if self.values and metrics.horizontalAdvance(self.values) <= self._view.height():
+            painter.save()
+            painter.translate(edge, self._view.height())
+            painter.rotate(-90.0)
+            box = QRectF(0.0, 0.0, self._view.height(), high)
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.values)
+            painter.restore()
+        if self.time:
+            # Level with the numbers: as far below the line as they are.
+            box = QRectF(edge, self._view.height() + 3.0 * self.scenery.scale, -edge - 6.0, high)
+            painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
+
+    def _paint_tau(self, painter: QPainter) -> None:
+        """On the axis, where no curve runs."""
+        if self.tau is None:
+            return
+        place, words = self.tau
+        low, high = self._view.viewRange()[1]
+        if not low <= place <= high:
+            return
+        theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
+        y = (high - place) / (high - low) * self._view.height()
+        wide, tall = metrics.horizontalAdvance(words) + 6.0, metrics.height()
+        top = min(max(y - 0.5 * tall, 0.0), self._view.height() - tall)
+        box = QRectF(-wide, top, wide, tall)
+        painter.fillRect(box, QColor(theme.tau))
+        painter.setPen(QColor(theme.surface))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def _paint_title(self, painter: QPainter) -> None:
-        theme = self.scenery.theme
-        font, high = self.scenery.font(), self.scenery.title_height
-        metrics = QFontMetricsF(font)
-        painter.setFont(font)
-        room = self._view.width() - 6.0
-        advances = [metrics.horizontalAdvance(text) for text, _ in self.title]
-        back = QColor(theme.surface)
-        back.setAlpha(215)
-        painter.fillRect(QRectF(1.0, 1.0, min(sum(advances) + 8.0, room), high - 1.0), back)
-        x = 5.0
-        for (text, role), advance in zip(self.title, advances, strict=True):
-            if x + advance > room:
+        theme, edges = self.scenery.theme, self.boundingRect()
+        metrics = QFontMetricsF(painter.font())
+        x, y = edges.left() + 4.0, -4.5 * self.scenery.scale
+        for text, role in self.title:
+            advance = metrics.horizontalAdvance(text)
+            if x + advance > edges.right() - 2.0:
                 break
             painter.setPen(QColor(getattr(theme, role)))
-            painter.drawText(QPointF(x, high - 4.5 * self.scenery.scale), text)
+            painter.drawText(QPointF(x, y), text)
             x += advance

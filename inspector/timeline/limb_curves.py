@@ -18,7 +18,12 @@ from twistcore.rotation import wrap
 class LimbCurves(Curves):
     """Computes the curves of the document's selected limb and hands them to the plots."""
 
-    panes = ("theta", "height", "strength", "offset")
+    panes: Mapping[str, str] = {
+        "theta": "φ (°)",
+        "height": "off line (%)",
+        "strength": "Δφ (°)",
+        "offset": "offset (°)",
+    }
     unreliable_words = "φ unreliable"
     unreliable_hint = "Limb nearly straight: its swivel φ means nothing here."
 

@@ -10,7 +10,7 @@ from inspector.session.document import Document
 from inspector.timeline.gestures import Gestures, Hit, Part
 from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import CurveStyle, Pane
-from inspector.timeline.tau_line import colour_tau
+from inspector.timeline.tau_line import colour_tau, tau_words
 from inspector.widgets.background import OneTask
 from inspector.widgets.theme import Theme
 from twistcore.analysis import ClipAnalysis
@@ -24,6 +24,8 @@ _HEADROOM = 2.2  # times τ that the plot reaches at least
 
 class Onlooker(Gestures):
     """Time can be moved and zoomed; what the other detector found is not for editing."""
+
+    draws = False
 
     def hit(self, frame: float, pixel: float) -> Hit:
         """The playhead, or nothing."""
@@ -45,9 +47,7 @@ class OtherDetector(Pane):
         )
         self._clip: ClipAnalysis | None = None  # what the task is about
         self._task = OneTask(self)
-        self._line = pg.InfiniteLine(
-            angle=0, label="", labelOpts={"position": 0.985, "anchors": [(1.0, 1.15), (1.0, 1.15)]}
-        )
+        self._line = pg.InfiniteLine(angle=0)
         self.addItem(self._line)
 
     @property
@@ -90,7 +90,7 @@ class OtherDetector(Pane):
         self.set_curve("strength", strength)
         degrees = float(np.degrees(tau))
         self._line.setValue(float(np.sqrt(degrees)))
-        self._line.label.setFormat(f"τ {degrees:.1f}°")
+        self.show_tau(self._line.value(), tau_words(degrees))
         self.show_values(0.0, max(float(strength.max(initial=0.0)), _HEADROOM * degrees))
         count = "1 interval" if len(found) == 1 else f"{len(found)} intervals"
         title = [(f"{_NAMES[self.method]} ", "soft"), (_STRENGTHS[self.method], "text")]

@@ -3,23 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import Enum
 
-from PySide6.QtCore import QLineF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from inspector.timeline.visible_range import SMALLEST
 from inspector.widgets.theme import Theme, mixed
 from twistcore.review import Decision, Judged
 
 HEIGHT = 26
 _SELECTED_SHARE = 0.46  # of the strip's height, for the selected chain's row
 _EDGE = 3.0
+_NEAR = 4.0  # pixels from what is gripped or hit
+
+
+class _Grip(Enum):
+    """What a drag in the strip moves."""
+
+    PLAYHEAD = "playhead"
+    WINDOW = "window"  # the range that the plots show
+    FIRST = "first"  # its ends
+    LAST = "last"
+
+
+_CURSORS = {
+    _Grip.PLAYHEAD: Qt.CursorShape.ArrowCursor,
+    _Grip.WINDOW: Qt.CursorShape.OpenHandCursor,
+    _Grip.FIRST: Qt.CursorShape.SizeHorCursor,
+    _Grip.LAST: Qt.CursorShape.SizeHorCursor,
+}
 
 
 class OverviewStrip(QWidget):
     """Marks by decision: accepted full height, undecided lower half, rejected a thin line."""
 
-    moved = Signal(int)  # the person asks for this frame
+    moved = Signal(int)  # the person drags the playhead to this frame
+    clicked = Signal(int, object)  # and clicks at one, at this interval or None
+    ranged = Signal(float, float)  # and wants the plots to show this range of frames
+    dropped = Signal()  # a drag is over
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -31,6 +54,10 @@ class OverviewStrip(QWidget):
         self._selected: int | None = None
         self._frame = 0
         self._view = (0.0, 0.0)
+        self._pressed: _Grip | None = None
+        self._from = (0.0, 0.0, 0.0)  # pixel and range where a drag began
+        self._dragged = False
+        self.setMouseTracking(True)
         self._marks: QPixmap | None = None
         self._others: tuple[object, list[Judged], QPixmap] | None = None
         self.setFixedHeight(HEIGHT)
@@ -38,7 +65,8 @@ class OverviewStrip(QWidget):
         self.setAccessibleName("Overview of the clip")
         self.setToolTip(
             "Whole clip: intervals of every chain, the selected chain large.\n"
-            "Click or drag to move the playhead."
+            "Click an interval to select it, elsewhere to move the playhead.\n"
+            "Drag the window of what the plots show, or its edges; beside it the playhead."
         )
 
     # -- what it shows ------------------------------------------------------------------------
@@ -186,10 +214,13 @@ class OverviewStrip(QWidget):
             painter.setPen(QPen(QColor(self._theme.text), 1.0))
             painter.drawRect(box.adjusted(-1.5, -0.5, 1.5, 0.5))
 
+    def _shows_all(self) -> bool:
+        return self._view[0] <= 0.0 and self._view[1] >= self._frames - 1.0
+
     def _paint_view(self, painter: QPainter) -> None:
         left = max(0.0, self._x(max(self._view[0], -0.5)))
         right = min(float(self.width()), self._x(min(self._view[1], self._frames - 0.5)))
-        if right - left >= self.width() - 2 * _EDGE - 1.0:
+        if self._shows_all():
             return  # everything is in view: a frame round everything says nothing
         veil = QColor(self._theme.window)
         veil.setAlpha(150)
@@ -200,12 +231,70 @@ class OverviewStrip(QWidget):
 
     # -- the mouse ----------------------------------------------------------------------------
 
+    def interval_at(self, at: QPointF) -> Judged | None:
+        """The interval at a place in the strip: of those there, that of the nearest row."""
+        rows = self._rows()
+        found: list[tuple[float, float, Judged]] = []
+        for judged in self._intervals:
+            if (row := rows.get(judged.interval.chain)) is None:
+                continue
+            left, right = (self._x(f - 0.5) for f in (judged.interval.start, judged.interval.stop))
+            aside = max(left - at.x(), at.x() - max(right, left + 2.0), 0.0)
+            off = max(row[0] - at.y(), at.y() - row[0] - row[1], 0.0)
+            if aside <= _NEAR and off <= _NEAR:
+                found.append((off, aside, judged))
+        return min(found, key=lambda f: f[:2])[2] if found else None
+
+    def _grip_at(self, x: float) -> _Grip:
+        """What a drag from a place would move."""
+        if abs(x - self._x(self._frame)) <= _NEAR or self._shows_all():
+            return _Grip.PLAYHEAD
+        left, right = (self._x(f) for f in self._view)
+        near, grip = min((abs(x - left), _Grip.FIRST), (abs(x - right), _Grip.LAST), key=_nearness)
+        if near <= _NEAR:
+            return grip
+        return _Grip.WINDOW if left < x < right else _Grip.PLAYHEAD
+
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """The playhead comes to the cursor."""
+        """What is gripped is known; whether it is dragged is not."""
         if event.button() == Qt.MouseButton.LeftButton and self._frames:
-            self.moved.emit(self._frame_at(event.position().x()))
+            x = event.position().x()
+            self._pressed, self._from, self._dragged = self._grip_at(x), (x, *self._view), False
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """And follows it."""
-        if event.buttons() & Qt.MouseButton.LeftButton and self._frames:
-            self.moved.emit(self._frame_at(event.position().x()))
+        """The playhead, the window or its edge follows the cursor, which says which it would be."""
+        x = event.position().x()
+        if not self._frames:
+            return
+        if self._pressed is None:
+            self.setCursor(_CURSORS[self._grip_at(x)])
+            return
+        self._dragged = self._dragged or abs(x - self._from[0]) > _EDGE
+        if not self._dragged:
+            return
+        if self._pressed is _Grip.PLAYHEAD:
+            self.moved.emit(self._frame_at(x))
+            return
+        inner = max(1.0, self.width() - 2 * _EDGE)
+        by = (x - self._from[0]) / inner * self._frames
+        _, first, last = self._from
+        if self._pressed is not _Grip.LAST:
+            first = min(first + by, last - SMALLEST) if self._pressed is _Grip.FIRST else first + by
+        if self._pressed is not _Grip.FIRST:
+            last = max(last + by, first + SMALLEST) if self._pressed is _Grip.LAST else last + by
+        self.ranged.emit(first, last)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Without a drag it was a click."""
+        if event.button() != Qt.MouseButton.LeftButton or self._pressed is None:
+            return
+        self._pressed = None
+        if self._dragged:
+            self.dropped.emit()
+        else:
+            at = event.position()
+            self.clicked.emit(self._frame_at(at.x()), self.interval_at(at))
+
+
+def _nearness(found: tuple[float, _Grip]) -> float:
+    return found[0]

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QRectF
+from PySide6.QtCore import QEvent, QRectF, Qt, Signal
+from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QWidget
 
 from inspector.timeline.curve_line import Line
 from inspector.timeline.curve_values import thinned
-from inspector.timeline.gestures import TimeView
 from inspector.timeline.layers import BackLayer, FrontLayer, Scenery
+from inspector.timeline.time_view import TimeView
 from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis, root_scale
 from inspector.widgets.canvas import Canvas
 from inspector.widgets.theme import Theme
 from twistcore.rotation import Array
 
-_AXIS_WIDTH = 46
+AXIS_WIDTH = 58
 _AXIS_HEIGHT = 17
+_RIGHT_MARGIN = 8
+_HEADROOM = {True: 0.14, False: 0.07}  # of the range: above the curves, with signs there
 _SMOOTH = 4_000  # frames in view up to which lines are antialiased
 _NO_SEAMS = np.zeros(0, dtype=np.int64)
 _LIT_WIDTH = 3.0
@@ -38,6 +42,8 @@ class CurveStyle:
 class Pane(Canvas):
     """A plot with its curves. It shows what it is given and asks nobody."""
 
+    enlarged = Signal()  # a person wants to see this one alone, or all again
+
     def __init__(
         self,
         key: str,
@@ -54,14 +60,14 @@ class Pane(Canvas):
         values = RootAxis("left") if root else UnitAxis("left")
         if isinstance(values, UnitAxis):
             values.unit = unit
-        super().__init__({"left": values, "bottom": FrameAxis("bottom")}, TimeView(key), parent)
-        self.root = root
+        self.time = TimeView(key)
+        super().__init__({"left": values, "bottom": FrameAxis("bottom")}, self.time, parent)
+        self.root, self._headroom = root, _HEADROOM[glyphs]
         self._styles = styles
         self._smooth = False
         self._lit: str | None = None
         self.scenery = scenery
         self._bottom_shown = True
-        self.set_scale()
         self._zero = pg.InfiniteLine(pos=0.0, angle=0)
         self._zero.setZValue(-50)
         self.addItem(self._zero)
@@ -71,7 +77,9 @@ class Pane(Canvas):
             self.addItem(curve)
         self.view.sigResized.connect(self._thin_all)
         self.back = BackLayer(self.view, scenery, shade=shade, glyphs=glyphs)
-        self.front = FrontLayer(self.view, scenery)
+        self.front = FrontLayer(self.time, scenery)
+        self.set_scale()
+        self.view.sigYRangeChanged.connect(lambda *_: self.touch())
         self.setMinimumHeight(40)
 
     def set_scale(self) -> None:
@@ -80,7 +88,8 @@ class Pane(Canvas):
         for axis in self.axes.values():
             axis.type_scale = scale
         self.set_type(self.scenery.font())
-        self.axes["left"].setWidth(_AXIS_WIDTH * scale)
+        self.grid.setContentsMargins(0.0, self.scenery.title_height, _RIGHT_MARGIN, 0.0)
+        self.axes["left"].setWidth(AXIS_WIDTH * scale)
         self.set_bottom(shown=self._bottom_shown)
 
     def set_theme(self, theme: Theme) -> None:
@@ -91,20 +100,28 @@ class Pane(Canvas):
         self.touch()
 
     def show_title(self, title: list[tuple[str, str]]) -> None:
-        """Words and numbers at the left top, as (text, colour role)."""
+        """Words and numbers above it, as (text, colour role)."""
         if title != self.front.title:
             self.front.title = title
-            self._touch(0.0, self.view.width(), self.scenery.title_height + 1.0)
+            self.viewport().update(0, 0, self.width(), self._title_height)
+
+    def show_tau(self, place: float, words: str) -> None:
+        """What is said at the axis where the τ line stands, a place in the plot's own values."""
+        if self.front.tau != (place, words):
+            self.front.tau = place, words
+            if isinstance(axis := self.axes["left"], RootAxis):
+                axis.keep_clear(place)
+            self.touch()
+
+    @property
+    def _title_height(self) -> int:
+        return math.ceil(self.scenery.title_height)
 
     def move_playhead(self, before: int, after: int) -> None:
         """Repaint where it was and where it is, in frames."""
         for frame in (before, after):
-            self._touch(self.front.place(frame) - 3.0, 6.0, self.view.height())
-
-    def _touch(self, left: float, width: float, height: float) -> None:
-        """Repaint a part of the view, in its pixels, from its top."""
-        part = QRectF(left, 0.0, width, height).translated(self.view.scenePos())
-        self.viewport().update(part.toAlignedRect())
+            part = QRectF(self.front.place(frame) - 3.0, 0.0, 6.0, self.view.height())
+            self.viewport().update(part.translated(self.view.scenePos()).toAlignedRect())
 
     def _set_pens(self) -> None:
         theme = self.scenery.theme
@@ -143,12 +160,12 @@ class Pane(Canvas):
             self._thin(name)
 
     def show_values(self, low: float, high: float) -> None:
-        """Range in degrees, with room above for the title; a range from 0 keeps 0 at the foot."""
+        """Range in degrees, with some room; a range from 0 keeps 0 at the foot."""
         if self.root:
             low, high = float(root_scale(low)), float(root_scale(high))
         span = high - low
         foot = 0.03 if low == 0.0 else 0.07
-        self.view.setYRange(low - foot * span, high + 0.24 * span, padding=0.0)
+        self.time.fit_to(low - foot * span, high + self._headroom * span)
         self.touch()
 
     def show_frames(self, first: float, last: float) -> None:
@@ -167,7 +184,19 @@ class Pane(Canvas):
         axis = self.axes["bottom"]
         axis.setStyle(showValues=shown)
         axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)
+        self.front.time = "frame" if shown else ""
         self._bottom_shown = shown
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """On the title: this plot alone, or all again; on the left axis: all values."""
+        if event.button() == Qt.MouseButton.LeftButton and self.view.width() > 0:
+            if event.position().y() < self._title_height:
+                self.enlarged.emit()
+                return
+            if self.axes["left"].sceneBoundingRect().contains(event.position()):
+                self.time.fit()
+                return
+        super().mouseDoubleClickEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
         """No hint outlives the cursor's leaving."""

@@ -1,9 +1,10 @@
-"""The panes below each other, in one column or two; or a hint in their place."""
+"""The panes below each other, in columns where height is short; or a hint in their place."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
 
@@ -11,14 +12,18 @@ from inspector.timeline.pane import Pane
 from inspector.widgets.building import hint
 
 _WEIGHTS = {"theta": 4, "delta": 3, "height": 3, "strength": 4, "offset": 3, "other": 4}
-_ROW = 88  # pixels that a pane needs before the panes go into two columns
+_KEPT = ("strength", "other", "theta", "delta", "height", "offset")  # first where room is short
+_ROW, _COLUMN = 88, 440  # pixels that a pane needs to be read
 
 
 class PaneGrid(QStackedWidget):
     """`panes` from top to bottom, by key; `shown`: the keys of those that are seen.
 
-    They are those that a person wants of those that mean something for what is selected.
+    They are those that a person wants of those that mean something for what is selected, as many as
+    there is room for; or the one that a person wants to see alone.
     """
+
+    arranged = Signal()  # others are seen, or elsewhere
 
     def __init__(
         self, panes: Mapping[str, Pane], shown: list[str], parent: QWidget | None = None
@@ -26,7 +31,9 @@ class PaneGrid(QStackedWidget):
         super().__init__(parent)
         self._panes, self._wanted = panes, frozenset(shown)
         self._meant = frozenset(panes)
-        self._arranged: tuple[int, tuple[str, ...]] | None = None
+        self._alone = ""
+        self.shown: list[str] = []
+        self._columns = 0
         page = QWidget(self)
         self._grid = QGridLayout(page)
         self._grid.setContentsMargins(0, 0, 0, 0)
@@ -34,7 +41,10 @@ class PaneGrid(QStackedWidget):
         self.hint = hint()
         self.addWidget(page)
         self.addWidget(self.hint)
-        self._arrange()
+        for pane in panes.values():
+            pane.hide()
+            pane.enlarged.connect(lambda key=pane.key: self.enlarge(key))
+        self.arrange()
 
     def show_hint(self, text: str) -> None:
         """Words instead of the panes."""
@@ -42,48 +52,68 @@ class PaneGrid(QStackedWidget):
         self.setCurrentIndex(1)
 
     @property
-    def shown(self) -> list[str]:
-        """The keys of the panes that are seen, from top to bottom."""
+    def wanted(self) -> list[str]:
+        """The keys of the panes that are wanted and mean something, from top to bottom."""
         return [k for k in self._panes if k in self._wanted & self._meant]
+
+    @property
+    def alone(self) -> bool:
+        """Whether one is seen alone by a person's wish."""
+        return self._alone in self.wanted
 
     def show_panes(self, meant: Collection[str]) -> None:
         """The panes again, those that mean something."""
         self._meant = frozenset(meant)
-        self._arrange()
+        self.arrange()
         self.setCurrentIndex(0)
 
     def show_pane(self, key: str, *, shown: bool) -> None:
         """Show or hide one of them."""
         self._wanted = self._wanted | {key} if shown else self._wanted - {key}
-        self._arrange()
+        self._alone = ""
+        self.arrange()
+
+    def enlarge(self, key: str = "") -> None:
+        """Show one of them alone, that under the mouse if none is named; or all again."""
+        under = (k for k in self.shown if self._panes[k].underMouse())
+        chosen = key or next(under, next((k for k in _KEPT if k in self.shown), ""))
+        self._alone = "" if self.alone else chosen
+        self.arrange()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """More or less height may change the number of columns."""
+        """More or less room may change the number of columns."""
         super().resizeEvent(event)
-        self._arrange()
+        self.arrange()
 
-    def _arrange(self) -> None:
-        """One column where there is height for it, else two."""
-        shown = self.shown
-        columns = 1 if len(shown) < 2 or self.height() >= _ROW * len(shown) else 2
-        if (columns, tuple(shown)) == self._arranged:
-            return
-        self._arranged = (columns, tuple(shown))
+    def arrange(self) -> None:
+        """As few columns as there is height for; where width is short too, fewer panes."""
+        wanted = [self._alone] if self.alone else self.wanted
+        scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)
+        rows = max(1, int(self.height() / (_ROW * scale)))
+        most = max(1, int(self.width() / (_COLUMN * scale)))
+        kept = [k for k in _KEPT if k in wanted][: rows * most]
+        shown = [k for k in wanted if k in kept]
+        columns = max(1, -(-len(shown) // rows))
+        if (columns, shown) != (self._columns, self.shown):
+            self._columns, self.shown = columns, shown
+            self._place()
+            self.arranged.emit()
+
+    def _place(self) -> None:
         for pane in self._panes.values():
             self._grid.removeWidget(pane)
-            pane.setVisible(pane.key in shown)
-        left = len(shown) // columns  # an odd one goes to the right: the detectors stay together
-        rows = len(shown) - left if columns == 2 else left
-        for row in range(len(self._panes)):
-            self._grid.setRowStretch(row, 0)
-        for place, key in enumerate(shown):
-            pane = self._panes[key]
-            col = int(place >= left)
-            row = place - left if col else place
-            last = place in (left - 1, len(shown) - 1)
-            span = rows - row if last else 1
-            self._grid.addWidget(pane, row, col, span, 1)
-            self._grid.setRowStretch(row, max(self._grid.rowStretch(row), _WEIGHTS[key]))
-            pane.set_bottom(shown=last)
-        for col in range(2):
-            self._grid.setColumnStretch(col, 1 if col < columns else 0)
+            pane.setVisible(pane.key in self.shown)
+        for at in range(max(self._grid.rowCount(), self._grid.columnCount())):
+            self._grid.setRowStretch(at, 0)
+            self._grid.setColumnStretch(at, int(at < self._columns))
+        rest = self.shown
+        rows = -(-len(rest) // self._columns)
+        for column in range(self._columns):
+            # An odd one goes to the right: the detectors stay together.
+            count = len(rest) // (self._columns - column)
+            for row, key in enumerate(rest[:count]):
+                last = row == count - 1
+                self._grid.addWidget(self._panes[key], row, column, rows - row if last else 1, 1)
+                self._grid.setRowStretch(row, max(self._grid.rowStretch(row), _WEIGHTS[key]))
+                self._panes[key].set_bottom(shown=last)
+            rest = rest[count:]

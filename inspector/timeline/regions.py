@@ -61,10 +61,8 @@ class Regions:
         self._height = 0
         self._shapes: list[tuple[_Group, list[QRect], QPainterPath]] = []
 
-    def paint(
-        self, painter: QPainter, theme: Theme, height: int, glyphs: QFont | None, top: int
-    ) -> None:
-        """Fills, borders, and with a font the signs of the decisions below `top`."""
+    def paint(self, painter: QPainter, theme: Theme, height: int, glyphs: QFont | None) -> None:
+        """Fills, borders, and with a font the signs of the decisions at the top."""
         painter.setClipRect(QRect(0, 0, self._width, height))
         for group, rects, lines in self._shapes_of(height):
             _paint_group(painter, theme, group, rects, lines, self._width, height)
@@ -72,7 +70,7 @@ class Regions:
                 painter.setFont(glyphs)
                 for left, right in group.each:
                     if right - left >= _GLYPH_ROOM:
-                        box = QRect(left, top, right - left, painter.fontMetrics().height())
+                        box = QRect(left, 0, right - left, painter.fontMetrics().height())
                         sign = _GLYPHS[group.decision]
                         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, sign)
 

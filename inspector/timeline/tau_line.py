@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QColor
 
 from inspector.session.document import Document
+from inspector.timeline.pane import Pane
 from inspector.widgets.axes import from_root_scale, root_scale
-from inspector.widgets.canvas import Canvas, TauLine
+from inspector.widgets.canvas import TauLine
 from inspector.widgets.later import Latest
-from inspector.widgets.theme import Theme, figures_font
+from inspector.widgets.theme import Theme
 
 SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 
@@ -21,20 +21,16 @@ class ChainTauLine(TauLine):
 
     dropped = Signal()
 
-    def __init__(self, document: Document, plot: Canvas, theme: Theme) -> None:
-        super().__init__(
-            angle=0,
-            label="τ",
-            labelOpts={"position": 0.985, "movable": False, "anchors": [(1.0, 1.15), (1.0, 1.15)]},
-        )
+    def __init__(self, document: Document, plot: Pane, theme: Theme) -> None:
+        super().__init__(angle=0)
+        self._plot, self.words = plot, ""
         self._document = document
         self._drag = 0
         self._latest = Latest(self)
         self.setZValue(30)
-        self.label.setFont(figures_font(8.5))
         self.setCursor(Qt.CursorShape.SizeVerCursor)
         plot.addItem(self)
-        self.changed.connect(plot.touch)
+        self.changed.connect(self._say)
         colour_tau(self, theme)
         self.setBounds([float(root_scale(d)) for d in (SMALLEST_TAU, LARGEST_TAU)])
         self.sigDragged.connect(self._dragged)
@@ -47,12 +43,15 @@ class ChainTauLine(TauLine):
 
     def show_tau(self, degrees: float) -> None:
         """Say this τ and stand at it, unless a hand holds the line."""
-        text = f"τ {degrees:.1f}°"
-        if self.label.format != text:
-            self.label.setFormat(text)
+        self.words = tau_words(degrees)
         place = float(root_scale(degrees))
         if not self.held and self.value() != place:
             self.setValue(place)
+        self._say()
+
+    def _say(self) -> None:
+        self._plot.show_tau(self.value(), self.words)
+        self._plot.touch()  # the line may be thicker under the mouse
 
     def _dragged(self) -> None:
         if not self._drag:
@@ -77,10 +76,12 @@ def set_tau_degrees(document: Document, degrees: float, drag: int = 0) -> None:
     document.set_tau(float(np.radians(degrees)), document.chain, drag)
 
 
+def tau_words(degrees: float) -> str:
+    """What stands at the axis beside a τ line."""
+    return f"τ {degrees:.1f}°"
+
+
 def colour_tau(line: pg.InfiniteLine, theme: Theme) -> None:
     """A τ line in a theme's colour."""
     line.setPen(pg.mkPen(theme.tau, width=1.6))
     line.setHoverPen(pg.mkPen(theme.tau, width=3.0))
-    line.label.setColor(QColor(theme.tau))
-    line.label.fill = pg.mkBrush(theme.surface)
-    line.label.update()

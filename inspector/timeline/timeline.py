@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 from PySide6.QtGui import QAction, QColor, QPalette
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
@@ -14,7 +17,7 @@ from inspector.timeline.layers import Scenery
 from inspector.timeline.limb_curves import LimbCurves
 from inspector.timeline.other_detector import Onlooker, OtherDetector
 from inspector.timeline.overview import OverviewStrip
-from inspector.timeline.pane import CurveStyle, Pane
+from inspector.timeline.pane import AXIS_WIDTH, CurveStyle, Pane
 from inspector.timeline.pane_grid import PaneGrid
 from inspector.timeline.tau_line import ChainTauLine, colour_tau
 from inspector.timeline.visible_range import VisibleRange
@@ -22,6 +25,7 @@ from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.later import Stale
 from inspector.widgets.theme import Theme, figures_font
+from twistcore.review import Judged
 
 _TITLES = {  # from top to bottom
     "theta": "Twist θp and azimuth θc; a limb's swivel φ",
@@ -85,6 +89,9 @@ class Timeline(QWidget):
     def _build(self, theme: Theme) -> None:
         self.overview = OverviewStrip(theme, self)
         self.overview.moved.connect(self.document.go_to)
+        self.overview.clicked.connect(self._pick)
+        self.overview.dropped.connect(self.visible.let_go_of_unseen)
+        self.overview.ranged.connect(self.visible.show)
         self.readout = SteadyLabel(self)
         self.readout.setFont(figures_font(9.0))
         self.readout.setToolTip("Playhead")
@@ -92,7 +99,11 @@ class Timeline(QWidget):
         self.plots_button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
         self.plots_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         head = hbox(
-            (self.overview, 1), self.readout, self.plots_button, margins=(46, 2, 4, 2), spacing=8
+            (self.overview, 1),
+            self.readout,
+            self.plots_button,
+            margins=(AXIS_WIDTH, 2, 4, 2),
+            spacing=8,
         )
         layout = vbox(head, owner=self, margins=(0, 0, 0, 0), spacing=0)
         panes: dict[str, Pane] = {
@@ -111,7 +122,7 @@ class Timeline(QWidget):
         self.other = OtherDetector(self.document, theme, self)
         panes["other"] = self.other
         self.panes = {key: panes[key] for key in _TITLES}
-        mouse = self.document, self.scenery, self.visible, self.refresh, self
+        mouse = self.document, self.scenery, self.visible, self.refresh, self._repaint, self
         self.gestures = Gestures(*mouse)
         menu = QMenu(self.plots_button)
         self.toggles: dict[str, QAction] = {}
@@ -127,6 +138,8 @@ class Timeline(QWidget):
         self.tau_line = ChainTauLine(self.document, self.panes["strength"], theme)
         self.tau_line.dropped.connect(self._stale.mark)
         self.grid = PaneGrid(self.panes, list(_STYLES), self)
+        self.grid.arranged.connect(self._arranged)
+        self.gestures.plots = self._menu_rows
         layout.addWidget(self.grid, 1)
         self.setMinimumHeight(120)
 
@@ -135,11 +148,31 @@ class Timeline(QWidget):
         self.grid.show_pane(key, shown=shown)
         if shown and key == "other" and self.document.limb is not None:
             self.document.message.emit(_ONE_DETECTOR, False)
-        self._show_other()
 
     def _show_other(self) -> None:
         if "other" in self.grid.shown:
             self.other.refresh()
+
+    def _menu_rows(self, key: str) -> tuple[tuple[str, Callable[[], None]], ...]:
+        """What the menu of a plot can do to it."""
+        alone = "All plots" if self.grid.alone else "This plot alone"
+        fit = "Fit its height", self.panes[key].time.fit
+        return fit, (alone, partial(self.grid.enlarge, key))
+
+    def fit(self) -> None:
+        """All values in every plot, however close a person looked."""
+        for pane in self.panes.values():
+            pane.time.fit()
+
+    def _arranged(self) -> None:
+        """What has come into sight is painted as things are; the button says what has not."""
+        self._repaint()
+        self._show_other()
+        seen, wanted = len(self.grid.shown), len(self.grid.wanted)
+        some = f"{seen} of {wanted} " if seen < wanted else ""
+        self.plots_button.setText(f"Plots {some}▾")
+        room = "" if self.grid.alone or not some else ". A higher panel has room for the others."
+        self.plots_button.setToolTip(f"Choose which plots are shown{room}")
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -168,12 +201,12 @@ class Timeline(QWidget):
     def set_scale(self, scale: float) -> None:
         """Larger type and lines, 1 as usual."""
         self.readout.setFont(figures_font(9.0 * scale))
-        self.tau_line.label.setFont(figures_font(8.5 * scale))
         for scenery in (self.scenery, self.other.scenery):
             scenery.scale = scale
         for pane in self.panes.values():
             pane.set_scale()
             pane.set_theme(self.scenery.theme)
+        self.grid.arrange()
 
     # -- following the document ---------------------------------------------------------------
 
@@ -205,8 +238,7 @@ class Timeline(QWidget):
             if not self.tau_line.held:  # a scale must not move under a drag
                 self._curves.fit_tau(self.panes["strength"], degrees)
             self._show_titles()
-            for key in self.grid.shown:
-                self.panes[key].touch()
+            self._repaint()
             if everything:
                 self._show_other()
         self._show_overview()
@@ -230,14 +262,18 @@ class Timeline(QWidget):
         scenery.unreliable_words = curves.unreliable_words
         scenery.unreliable_hint = curves.unreliable_hint
         self.grid.show_panes(curves.panes)
-        for pane in self.panes.values():
+        for key, pane in self.panes.items():
             pane.set_theme(self.scenery.theme)
+            pane.front.values = curves.panes.get(key, "")
+            pane.time.zoomed = False
         self._curves.show_clip(self.panes)
         self._show_range()
 
     def _show_overview(self) -> None:
         document = self.document
-        chains = tuple(c.name for c in document.data.chains_and_limbs) if document.data else ()
+        found = {j.interval.chain for j in document.intervals}
+        every = document.data.chains_and_limbs if document.data else ()
+        chains = tuple(c.name for c in every if c.name in found or c.name == document.chain)
         self.overview.show_review(
             document.frames,
             chains,
@@ -246,6 +282,13 @@ class Timeline(QWidget):
             document.interval_id,
         )
         self.overview.show_frame(document.frame)
+
+    def _pick(self, frame: int, judged: Judged | None) -> None:
+        """A click on the overview: the interval there and its chain; on empty ground, none."""
+        if judged is not None:
+            frame = min(max(frame, judged.interval.start), judged.interval.stop - 1)
+        self.document.select_interval(judged.id if judged is not None else None)
+        self.document.go_to(frame)
 
     def _interval_changed(self) -> None:
         self.scenery.selected = self.document.interval_id
@@ -262,6 +305,11 @@ class Timeline(QWidget):
         self._show_titles()
         if not self.gestures.dragging:
             self.visible.reach_frame(frame)
+
+    def _repaint(self) -> None:
+        """The plots as they stand: something of a drag has changed."""
+        for key in self.grid.shown:
+            self.panes[key].touch()
 
     def _show_range(self, *_: object) -> None:
         for pane in self.panes.values():

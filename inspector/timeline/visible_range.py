@@ -8,7 +8,7 @@ from inspector.session.document import Document
 from twistcore.detection import Interval
 from twistcore.review import Judged
 
-_SMALLEST = 8.0  # frames
+SMALLEST = 8.0  # frames
 
 
 class VisibleRange(QObject):
@@ -26,7 +26,7 @@ class VisibleRange(QObject):
         low, high = -0.5, max(1, self._document.frames) - 0.5
         margin = 0.01 * (high - low)
         low, high = low - margin, high + margin
-        span = min(max(last - first, _SMALLEST), high - low)
+        span = min(max(last - first, SMALLEST), high - low)
         middle = 0.5 * (first + last)
         first = min(max(middle - 0.5 * span, low), high - span)
         self.ends = (first, first + span)
@@ -48,6 +48,14 @@ class VisibleRange(QObject):
         pad = 0.5 * self._document.data.motion.fps
         self.show(judged.interval.start - pad, judged.interval.stop + pad)
 
+    def let_go_of_unseen(self) -> None:
+        """Nothing that is out of view stays selected: a key would decide what nobody sees."""
+        if (judged := self._document.interval) and not self._sees(judged.interval):
+            self._document.select_interval(None)
+
+    def _sees(self, interval: Interval) -> bool:
+        return interval.stop >= self.ends[0] and interval.start <= self.ends[1]
+
     def reach_frame(self, frame: int) -> None:
         """Turn the page where the frame is out of view."""
         first, last = self.ends
@@ -58,5 +66,5 @@ class VisibleRange(QObject):
     def reach_interval(self, interval: Interval) -> None:
         """Bring an interval to the middle where nothing of it is in view."""
         first, last = self.ends
-        if interval.stop < first or interval.start > last:
+        if not self._sees(interval):
             self.pan(0.5 * (interval.start + interval.stop - first - last))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeVar
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QWidget
 
@@ -34,6 +34,7 @@ class Overlays:
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.hide()
         self.scale = OffsetScale(view)
+        self._split = False
 
     def set_theme(self, theme: Theme, points: float) -> None:
         """Draw in other colours; points: of the legend's type."""
@@ -42,7 +43,7 @@ class Overlays:
             f"background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line};"
             f"border-radius: 4px; padding: 4px 8px; font-size: {points:.1f}pt;"
         )
-        self.legend.adjustSize()
+        self.fit()
         self.divider.setStyleSheet(f"background: {theme.line}")
         self.scale.set_theme(theme)
 
@@ -51,19 +52,38 @@ class Overlays:
         view = self.notice.parentWidget()  # kept, it would outlive its end, and OpenGL with it
         assert view is not None
         high = view.height()
+        self._split = split
         self.legend.setVisible(drawing)
-        self.legend.move(_MARGIN, _MARGIN)
         self.notice.setGeometry(view.rect())
         self.scale.setVisible(drawing and by_offset)
         self.scale.move(_MARGIN, high - self.scale.height() - _MARGIN)
         self.divider.setVisible(drawing and split)
-        self.divider.setGeometry(view.width() // 2 - 1, 0, 2, high)
+        self.fit()
 
     def tell(self, text: str) -> None:
         """The legend, rich text."""
         if text != self.legend.text():
             self.legend.setText(text)
-            self.legend.adjustSize()
+            self.fit()
+
+    def fit(self) -> None:
+        """The legend in its picture, in as many lines as it needs; no divider through it."""
+        view, legend = self.notice.parentWidget(), self.legend
+        assert view is not None
+        middle = view.width() // 2
+        room = (middle if self._split else view.width()) - 2 * _MARGIN
+        if legend.wordWrap():  # setting it lays the text out anew
+            legend.setWordWrap(False)
+        size = legend.sizeHint()
+        if size.width() > room:
+            legend.setWordWrap(True)
+            wide = max(room, legend.minimumSizeHint().width())
+            size = QSize(wide, legend.heightForWidth(wide))
+        legend.setGeometry(QRect(QPoint(_MARGIN, _MARGIN), size))
+        top = 0  # in a view narrower than a word of it the line begins under the legend
+        if legend.geometry().right() >= middle - _MARGIN // 2:
+            top = legend.geometry().bottom() + _MARGIN
+        self.divider.setGeometry(middle - 1, top, 2, view.height() - top)
 
 
 def legend_text(
@@ -83,8 +103,9 @@ def legend_text(
         text = {Show.BEFORE: before, Show.AFTER: after, Show.BOTH: both}[Show(show)]
     if chain:
         colour = theme.before if abs(degrees) >= 0.05 else theme.soft
-        text += f"&nbsp;&nbsp;&nbsp; <b>{chain}</b>&nbsp; "
-        text += inked(f"{signed(degrees)}° {'of swivel ' if swivel else ''}off", colour)
+        words = f"{signed(degrees)}° {'of swivel ' if swivel else ''}off"
+        text += f"&nbsp;&nbsp;&nbsp; <b>{_unbroken(chain)}</b>&nbsp; "
+        text += inked(_unbroken(words), colour)
     if tracked:
         text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, 'tracked')}"
     return text
@@ -135,6 +156,10 @@ class OffsetScale(QWidget):
             middle = bar.left() + bar.width() * degrees / 180.0
             left = min(max(middle - wide / 2.0, bar.left()), bar.right() - wide + 1)
             painter.drawText(QPointF(left, self.height() - 4 - self.fontMetrics().descent()), text)
+
+
+def _unbroken(text: str) -> str:
+    return text.replace(" ", "&nbsp;")
 
 
 def _key(mark: str, colour: str, text: str) -> str:

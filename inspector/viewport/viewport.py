@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QEvent, QTimer
 from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QToolTip, QWidget
 from pyvistaqt import QtInteractor
 
 from inspector.session.document import Document
@@ -252,6 +252,8 @@ class Viewport(Steering):
         self._place_overlays()
         if self._framed:
             self.set_view(self._framed)
+        self._schedule()  # a guest's labels stand at pixels
+        QToolTip.hideText()  # so does the name of a bone
 
     def showEvent(self, event: QShowEvent) -> None:
         """Catch up."""
@@ -265,7 +267,7 @@ class Viewport(Steering):
         """A larger font makes a larger legend."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
-            self.overlays.legend.adjustSize()
+            self.overlays.fit()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop listening and let the render window go."""

@@ -67,13 +67,30 @@ class UnitAxis(Axis):
 
 
 class RootAxis(Axis):
-    """Degrees on a signed square root scale."""
+    """Degrees on a signed square root scale; `taken`: a place where something else stands."""
+
+    taken: float | None = None
+
+    def keep_clear(self, place: float) -> None:
+        """No number where something else stands, a place on this scale."""
+        before, self.taken = self._under(), place
+        if self._under() != before:
+            self.picture = None  # drawn anew with the next repaint
+
+    def _room(self) -> float:
+        low, high = (float(v) for v in self.range)
+        return self.type_scale * _TICK_ROOM * (high - low) / max(float(self.height()), 1.0)
+
+    def _under(self) -> list[float]:
+        """The places of numbers that would stand there."""
+        ticks = root_scale(np.array(_ROOT_TICKS)).tolist()
+        return [t for t in ticks if self.taken is not None and abs(t - self.taken) < self._room()]
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Round degrees, as many as find room."""
         room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
         chosen = apart(root_scale(np.array(_ROOT_TICKS)).tolist(), room)
-        ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}
+        ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}.difference(self._under())
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:

@@ -89,7 +89,7 @@ def test_regions_cover_what_their_intervals_cover() -> None:
     image = QImage(100, 30, QImage.Format.Format_RGB32)
     image.fill(QColor(LIGHT.surface))
     painter = QPainter(image)
-    Regions(intervals, None, -0.5, 99.5, 100).paint(painter, LIGHT, 30, None, 0)
+    Regions(intervals, None, -0.5, 99.5, 100).paint(painter, LIGHT, 30, None)
     painter.end()
     paper = QColor(LIGHT.surface).rgb()
     filled = [x for x in range(100) if image.pixel(x, 15) != paper]

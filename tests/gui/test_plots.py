@@ -13,7 +13,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.widgets.axes import root_scale
 from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import INJECTED
-from twistcore.detection import DETECTORS
+from twistcore.detection import DETECTORS, Kind
 from twistcore.review import Decision, Insert
 from twistcore.review.model import constant
 
@@ -143,7 +143,7 @@ def test_double_click_on_the_strength_sets_tau(qtbot, timeline, document):
     double_click(qtbot, timeline, "strength", spot(timeline, "strength", 5, share))
     tau = np.degrees(document.review.state.tau[document.chain])
     assert tau == pytest.approx(wanted, abs=1.5)
-    assert timeline.tau_line.label.format == f"τ {tau:.1f}°"
+    assert timeline.panes["strength"].front.tau[1] == f"τ {tau:.1f}°"
 
 
 def test_tau_is_in_view_whatever_it_is(qtbot, timeline, document):
@@ -318,6 +318,68 @@ def test_view_follows_the_playhead_out_of_sight(qtbot, timeline, document):
     document.go_to(document.frames - 5)
     first, last = timeline.visible.ends
     assert first <= document.frame <= last
+
+
+def test_a_drag_on_empty_ground_draws_an_interval_in_one_step(qtbot, timeline, document):
+    state = document.review.state
+    here, there = (spot(timeline, "delta", frame) for frame in (250, 280))
+    drag(qtbot, timeline, "delta", there, here)  # backwards
+    drawn = document.interval
+    assert drawn.by_hand
+    assert (drawn.interval.chain, drawn.interval.start, drawn.interval.stop) == (
+        document.chain, 250, 281,
+    )  # fmt: skip
+    assert document.frame in range(250, 281)
+    assert timeline.scenery.told is None
+    document.undo()
+    assert document.review.state is state
+    drag(qtbot, timeline, "delta", here, here + QPointF(40, 0))
+    document.undo()
+    assert document.review.state is state
+    send(timeline.panes["delta"], QEvent.Type.MouseButtonPress, here, LEFT, LEFT)
+    for place in (here + QPointF(40, 0), here + QPointF(1, 0)):  # and back: nothing is drawn
+        send(timeline.panes["delta"], QEvent.Type.MouseMove, place, NONE, LEFT)
+        qtbot.wait(10)
+    send(timeline.panes["delta"], QEvent.Type.MouseButtonRelease, here, LEFT, NONE)
+    assert document.review.state is state
+
+
+def test_a_flip_is_drawn_on_a_limb(qtbot, timeline, document):
+    limb = document.data.analysis.limbs[0].name
+    document.select_chain(limb)
+    timeline.refresh()
+    qtbot.wait(50)  # its own plots find their places
+    drag(qtbot, timeline, "height", spot(timeline, "height", 100), spot(timeline, "height", 130))
+    assert document.interval.interval.kind == Kind.LIMB_FLIP
+    assert (document.interval.interval.start, document.interval.interval.stop) == (100, 131)
+
+
+def test_the_overview_hits_the_interval_of_the_nearest_row(qtbot, timeline, document):
+    strip = timeline.overview
+    rows = strip._rows()
+    assert set(rows) == {j.interval.chain for j in document.intervals} | {document.chain}
+    for judged in document.intervals:
+        top, height = rows[judged.interval.chain]
+        middle = 0.5 * (judged.interval.start + judged.interval.stop - 1)
+        assert strip.interval_at(QPointF(strip._x(middle), top + 0.5 * height)) is judged
+    top, height = rows[document.chain]
+    assert strip.interval_at(QPointF(strip._x(30), top + 0.5 * height)) is None
+
+
+def test_values_stay_as_they_were_zoomed_until_another_chain(qtbot, timeline, document):
+    view = timeline.panes["strength"].time
+    whole = view.viewRange()[1]
+    view.zoom_values(0.0, 4.0)
+    close = view.viewRange()[1]
+    assert close[1] == pytest.approx(whole[1] * 1.25**-4)
+    set_tau_degrees(document, 90.0)  # another range would show all
+    timeline.refresh()
+    assert view.viewRange()[1] == close
+    view.zoom_values(0.0, -100.0)
+    assert np.ptp(view.viewRange()[1]) < 10.0 * np.ptp(whole)
+    document.select_chain("RightUpLeg")
+    timeline.refresh()
+    assert not view.zoomed
 
 
 def test_overview_moves_the_playhead(qtbot, timeline, document):

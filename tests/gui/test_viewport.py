@@ -152,11 +152,29 @@ def test_the_theme_changes_while_open(qtbot, document, show_view):
 
 def test_the_legend_tells_the_offset(qtbot, document, show_view):
     view = show_view(document)
-    assert "0.0° off" in view.overlays.legend.text()
+
+    def legend():
+        return view.overlays.legend.text().replace("&nbsp;", " ")
+
+    assert "0.0° off" in legend()
     insert_twist(document, degrees=-87.3)
     settle(qtbot, view)
-    assert "Left ForeArm" in view.overlays.legend.text()
-    assert "−87.3° off" in view.overlays.legend.text()
+    assert "Left ForeArm" in legend()
+    assert "−87.3° off" in legend()
+
+
+@pytest.mark.parametrize("width", [160, 300, 421, 640, 1000])
+def test_no_divider_runs_through_the_legend(qtbot, document, show_view, width):
+    view = show_view(document)
+    insert_twist(document, degrees=152.5)
+    view.look(split=True)
+    view.resize(width, 300)
+    settle(qtbot, view)
+    legend, divider = view.overlays.legend, view.overlays.divider
+    assert not legend.geometry().adjusted(-4, -4, 4, 4).intersects(divider.geometry())
+    assert legend.height() >= legend.heightForWidth(legend.width())
+    assert legend.geometry().right() < view.width() or width < 200
+    assert width < 300 or legend.geometry().right() < width // 2
 
 
 # --- the window around it -------------------------------------------------------------------------

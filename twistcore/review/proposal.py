@@ -29,7 +29,11 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
     first, last = max(1, frame - reach), min(frames, frame + reach + 1)
     start = _strongest(signals.strength, first, frame + 1)
     stop = _strongest(signals.strength, max(frame, start) + 1, last)
-    start, stop = _both_edges(start, stop, frame, frames, fps)
+    return interval_over(chain, signals, *_both_edges(start, stop, frame, frames, fps))
+
+
+def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
+    """An interval over [start, stop), at the level of θp there off the line between neighbours."""
     level = float(np.median(off_line(signals.theta_p, start, stop)))
     return constant(chain, start, stop, level)
 
@@ -46,7 +50,11 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
     start = int(near[near <= frame].max(initial=-1))
     stop = int(near[near > frame].min(initial=len(limb.departures)))
     stop = stop if stop < len(limb.departures) else -1
-    start, stop = _both_edges(start, stop, frame, len(limb.departures), limb.fps)
+    return flip_over(limb, *_both_edges(start, stop, frame, len(limb.departures), limb.fps))
+
+
+def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
+    """A flip of a limb over [start, stop), with the offset that `proposed_flip` tells of."""
     level = circular_median(off_line(limb.swivel.angle, start, stop))
     if np.median(limb.swivel.height[start:stop]) < BENT:
         level = float(limb.departures[start])

@@ -1,0 +1,113 @@
+"""The part of a plot with the curves: what of time and of values is in view, and its mouse."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtWidgets import QGraphicsSceneWheelEvent
+
+_NOTCH = 120.0
+_ZOOM = 1.25  # per notch of the wheel
+_DEEPEST, _WIDEST = 1e-3, 3.0  # of the range that shows all values
+
+
+class Mouse(Protocol):
+    """Who knows what the mouse does in a plot."""
+
+    def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
+        """Zoom in time at a place in frames, or pan."""
+
+    def drag(self, view: TimeView, event: Any, *, pan: bool) -> None:
+        """One event of a drag."""
+
+    def click(self, view: TimeView, event: Any) -> None:
+        """A button was pressed and released at one place."""
+
+    def hover(self, view: TimeView, event: Any) -> None:
+        """The mouse moves, no button down."""
+
+
+class TimeView(pg.ViewBox):
+    """A view whose mouse belongs to the time line; only a person changes its range of values.
+
+    Until one does, it shows the range that it was last told to `fit`. Time is the time line's.
+    """
+
+    def __init__(self, key: str) -> None:
+        """`key`: of its plot."""
+        super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
+        self.key = key
+        self.gestures: Mouse | None = None
+        self.zoomed = False  # in values, by a person
+        self._all = (0.0, 1.0)
+
+    # -- values -------------------------------------------------------------------------------
+
+    def fit_to(self, low: float, high: float) -> None:
+        """What shows all values: shown now, unless a person looks closer."""
+        self._all = (low, high)
+        if not self.zoomed:
+            self.fit()
+
+    def fit(self) -> None:
+        """Show all values."""
+        self.zoomed = False
+        self.setYRange(*self._all, padding=0.0)
+
+    def zoom_values(self, at: float, notches: float) -> None:
+        """See more of few values or less of many, around one of them."""
+        low, high = self.viewRange()[1]
+        whole = self._all[1] - self._all[0]
+        wanted = (high - low) * _ZOOM**-notches
+        scale = min(max(wanted, _DEEPEST * whole), _WIDEST * whole) / (high - low)
+        self._show_values(at - (at - low) * scale, at + (high - at) * scale)
+
+    def pan_values(self, by: float) -> None:
+        """See higher (+) or lower (−) values, of those that there are."""
+        low, high = self.viewRange()[1]
+        by = min(max(by, self._all[0] - high), self._all[1] - low)
+        self._show_values(low + by, high + by)
+
+    def _show_values(self, low: float, high: float) -> None:
+        self.zoomed = True
+        self.setYRange(low, high, padding=0.0)
+
+    # -- the mouse ----------------------------------------------------------------------------
+
+    def wheelEvent(self, event: QGraphicsSceneWheelEvent, axis: int | None = None) -> None:
+        """Zoom at the cursor; with Shift, pan; with Ctrl or at the left axis, zoom the values."""
+        event.accept()
+        at = self.mapToView(self.mapFromScene(event.scenePos()))
+        notches, keys = event.delta() / _NOTCH, event.modifiers()
+        if axis == 1 or keys & Qt.KeyboardModifier.ControlModifier:
+            self.zoom_values(float(at.y()), notches)
+        elif self.gestures:
+            shift = bool(keys & Qt.KeyboardModifier.ShiftModifier)
+            self.gestures.wheel(float(at.x()), notches, pan=shift)
+
+    def mouseDragEvent(self, event: Any, axis: int | None = None) -> None:
+        """Left drags what is under it; middle, left with Shift or at an axis, pans."""
+        event.accept()
+        if axis == 1:
+            places = event.lastScenePos(), event.scenePos()  # its own are the axis's
+            there, here = (self.mapSceneToView(place).y() for place in places)
+            self.pan_values(float(there - here))
+        elif self.gestures:
+            self.gestures.drag(self, event, pan=axis == 0)
+
+    def mouseClickEvent(self, event: Any) -> None:
+        """Select, set the playhead, set τ, or open the menu."""
+        if self.gestures and event.button() != Qt.MouseButton.MiddleButton:
+            event.accept()
+            self.gestures.click(self, event)
+
+    def hoverEvent(self, event: Any) -> None:
+        """Say by the cursor what a drag would do."""
+        if self.gestures and not event.isExit():
+            self.gestures.hover(self, event)
+
+    def frame_at(self, position: QPointF) -> float:
+        """Place in frames of a position in this view."""
+        return float(self.mapToView(position).x())
