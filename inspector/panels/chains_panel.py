@@ -132,16 +132,17 @@ class ChainsPanel(QWidget):
         self._reset()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Where room is short, names are worth more than the last column."""
+        """Where room is short, names are worth more than the last columns."""
         super().resizeEvent(event)
         self._fit_columns()
 
     def _fit_columns(self) -> None:
-        last = len(_HEADS) - 1
-        figures = sum(self.table.columnWidth(k) for k in range(1, last))
-        room = self.table.viewport().width() - figures - self.table.sizeHintForColumn(0)
-        width = self.fontMetrics().horizontalAdvance(_SAMPLES[-1]) + _PAD
-        self.table.setColumnHidden(last, room < width)
+        samples = enumerate(_SAMPLES, start=1)
+        widths = {k: self.fontMetrics().horizontalAdvance(s) + _PAD for k, s in samples}
+        room = self.table.viewport().width() - self.table.sizeHintForColumn(0)
+        for column in widths:
+            fits = sum(widths[k] for k in range(1, column + 1)) <= room
+            self.table.setColumnHidden(column, column > 1 and not fits)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""

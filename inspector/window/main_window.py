@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QByteArray, QEvent, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QToolBar, QWidget
+from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
 
 from inspector.panels.chains_panel import ChainsPanel
 from inspector.panels.clips_panel import ClipsPanel
@@ -40,11 +40,11 @@ from inspector.video.video_reader import SUFFIXES
 from inspector.viewport.viewport import Viewport
 from inspector.widgets import theme as themes
 from inspector.widgets.background import Task
-from inspector.widgets.building import Part, bring_to_front, vbox
+from inspector.widgets.building import Part, bring_to_front, scrolled, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface
-from inspector.window.action_table import MENUS, OF_CHAINS, OF_THE_FIGURE
+from inspector.window.action_table import MENUS, OF_A_CLIP, OF_CHAINS, OF_THE_FIGURE
 from inspector.window.actions import build_actions
 from inspector.window.chain_actions import ChainActions
 from inspector.window.file_actions import FileActions
@@ -52,11 +52,14 @@ from inspector.window.parts import Parts
 from inspector.window.presentation import Presentation
 from inspector.window.program_actions import ProgramActions
 from inspector.window.review_actions import ReviewActions
+from inspector.window.start_page import StartPage
+from inspector.window.toolbar import ToolBar
+from inspector.window.usual_layout import UsualLayout
 from twistcore.review import Decision
 
 _STATE_VERSION = 2
-_LEFT_WIDTH, _RIGHT_WIDTH = 350, 545
-_FRAME = 40  # pixels: more than a title bar is high
+_SIZE = (1440, 900)  # of the first window, where the screen has room
+_FRAME = (12, 40)  # pixels: more than borders and a title bar take
 _Area = Qt.DockWidgetArea
 
 
@@ -118,21 +121,19 @@ class MainWindow(Parts):
         self._dock("Curves", self.timeline, _Area.BottomDockWidgetArea)
         self._dock("Video", self.video, _Area.BottomDockWidgetArea).hide()
         self._dock("Clips", self.clips, _Area.LeftDockWidgetArea).hide()
-        chains = self._dock("Chains", self.chains, _Area.LeftDockWidgetArea)
-        intervals = self._dock("Intervals", right, _Area.RightDockWidgetArea)
+        self._dock("Chains", self.chains, _Area.LeftDockWidgetArea)
+        intervals = self._dock("Intervals", scrolled(right), _Area.RightDockWidgetArea)
         self._dock("History", HistoryPanel(self.document), _Area.RightDockWidgetArea)
-        tuning = self._dock("Tuning", self.tuning, _Area.RightDockWidgetArea)
-        teaching = self._dock("Teaching", self.teaching, _Area.RightDockWidgetArea)
+        tuning = self._dock("Tuning", scrolled(self.tuning), _Area.RightDockWidgetArea)
+        teaching = self._dock("Teaching", scrolled(self.teaching), _Area.RightDockWidgetArea)
         self._dock("Guide", self.guide, _Area.LeftDockWidgetArea).hide()
-        quality = self._dock("Quality", self.quality, _Area.RightDockWidgetArea)
+        quality = self._dock("Quality", scrolled(self.quality), _Area.RightDockWidgetArea)
         for tab in (self.docks["history"], tuning, teaching, quality):
             self.tabifyDockWidget(intervals, tab)
         tuning.visibilityChanged.connect(self.tuning.set_seen)
         teaching.visibilityChanged.connect(self.teaching.set_shown)
         quality.visibilityChanged.connect(self.quality.set_seen)
         intervals.raise_()
-        widths = [_LEFT_WIDTH, _RIGHT_WIDTH]
-        self.resizeDocks([chains, intervals], widths, Qt.Orientation.Horizontal)
 
     def _dock(self, title: str, content: QWidget, area: _Area) -> QDockWidget:
         dock = self.docks[title.lower()] = QDockWidget(title, self)
@@ -142,16 +143,8 @@ class MainWindow(Parts):
         return dock
 
     def _build_bars(self) -> None:
-        tools = QToolBar("Tools")
-        tools.setObjectName("tools")
-        tools.setMovable(False)
-        tools.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        for name in (
-            "open_dialog", "export_dialog", "", "undo", "redo", "", "previous_interval",
-            "next_interval", "accept", "reject", "reset", "", "cycle_show", "focus_chain",
-        ):  # fmt: skip
-            tools.addAction(self.actions_by_id[name]) if name else tools.addSeparator()
-        self.addToolBar(tools)
+        self.tools = ToolBar(self.actions_by_id)
+        self.addToolBar(self.tools)
         view = self._menus["View"]
         view.addSeparator()
         for dock in self.docks.values():
@@ -202,8 +195,9 @@ class MainWindow(Parts):
         self.video_actions = VideoActions(document, self.video, docks["video"], self)
         for spec in (spec for menu in MENUS.values() for spec in menu if spec is not None):
             spec.connect(actions[spec.id], self)
-        for name in OF_THE_FIGURE:
-            actions[name].setEnabled(self.viewport.view is not None)
+        complaint = "" if self.viewport.view is not None else self.viewport.overlays.notice.text()
+        self.start_page = StartPage(self.viewport, actions, self.open_path, complaint)
+        self._offer_what_can_be_done()
 
     def _connect(self) -> None:
         document, actions = self.document, self.actions_by_id
@@ -212,6 +206,7 @@ class MainWindow(Parts):
         document.withdrawn.connect(self.bar.clear)
         document.message.connect(self.statusBar().clearMessage)
         document.opened.connect(self._review_changed)
+        document.opened.connect(self._offer_what_can_be_done)
         document.intervals_changed.connect(self._review_changed)
         document.frame_changed.connect(self._show_position)
         document.chain_changed.connect(self._show_position)
@@ -228,13 +223,18 @@ class MainWindow(Parts):
 
     def _restore(self) -> None:
         room = self.screen().availableSize()  # of it the frame takes some
-        self.resize(min(1440, room.width()), min(900, room.height() - _FRAME))
-        self.resizeDocks([self.docks["curves"]], [330], Qt.Orientation.Vertical)
+        pairs = zip(_SIZE, room.toTuple(), _FRAME, strict=True)
+        self.resize(*(min(wanted, most - frame) for wanted, most, frame in pairs))
+        self.usual_layout = UsualLayout(self, self.docks)
+        self.usual_layout.fit()
         if self.settings.geometry:
             self.restoreGeometry(QByteArray.fromHex(self.settings.geometry.encode()))
         if self.settings.layout:
             state = QByteArray.fromHex(self.settings.layout.encode())
             self.restoreState(state, _STATE_VERSION)
+        self._floating = [d for d in self.docks.values() if d.isFloating() and not d.isHidden()]
+        for dock in self._floating:
+            dock.hide()
         self.actions_by_id[f"theme_{self.settings.theme}"].setChecked(True)
 
     # -- what is asked of it ------------------------------------------------------------------
@@ -248,8 +248,9 @@ class MainWindow(Parts):
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         themes.apply_theme(app, theme)
-        views = (self.viewport, self.timeline, self.clips, self.chains, self.intervals)
-        for view in (*views, self.tuning, self.teaching, self.guide, self.video, self.quality):
+        views = (self.viewport, self.timeline, self.clips, self.chains, self.intervals, self.tools)
+        more = (self.tuning, self.teaching, self.guide, self.video, self.quality, self.start_page)
+        for view in (*views, *more):
             view.set_theme(theme)
         if (trackers := self.teaching_actions.five_trackers) is not None:
             trackers.set_theme(theme)
@@ -263,6 +264,17 @@ class MainWindow(Parts):
         self.close()
 
     # -- what follows the document ------------------------------------------------------------
+
+    def _offer_what_can_be_done(self) -> None:
+        """Actions without anything to work on cannot be pressed; a page says how to begin."""
+        is_open = self.document.data is not None
+        for name in {*OF_A_CLIP, *OF_THE_FIGURE}:
+            lacking = (name in OF_A_CLIP and not is_open) or (
+                name in OF_THE_FIGURE and self.viewport.view is None
+            )
+            self.actions_by_id[name].setEnabled(not lacking)
+        self.start_page.setVisible(not is_open)
+        self.start_page.show_recent(self.settings.recent)
 
     def _review_changed(self) -> None:
         data = self.document.data
@@ -307,6 +319,12 @@ class MainWindow(Parts):
 
     # -- Qt events ----------------------------------------------------------------------------
 
+    def showEvent(self, event: QShowEvent) -> None:
+        """Panels that float come after the window: shown before, they would lie behind it."""
+        super().showEvent(event)
+        while self._floating:
+            QTimer.singleShot(0, self._floating.pop().show)
+
     def changeEvent(self, event: QEvent) -> None:
         """Coming to the front, look what other programs have done to the clip and its lock."""
         super().changeEvent(event)
@@ -338,6 +356,7 @@ class MainWindow(Parts):
         self.recorder.cancel()
         if (trackers := self.teaching_actions.five_trackers) is not None:
             trackers.close()
+        self.program.close_guide()
         self.actions_by_id["presentation"].setChecked(False)  # the layout to keep is the usual one
         self.document.close_clip()
         self.queue.close()
