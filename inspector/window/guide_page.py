@@ -119,6 +119,8 @@ class Pages(QTextBrowser):
         super().__init__()
         self._docs = docs
         self.document().setDocumentMargin(_MARGIN)
+        # Else pictures are laid out for a page without it, and are too wide with it.
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self.setOpenLinks(False)
         self.anchorClicked.connect(self._follow)
         self._settled = QTimer(self, singleShot=True, interval=_SETTLE_MS)
