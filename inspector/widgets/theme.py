@@ -45,7 +45,7 @@ _COLOURS = {  # light, dark
     "surface": ("#ffffff", "#1c2129"),
     "raised": ("#f7f9fa", "#262d37"),
     "line": ("#d3dae1", "#3a4350"),
-    "edge": ("#87919c", "#748090"),
+    "edge": ("#7d8792", "#748090"),
     "text": ("#18202a", "#e7ecf2"),
     "soft": ("#556170", "#a6b1bf"),
     "accent": ("#5b3fc4", "#a693ff"),

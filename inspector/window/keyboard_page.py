@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
 
 from inspector.widgets.building import hbox, vbox
@@ -69,12 +69,18 @@ class KeyboardPage(QWidget):
         vbox((hbox(self.line, margins=(8, 8, 8, 0))), (self.page, 1), owner=self,
              margins=(0, 0, 0, 0))  # fmt: skip
         self.line.textChanged.connect(self._show)
-        QShortcut(QKeySequence(Qt.Key.Key_Escape), self).activated.connect(self.close)
         self._show("")
         self.resize(520, min(640, self.screen().availableSize().height() - 60))
 
     def _show(self, wanted: str) -> None:
         self.page.setMarkdown(shortcuts_markdown(self._menus, wanted))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc closes it."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.close()
+        else:
+            super().keyPressEvent(event)
 
 
 def show_shortcuts(menus: Menus, window: QWidget) -> None:

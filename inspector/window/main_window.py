@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
 
 from inspector.panels.chains_panel import ChainsPanel
@@ -222,10 +222,10 @@ class MainWindow(Parts):
         self._review_changed()
 
     def _restore(self) -> None:
+        self.usual_layout = UsualLayout(self, self.docks)
         room = self.screen().availableSize()  # of it the frame takes some
         pairs = zip(_SIZE, room.toTuple(), _FRAME, strict=True)
         self.resize(*(min(wanted, most - frame) for wanted, most, frame in pairs))
-        self.usual_layout = UsualLayout(self, self.docks)
         self.usual_layout.fit()
         if self.settings.geometry:
             self.restoreGeometry(QByteArray.fromHex(self.settings.geometry.encode()))
@@ -318,6 +318,11 @@ class MainWindow(Parts):
         )
 
     # -- Qt events ----------------------------------------------------------------------------
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Panels that nobody has sized keep their share of the window."""
+        super().resizeEvent(event)
+        self.usual_layout.follow()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Panels that float come after the window: shown before, they would lie behind it."""

@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-_LEFT, _RIGHT, _CURVES = 350, 545, 330  # pixels, where there is room
-_SHARES = 0.25, 0.38, 0.35  # of the window's width, width and height, where there is less
+# Chains, intervals, curves: pixels where there is room, else shares of the window's size.
+_MOST = 350, 545, 330
+_SHARES = 0.25, 0.38, 0.35
+_LEEWAY = 3  # pixels that a layout may round by
 
 
 class UsualLayout:
@@ -18,20 +20,26 @@ class UsualLayout:
         """`docks`: by their object names, where they belong."""
         self._window, self._docks = window, docks
         self._usual = window.saveState()
+        self._fitted: tuple[int, ...] = ()
 
     def fit(self) -> None:
         """The sizes that go with the size of the window."""
         window, docks = self._window, self._docks
         wide, high = window.width(), window.height()
-        left, right, curves = (
-            min(most, round(share * all_of_it))
-            for most, share, all_of_it in zip(
-                (_LEFT, _RIGHT, _CURVES), _SHARES, (wide, wide, high), strict=True
-            )
-        )
+        sizes = zip(_MOST, _SHARES, (wide, wide, high), strict=True)
+        left, right, curves = self._fitted = tuple(min(m, round(s * all_)) for m, s, all_ in sizes)
         across, upright = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
         window.resizeDocks([docks["chains"], docks["intervals"]], [left, right], across)
         window.resizeDocks([docks["curves"]], [curves], upright)
+
+    def follow(self) -> None:
+        """The window has another size: so have its panels, unless a person gave them theirs."""
+        docks = self._docks
+        now = docks["chains"].width(), docks["intervals"].width(), docks["curves"].height()
+        if self._fitted and all(
+            abs(a - b) <= _LEEWAY for a, b in zip(now, self._fitted, strict=True)
+        ):
+            self.fit()
 
     def reset(self) -> None:
         """Every panel in its place, shown or not, as in the first window."""
