@@ -121,6 +121,7 @@ class Pages(QTextBrowser):
         self.document().setDocumentMargin(_MARGIN)
         # Else pictures are laid out for a page without it, and are too wide with it.
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
+        self.shown_heading = ""  # as the last link named it that led to one
         self.setOpenLinks(False)
         self.anchorClicked.connect(self._follow)
         self._settled = QTimer(self, singleShot=True, interval=_SETTLE_MS)
@@ -152,6 +153,7 @@ class Pages(QTextBrowser):
             if block.blockFormat().headingLevel() and _slug(block.text()) == slug:
                 top = self.document().documentLayout().blockBoundingRect(block).top()
                 self.verticalScrollBar().setValue(round(top))
+                self.shown_heading = slug
                 return
             block = block.next()
 
