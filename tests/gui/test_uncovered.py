@@ -17,7 +17,7 @@ from tests.gui.real_screen import (
 )
 
 LARGE = 5_000  # pixels: more than a pointer or a button that is lit
-SMALL = 1_500  # less than a tool tip or a list of three words
+SMALL = 500  # less than a tool tip, or the words of a menu over paper of its colour
 DRAWN = 0.1  # seconds in which a window that is there has painted itself
 KEYS = {
     "palette": "ctrl+k",
@@ -34,7 +34,7 @@ KEYS = {
 }
 COMBOS = ("window.transport.speed", "window.transport.show_box", "window.intervals.filter")
 A_FEW = ("a menu", "Recent", "palette", "export", "filter", "tip")
-PARKED, NEAR = (1439, 899), (1430, 890)
+PARKED = (1439, 899)
 
 
 def openings(p):
@@ -116,13 +116,15 @@ def stays(p, open_it):
         return picture
 
     def close():
-        screen.use("mousemove", *NEAR, "mousemove", *PARKED, "key", "Escape")
+        way = ("mousemove", *middle(ground), "sleep", 0.03, "mousemove", *PARKED)
+        screen.use("key", "Escape", *way)
 
+    ground = p.rect("window.statusBar()")  # over it the pointer lights nothing
     screen.steady_picture()
     before = after = look()
     assert differing(before, before[0, 0]) > LARGE, "the window is not to be seen"
     open_it()
-    wait_until(lambda: differing(look(), before) > SMALL)
+    wait_until(lambda: differing(look(), before) > SMALL, meanwhile=open_it)
     time.sleep(DRAWN)
     close()
 
