@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from inspector.window.demo import Script
     from inspector.window.main_window import MainWindow
 
+_PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # what Qt writes
 _PATIENCE_MS = 500  # for work that was cancelled
 _NO_SCREEN = (
     "twist-inspector: no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
@@ -41,6 +42,9 @@ _NO_SCREEN = (
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist-inspector`; returns the exit code."""
     arguments = _parser().parse_args(argv)
+    if trouble := _cannot_work(arguments):
+        print(f"twist-inspector: {trouble}", file=sys.stderr)
+        return 2
     if not has_screen():
         print(_NO_SCREEN, file=sys.stderr)
         return 2
@@ -96,6 +100,23 @@ def _say(window: MainWindow, complaint: str) -> None:
     again = partial(window.bar.show_message, complaint, True)
     later = partial(QTimer.singleShot, 0, window, again)
     window.document.opened.connect(later, Qt.ConnectionType.SingleShotConnection)
+
+
+def _cannot_work(arguments: argparse.Namespace) -> str:
+    """Why nothing can come of these words, before a window opens; '' if something can."""
+    file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
+    if picture and folder:
+        return "--demo leaves a picture, too; give either --demo or --screenshot."
+    if (picture or folder) and file and not file.exists():
+        return f"{file}: there is no such file."
+    if picture and picture.is_dir():
+        return f"{picture}: is a folder; --screenshot takes the name of a picture."
+    if picture and picture.suffix.lower() not in _PICTURES:
+        return f"{picture}: a picture's name ends with {' or '.join(_PICTURES)}."
+    target = folder or (picture.parent if picture else None)
+    if target and (wrong := next((p for p in (target, *target.parents) if p.is_file()), None)):
+        return f"{wrong}: is a file; results need a folder."
+    return ""
 
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:

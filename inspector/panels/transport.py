@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QComboBox, QLabel, QSlider, QSpinBox, QWidget
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import QComboBox, QLabel, QSizePolicy, QSlider, QSpinBox, QWidget
 
 from inspector.session.document import Document
 from inspector.session.open_clip import Show
@@ -37,7 +37,8 @@ class Transport(QWidget):
         self.frame.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000000") + 36)
         self.frame.setToolTip("Frame (Ctrl+J)")
         self.time = QLabel()
-        self.time.setMinimumWidth(self.fontMetrics().horizontalAdvance("000.000 / 000.00 s") + 8)
+        self._time_width = self.fontMetrics().horizontalAdvance("000.000 / 000.00 s") + 8
+        self.time.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.speed = QComboBox()
         self.speed.addItems([f"{s:g}×" for s in SPEEDS])
         self.speed.setToolTip("Speed (J slower, K real time, L faster)")
@@ -46,7 +47,7 @@ class Transport(QWidget):
         self.show_box.setToolTip("What the 3D view shows (B)")
         for box in (self.speed, self.show_box):
             box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        below = hbox(*buttons, self.frame, self.time, None, self.speed, self.show_box)
+        below = hbox(*buttons, self.frame, (self.time, 1), self.speed, self.show_box)
         vbox(self.slider, below, owner=self, margins=(8, 4, 8, 4), spacing=2)
         self.slider.valueChanged.connect(document.go_to)
         self.frame.valueChanged.connect(lambda f: document.go_to(f - document.first_frame))
@@ -60,6 +61,11 @@ class Transport(QWidget):
         self._opened()
         self._show_changed()
         self._player_changed()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Where room is short the time is left to the curves, which say it too."""
+        super().resizeEvent(event)
+        self._frame_changed(self._document.frame)
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
         """What stands at the frame, and what it calls the first one."""
@@ -77,7 +83,8 @@ class Transport(QWidget):
         for widget, first in self._counted():
             with QSignalBlocker(widget):
                 widget.setValue(frame + first)
-        if data := self._document.data:
+        room = self.width() - self.minimumSizeHint().width()
+        if (data := self._document.data) and room >= self._time_width:
             seconds = frame * data.motion.frame_time
             total = data.motion.frames * data.motion.frame_time
             self.time.setText(f"{seconds:.3f} / {total:.2f} s")

@@ -8,9 +8,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QBoxLayout,
+    QFrame,
     QHBoxLayout,
     QLabel,
     QLayout,
+    QScrollArea,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -99,6 +101,14 @@ def action_button(action: QAction, short: str = "") -> QToolButton:
     button = QToolButton()
     button.setDefaultAction(action)
     return button
+
+
+def scrolled(content: QWidget) -> QScrollArea:
+    """It keeps its size where there is less room, and scrolls."""
+    area = QScrollArea(widgetResizable=True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setWidget(content)
+    return area
 
 
 def bring_to_front(widget: QWidget) -> None:

@@ -18,7 +18,8 @@ class Theme:
     window: str  # behind panels
     surface: str  # tables, plots, the 3D view
     raised: str  # buttons, headers
-    line: str  # borders, grid
+    line: str  # borders of panels, grid
+    edge: str  # borders of what is pressed or filled in: 3:1 or more on `surface` and `window`
     text: str
     soft: str  # secondary text
     accent: str  # selection, focus, playhead
@@ -33,12 +34,18 @@ class Theme:
     bone: str  # joints without a chain
     warning: str
 
+    @property
+    def faint(self) -> str:
+        """Text and signs of what cannot be used now."""
+        return mixed(self.soft, self.window, 150).name()
+
 
 _COLOURS = {  # light, dark
     "window": ("#eef1f4", "#15191f"),
     "surface": ("#ffffff", "#1c2129"),
     "raised": ("#f7f9fa", "#262d37"),
     "line": ("#d3dae1", "#3a4350"),
+    "edge": ("#7d8792", "#748090"),
     "text": ("#18202a", "#e7ecf2"),
     "soft": ("#556170", "#a6b1bf"),
     "accent": ("#5b3fc4", "#a693ff"),
@@ -55,6 +62,12 @@ _COLOURS = {  # light, dark
 }
 LIGHT = Theme(dark=False, **{role: light for role, (light, _) in _COLOURS.items()})
 DARK = Theme(dark=True, **{role: dark for role, (_, dark) in _COLOURS.items()})
+
+_OUTLINE = 140  # percent: how much darker Fusion's outlines are than the window
+_BOXES = (
+    "QCheckBox", "QRadioButton", "QComboBox", "QAbstractSpinBox", "QLineEdit", "QPushButton",
+    "QSlider", "QTableView", "QListView",
+)  # fmt: skip
 
 
 def system_theme() -> Theme:
@@ -91,12 +104,16 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
         (role.Accent, theme.accent),
     ):
         palette.setColor(target, QColor(colour))
-    faint = QColor(theme.soft)
-    faint.setAlpha(150)
     for target in (role.Text, role.WindowText, role.ButtonText):
-        palette.setColor(QPalette.ColorGroup.Disabled, target, faint)
+        palette.setColor(QPalette.ColorGroup.Disabled, target, QColor(theme.faint))
     app.setPalette(palette)
-    app.setStyleSheet(_STYLE.format(**vars(theme)))
+    # Fusion draws the border of a box in a shade of the window behind it: on a dark one nobody
+    # sees it. What is drawn in that shade and in nothing else of the window gets another one.
+    palette.setColor(role.Window, QColor(theme.edge).lighter(_OUTLINE))
+    for kind in _BOXES:
+        app.setPalette(palette, kind)  # type: ignore[arg-type]  # bytes, say its stubs: refused
+    lit = mixed(theme.accent, theme.window, 60).name()
+    app.setStyleSheet(_STYLE.format(**vars(theme), lit=lit))
 
 
 def figures_font(size: float = 0.0) -> QFont:
@@ -118,6 +135,24 @@ QTableView {{ gridline-color: transparent; border: 1px solid {line};
   selection-background-color: {accent}; selection-color: {on_accent}; }}
 QToolBar {{ background: {window}; border: 0; border-bottom: 1px solid {line};
   spacing: 2px; padding: 3px 6px; }}
+QToolBar QToolButton {{ padding: 3px 5px; border: 1px solid transparent; border-radius: 4px; }}
+QToolBar QToolButton:hover:enabled {{ background: {raised}; border-color: {edge}; }}
+QToolBar QToolButton:pressed {{ background: {line}; }}
+QToolBar QToolButton:checked {{ background: {lit}; border-color: {accent}; }}
+QTabBar::tab {{ background: {window}; color: {soft}; padding: 5px 11px;
+  border: 1px solid {line}; }}
+QTabBar::tab:hover {{ color: {text}; }}
+QTabBar::tab:selected {{ background: {surface}; color: {text}; border-color: {edge}; }}
+QTabBar::tab:bottom {{ border-top: 2px solid {line}; border-bottom-left-radius: 4px;
+  border-bottom-right-radius: 4px; }}
+QTabBar::tab:bottom:selected {{ border-top: 2px solid {accent}; }}
+QTabBar::tab:top {{ border-bottom: 2px solid {line}; border-top-left-radius: 4px;
+  border-top-right-radius: 4px; }}
+QTabBar::tab:top:selected {{ border-bottom: 2px solid {accent}; }}
+#start, #start_page {{ background: {surface}; }}
+#start_title {{ font-size: 15pt; font-weight: 600; }}
+#start QPushButton {{ padding: 6px 12px; }}
+#recent {{ color: {accent}; text-align: left; }}
 QStatusBar {{ background: {window}; border-top: 1px solid {line}; color: {soft}; }}
 QStatusBar::item {{ border: 0; }}
 QStatusBar QLabel {{ color: {soft}; padding: 0 8px; }}

@@ -20,6 +20,19 @@ OF_THE_FIGURE = (
     "colour_by_offset", "bone_names", "view_iso", "view_front", "view_side", "view_back",
     "view_top",
 )  # fmt: skip
+# Actions that mean nothing until a clip is open; those with a state of their own look after it.
+OF_A_CLIP = (
+    "save_session", "save_session_as", "export_dialog", "open_video", "close_video", "accept",
+    "reject", "reset", "accept_confident", "start_here", "stop_here", "insert_interval",
+    "remove_interval", "make_level", "make_following", "turn_end", "next_interval",
+    "previous_interval", "next_faint", "why_not", "toggle_play", "next_frame", "previous_frame",
+    "ten_forward", "ten_back", "first_frame", "last_frame", "go_to_frame", "cycle_show",
+    "focus_chain", "view_iso", "view_front", "view_side", "view_back", "view_top",
+    "zoom_to_interval", "show_all", "add_chain", "remove_chain", "restore_chains", "keep_rig",
+    "loop_interval", "follow_root", "skin", "side_by_side", "trails", "colour_by_offset",
+    "bone_names", "both_detectors", "use_rig", "load_profile", "save_profile",
+    "compare_profiles", "record_dialog",
+)  # fmt: skip
 OF_CHAINS = ("add_chain", "remove_chain")  # also with the right button, in their list
 _NEXT = {Show.BEFORE: Show.AFTER, Show.AFTER: Show.BOTH, Show.BOTH: Show.BEFORE}
 
@@ -228,6 +241,8 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
                turn=lambda p, on: p.presentation.enter() if on else p.presentation.leave()),
         Switch("full_screen", "Full screen", ("F11",),
                turn=lambda p, on: p.presentation.set_full_screen(on)),
+        ActionSpec("reset_layout", "Reset the layout", (), "Every panel in its place again",
+                   do=lambda p: p.usual_layout.reset()),
     ),
     "Chains": (
         ActionSpec("add_chain", "Add chain…", ("Ctrl+Shift+C",),
@@ -310,7 +325,9 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
                    do=lambda p: p.record_actions.record_dialog()),
     ),
     "Help": (
-        ActionSpec("command_palette", "Command palette…", ("Ctrl+K",), "Any action by name",
+        ActionSpec("show_guide", "Guide", ("F1",), "How to work with it, with pictures",
+                   do=lambda p: p.program.show_guide()),
+        ActionSpec("command_palette", "Command palette…", ("Ctrl+K",), "Any action by name or key",
                    do=lambda p: p.program.command_palette()),
         ActionSpec("show_shortcuts", "Keyboard and mouse", ("?",),
                    do=lambda p: show_shortcuts(MENUS, p)),

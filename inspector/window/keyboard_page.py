@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QTextBrowser, QWidget
+from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
 
+from inspector.widgets.building import hbox, vbox
 from inspector.window.actions import Menus, Row
 
 _MOUSE = (
@@ -28,16 +29,28 @@ _MOUSE = (
 )
 
 
-def shortcuts_markdown(menus: Menus) -> str:
-    """The table of keys and mouse for the help window and docs/shortcuts.md."""
+def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
+    """The table of keys and mouse for the help window and docs/shortcuts.md.
+
+    wanted: only what has all of these words in its keys, its menu or what it does.
+    """
+    words = wanted.lower().split()
+
+    def fits(*said: str) -> bool:
+        return all(word in " ".join(said).lower() for word in words)
+
     lines = ["# Keyboard and mouse", ""]
     for name, menu in menus.items():
-        if keyed := [row for row in menu if row is not None and row.keys]:
+        keyed = [row for row in menu if row is not None and row.keys]
+        if keyed := [row for row in keyed if fits(name, *row.keys, _does(row))]:
             lines += [f"## {name}", "", "| key | does |", "|---|---|"]
             lines += [f"| {' or '.join(f'`{k}`' for k in r.keys)} | {_does(r)} |" for r in keyed]
             lines.append("")
-    lines += ["## Mouse", "", "| where | does |", "|---|---|"]
-    lines += [f"| {where} | {does} |" for where, does in _MOUSE]
+    if mouse := [(where, does) for where, does in _MOUSE if fits("mouse", where, does)]:
+        lines += ["## Mouse", "", "| where | does |", "|---|---|"]
+        lines += [f"| {where} | {does} |" for where, does in mouse]
+    elif len(lines) == 2:
+        lines.append("Nothing of that kind.")
     return "\n".join(lines) + "\n"
 
 
@@ -45,9 +58,32 @@ def _does(row: Row) -> str:
     return f"{row.text}: {row.tip}" if row.tip else row.text
 
 
-class _Page(QTextBrowser):
+class KeyboardPage(QWidget):
+    """Keys and mouse in a window of their own, with a line to search them.
+
+    Esc closes it; keys with Ctrl and the like go on working in the program behind it.
+    """
+
+    def __init__(self, menus: Menus, window: QWidget) -> None:
+        super().__init__(window, Qt.WindowType.Tool)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Keyboard and mouse")
+        self._menus = menus
+        self.line = QLineEdit(
+            placeholderText="Find a key, or what it does", clearButtonEnabled=True
+        )
+        self.page = QTextBrowser()
+        vbox((hbox(self.line, margins=(8, 8, 8, 0))), (self.page, 1), owner=self,
+             margins=(0, 0, 0, 0))  # fmt: skip
+        self.line.textChanged.connect(self._show)
+        self._show("")
+        self.resize(520, min(640, self.screen().availableSize().height() - 60))
+
+    def _show(self, wanted: str) -> None:
+        self.page.setMarkdown(shortcuts_markdown(self._menus, wanted))
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc closes it; other keys of the program go on working while it is in front."""
+        """Esc closes it."""
         if event.key() == Qt.Key.Key_Escape:
             self.close()
         else:
@@ -55,12 +91,8 @@ class _Page(QTextBrowser):
 
 
 def show_shortcuts(menus: Menus, window: QWidget) -> None:
-    """Keys and mouse in a window of their own."""
-    page = _Page(window)
-    page.setWindowFlag(Qt.WindowType.Tool)
-    page.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    page.setWindowTitle("Keyboard and mouse")
-    page.setMarkdown(shortcuts_markdown(menus))
-    page.resize(520, 640)
+    """Keys and mouse, ready to be searched."""
+    page = KeyboardPage(menus, window)
     page.show()
     page.activateWindow()  # so that Esc is meant for it
+    page.line.setFocus()

@@ -6,18 +6,25 @@ import sys
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-from PySide6.QtCore import QByteArray, QEvent, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
-from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QToolBar, QWidget
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import (
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QKeySequence,
+    QResizeEvent,
+    QShowEvent,
+)
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
 
 from inspector.panels.chains_panel import ChainsPanel
 from inspector.panels.clips_panel import ClipsPanel
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.intervals_panel import IntervalsPanel
+from inspector.panels.position_line import PositionLine
 from inspector.panels.reviewer_line import ReviewerLine
-from inspector.panels.rig_names import joints_of, own_joints
+from inspector.panels.start_page import StartPage
 from inspector.panels.transport import Transport
 from inspector.quality.quality_panel import QualityPanel
 from inspector.recording.record_actions import RecordActions
@@ -42,13 +49,12 @@ from inspector.video.video_reader import SUFFIXES
 from inspector.viewport.viewport import Viewport
 from inspector.widgets import theme as themes
 from inspector.widgets.background import Task
-from inspector.widgets.building import Part, bring_to_front, vbox
+from inspector.widgets.building import Part, bring_to_front, scrolled, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface
 from inspector.widgets.review_keys import ReviewKeys
-from inspector.widgets.signed_numbers import signed
-from inspector.window.action_table import MENUS, OF_CHAINS, OF_THE_FIGURE
+from inspector.window.action_table import MENUS, OF_A_CLIP, OF_CHAINS, OF_THE_FIGURE
 from inspector.window.actions import build_actions
 from inspector.window.chain_actions import ChainActions
 from inspector.window.file_actions import FileActions
@@ -57,12 +63,10 @@ from inspector.window.presentation import Presentation
 from inspector.window.program_actions import ProgramActions
 from inspector.window.review_actions import ReviewActions
 from inspector.window.settings_keeper import SettingsKeeper
+from inspector.window.toolbar import ToolBar
+from inspector.window.usual_layout import UsualLayout
 from twistcore.review import Decision
 
-_STATE_VERSION = 2
-_LEFT_WIDTH, _RIGHT_WIDTH = 350, 545
-_LONGEST_JOINTS = 26  # letters in the status bar; the rest is in its tip
-_FRAME = 40  # pixels: more than a title bar is high
 _Area = Qt.DockWidgetArea
 
 
@@ -129,21 +133,19 @@ class MainWindow(Parts):
         self._dock("Curves", self.timeline, _Area.BottomDockWidgetArea)
         self._dock("Video", self.video, _Area.BottomDockWidgetArea).hide()
         self._dock("Clips", self.clips, _Area.LeftDockWidgetArea).hide()
-        chains = self._dock("Chains", self.chains, _Area.LeftDockWidgetArea)
-        intervals = self._dock("Intervals", right, _Area.RightDockWidgetArea)
+        self._dock("Chains", self.chains, _Area.LeftDockWidgetArea)
+        intervals = self._dock("Intervals", scrolled(right), _Area.RightDockWidgetArea)
         self._dock("History", HistoryPanel(self.document), _Area.RightDockWidgetArea)
-        tuning = self._dock("Tuning", self.tuning, _Area.RightDockWidgetArea)
-        teaching = self._dock("Teaching", self.teaching, _Area.RightDockWidgetArea)
+        tuning = self._dock("Tuning", scrolled(self.tuning), _Area.RightDockWidgetArea)
+        teaching = self._dock("Teaching", scrolled(self.teaching), _Area.RightDockWidgetArea)
         self._dock("Guide", self.guide, _Area.LeftDockWidgetArea).hide()
-        quality = self._dock("Quality", self.quality, _Area.RightDockWidgetArea)
+        quality = self._dock("Quality", scrolled(self.quality), _Area.RightDockWidgetArea)
         for tab in (self.docks["history"], tuning, teaching, quality):
             self.tabifyDockWidget(intervals, tab)
         tuning.visibilityChanged.connect(self.tuning.set_seen)
         teaching.visibilityChanged.connect(self.teaching.set_shown)
         quality.visibilityChanged.connect(self.quality.set_seen)
         intervals.raise_()
-        widths = [_LEFT_WIDTH, _RIGHT_WIDTH]
-        self.resizeDocks([chains, intervals], widths, Qt.Orientation.Horizontal)
 
     def _dock(self, title: str, content: QWidget, area: _Area) -> QDockWidget:
         dock = self.docks[title.lower()] = QDockWidget(title, self)
@@ -153,23 +155,15 @@ class MainWindow(Parts):
         return dock
 
     def _build_bars(self) -> None:
-        tools = QToolBar("Tools")
-        tools.setObjectName("tools")
-        tools.setMovable(False)
-        tools.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        for name in (
-            "open_dialog", "export_dialog", "", "undo", "redo", "", "previous_interval",
-            "next_interval", "accept", "reject", "reset", "", "cycle_show", "focus_chain",
-        ):  # fmt: skip
-            tools.addAction(self.actions_by_id[name]) if name else tools.addSeparator()
-        self.addToolBar(tools)
+        self.tools = ToolBar(self.actions_by_id)
+        self.addToolBar(self.tools)
         view = self._menus["View"]
         view.addSeparator()
         for dock in self.docks.values():
             view.addAction(dock.toggleViewAction())
         self.recent_menu = QMenu("Recent", self)
         self._menus["File"].insertMenu(self.actions_by_id["save_session"], self.recent_menu)
-        self.position = SteadyLabel()
+        self.position = PositionLine(self.document)
         self.decided = SteadyLabel()
         for widget in (RecordingBar(self.recorder), self.position, self.decided):
             self.statusBar().addPermanentWidget(widget)
@@ -224,8 +218,9 @@ class MainWindow(Parts):
         self.video_actions = VideoActions(document, self.video, docks["video"], self)
         for spec in (spec for menu in MENUS.values() for spec in menu if spec is not None):
             spec.connect(actions[spec.id], self)
-        for name in OF_THE_FIGURE:
-            actions[name].setEnabled(self.viewport.view is not None)
+        complaint = "" if self.viewport.view is not None else self.viewport.overlays.notice.text()
+        self.start_page = StartPage(self.viewport, actions, self.open_path, complaint)
+        self._offer_what_can_be_done()
 
     def _connect(self) -> None:
         document, actions = self.document, self.actions_by_id
@@ -234,9 +229,8 @@ class MainWindow(Parts):
         document.withdrawn.connect(self.bar.clear)
         document.message.connect(self.statusBar().clearMessage)
         document.opened.connect(self._review_changed)
+        document.opened.connect(self._offer_what_can_be_done)
         document.intervals_changed.connect(self._review_changed)
-        document.frame_changed.connect(self._show_position)
-        document.chain_changed.connect(self._show_position)
         self.clips.chosen.connect(self.open_path)
         self.video.restored.connect(self.video_actions.show_dock)
         self.intervals.activated.connect(self.timeline.visible.zoom_to_interval)
@@ -249,14 +243,8 @@ class MainWindow(Parts):
         self._review_changed()
 
     def _restore(self) -> None:
-        room = self.screen().availableSize()  # of it the frame takes some
-        self.resize(min(1440, room.width()), min(900, room.height() - _FRAME))
-        self.resizeDocks([self.docks["curves"]], [330], Qt.Orientation.Vertical)
-        if self.settings.geometry:
-            self.restoreGeometry(QByteArray.fromHex(self.settings.geometry.encode()))
-        if self.settings.layout:
-            state = QByteArray.fromHex(self.settings.layout.encode())
-            self.restoreState(state, _STATE_VERSION)
+        self.usual_layout = UsualLayout(self, self.docks)
+        self.usual_layout.restore(self.settings.geometry, self.settings.layout)
         for chosen in (f"theme_{self.settings.theme}", f"order_{self.settings.order}"):
             self.actions_by_id[chosen].setChecked(True)
         self.actions_by_id["zoom_each"].setChecked(self.settings.zoom_to_interval)
@@ -271,13 +259,9 @@ class MainWindow(Parts):
 
     def _looks(self) -> tuple[str, str] | None:
         """Geometry and layout, as a person has them when nothing is presented."""
-        if self.actions_by_id["presentation"].isChecked() or not self.isVisible():
+        if self.actions_by_id["presentation"].isChecked():
             return None
-        if self.isMinimized():
-            return None
-        layout = bytes(self.saveState(_STATE_VERSION).toHex().data()).decode()
-        geometry = bytes(self.saveGeometry().toHex().data()).decode()
-        return self.settings.geometry if self.isFullScreen() else geometry, layout
+        return self.usual_layout.kept(self.settings.geometry)
 
     # -- what is asked of it ------------------------------------------------------------------
 
@@ -290,8 +274,9 @@ class MainWindow(Parts):
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         themes.apply_theme(app, theme)
-        views = (self.viewport, self.timeline, self.clips, self.chains, self.intervals)
-        for view in (*views, self.tuning, self.teaching, self.guide, self.video, self.quality):
+        views = (self.viewport, self.timeline, self.clips, self.chains, self.intervals, self.tools)
+        more = (self.tuning, self.teaching, self.guide, self.video, self.quality, self.start_page)
+        for view in (*views, *more):
             view.set_theme(theme)
         if (trackers := self.teaching_actions.five_trackers) is not None:
             trackers.set_theme(theme)
@@ -305,6 +290,17 @@ class MainWindow(Parts):
         self.close()
 
     # -- what follows the document ------------------------------------------------------------
+
+    def _offer_what_can_be_done(self) -> None:
+        """Actions without anything to work on cannot be pressed; a page says how to begin."""
+        is_open = self.document.data is not None
+        for name in {*OF_A_CLIP, *OF_THE_FIGURE}:
+            lacking = (name in OF_A_CLIP and not is_open) or (
+                name in OF_THE_FIGURE and self.viewport.view is None
+            )
+            self.actions_by_id[name].setEnabled(not lacking)
+        self.start_page.setVisible(not is_open)
+        self.start_page.show_recent(self.settings.recent)
 
     def _review_changed(self) -> None:
         data = self.document.data
@@ -328,32 +324,18 @@ class MainWindow(Parts):
         intervals = self.document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
         self.decided.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
-        self._show_position()
-
-    def _show_position(self) -> None:
-        data = self.document.data
-        if data is None or not self.document.chain:
-            self.position.setText("")
-            return
-        frame = self.document.frame
-        limb, chain = self.document.limb, self.document.chain
-        size = data.signals[chain].strength if limb is None else np.abs(limb.departures)
-        names = ("θp", "m") if limb is None else ("φ", "Δφ")
-        angles = data.angle(chain)[frame], self.document.offset(chain)[frame]
-        angle, off = (f"{signed(np.degrees(a)):>7}°" for a in angles)
-        of_chain, skeleton = self.document.find_chain(self.document.chain), data.motion.skeleton
-        label, own = of_chain.label, own_joints(of_chain, skeleton)
-        if own:
-            label += (
-                f" ({own if len(own) <= _LONGEST_JOINTS else own[: _LONGEST_JOINTS - 1] + '…'})"
-            )
-        self.position.setToolTip(joints_of(of_chain, skeleton))
-        self.position.setText(
-            f"{label}   {names[0]} {angle}   "
-            f"{names[1]} {np.degrees(size[frame]):6.2f}°   offset {off}"
-        )
 
     # -- Qt events ----------------------------------------------------------------------------
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Panels that nobody has sized keep their share of the window."""
+        super().resizeEvent(event)
+        self.usual_layout.follow()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Panels that float come after the window: shown before, they would lie behind it."""
+        super().showEvent(event)
+        self.usual_layout.show_floating()
 
     def changeEvent(self, event: QEvent) -> None:
         """Coming to the front, look what other programs have done to the clip and its lock."""
@@ -388,6 +370,7 @@ class MainWindow(Parts):
         self.recorder.cancel()
         if (trackers := self.teaching_actions.five_trackers) is not None:
             trackers.close()
+        self.program.close_guide()
         self.actions_by_id["presentation"].setChecked(False)  # the layout to keep is the usual one
         self.document.close_clip()
         self.queue.close()

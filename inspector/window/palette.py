@@ -39,8 +39,8 @@ class CommandPalette(QDialog):
         words = typed.lower().split()
         for name, action in self._actions.items():
             text = action.text().replace("&", "")
-            if action.isEnabled() and all(w in text.lower() for w in words):
-                keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+            keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+            if action.isEnabled() and all(w in f"{text} {keys}".lower() for w in words):
                 item = QListWidgetItem(f"{text}    {keys}" if keys else text)
                 item.setData(Qt.ItemDataRole.UserRole, name)
                 self.list.addItem(item)

@@ -27,6 +27,7 @@ from inspector.window.file_actions import FileActions
 from inspector.window.presentation import Presentation
 from inspector.window.program_actions import ProgramActions
 from inspector.window.review_actions import ReviewActions
+from inspector.window.usual_layout import UsualLayout
 
 
 class Parts(QMainWindow):
@@ -42,6 +43,7 @@ class Parts(QMainWindow):
     video: VideoPanel
     quality: QualityPanel
     presentation: Presentation
+    usual_layout: UsualLayout
     program: ProgramActions
     files: FileActions
     review_actions: ReviewActions

@@ -52,7 +52,7 @@ class Presentation:
         window.menuBar().hide()
         self._scale(_SCALE)
         self._escape.setEnabled(True)
-        window.showFullScreen()
+        self.set_full_screen(True)
         height = round(_CURVES_SHARE * window.height())
         window.resizeDocks([self._docks["curves"]], [height], Qt.Orientation.Vertical)
 
@@ -66,8 +66,7 @@ class Presentation:
         self._escape.setEnabled(False)
         window.menuBar().show()
         window.statusBar().show()
-        if not self._full:
-            window.setWindowState(window.windowState() & ~Qt.WindowState.WindowFullScreen)
+        self.set_full_screen(self._full)
         window.restoreState(layout)
 
     def set_full_screen(self, on: bool) -> None:

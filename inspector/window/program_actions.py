@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMessageBox, QWidget
@@ -11,6 +11,8 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from inspector.session.document import Document
 from inspector.session.settings import Settings
 from inspector.widgets import theme as themes
+from inspector.widgets.building import bring_to_front
+from inspector.widgets.guide_page import GuidePage
 from inspector.window.actions import Menus, apply_keys
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
@@ -27,6 +29,7 @@ class ProgramActions:
     actions: Mapping[str, QAction]
     apply_theme: Callable[[themes.Theme], None]
     window: QWidget
+    _guide: GuidePage | None = field(default=None, init=False)
 
     def choose_theme(self, name: str) -> None:
         """Colours as the system has them, light or dark ones."""
@@ -37,6 +40,8 @@ class ProgramActions:
     def colour(self) -> None:
         """Colour everything as the settings, or the system where they leave it to it, say now."""
         self.apply_theme(self.wanted_theme())
+        if self._guide is not None:
+            self._guide.set_theme(self.wanted_theme())
 
     def wanted_theme(self) -> themes.Theme:
         """The theme of the settings."""
@@ -60,6 +65,22 @@ class ProgramActions:
         palette = CommandPalette(self.actions, self.window)
         palette.show()
         palette.line.setFocus()
+
+    def show_guide(self) -> None:
+        """The guide in a window of its own; the one that is open comes to the front."""
+        if self._guide is None:
+            self._guide = GuidePage(self.window, self.wanted_theme())
+            self._guide.destroyed.connect(self._guide_gone)
+        bring_to_front(self._guide)
+        self._guide.activateWindow()
+
+    def close_guide(self) -> None:
+        """Let no window of it outlive the program's."""
+        if self._guide is not None:
+            self._guide.close()
+
+    def _guide_gone(self) -> None:
+        self._guide = None
 
     def show_about(self) -> None:
         """Version, method and data."""

@@ -21,7 +21,7 @@ CHECK = Path(__file__).with_name("layout_check.py")
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize(
-    ("width", "height", "scale"), [(1280, 800, 1), (1920, 1080, 1), (1280, 800, 2)]
+    ("width", "height", "scale"), [(1024, 700, 1), (1280, 800, 1), (1920, 1080, 1), (1280, 800, 2)]
 )
 def test_every_text_fits_and_no_two_widgets_overlap(tmp_path, width, height, scale, theme):
     clip = tmp_path / "walk.bvh"
@@ -81,6 +81,7 @@ def test_text_has_a_contrast_of_four_and_a_half(theme):
     }
     assert low == {}
     assert contrast(theme.on_accent, theme.accent) >= 4.5
+    assert min(contrast(theme.edge, ground) for ground in grounds) >= 2.9, "boxes are not seen"
     families = symbol_colours(theme)
     assert len(families) == 5
     assert min(contrast(ink, ground) for ink in families for ground in grounds) >= 4.5

@@ -7,13 +7,13 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDockWidget, QTextBrowser
+from PySide6.QtWidgets import QDockWidget
 
 from inspector.panels.history_panel import HistoryPanel
 from inspector.session.export_files import ExportChoice
 from inspector.session.open_clip import Show
 from inspector.window.action_table import MENUS
-from inspector.window.keyboard_page import shortcuts_markdown
+from inspector.window.keyboard_page import KeyboardPage, shortcuts_markdown
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
 from tests.gui.pictures import INJECTED
@@ -305,7 +305,7 @@ def test_the_page_of_keys_is_the_table_of_actions():
 
 def test_escape_closes_the_page_of_keys(qtbot, opened):
     def pages():
-        return [page for page in opened.findChildren(QTextBrowser) if page.isWindow()]
+        return opened.findChildren(KeyboardPage)
 
     act(opened, "show_shortcuts")
     assert QTest.qWaitForWindowActive(pages()[0])

@@ -1,0 +1,47 @@
+"""The status bar's words about the playhead: chain, angle, strength, offset."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inspector.panels.rig_names import joints_of, own_joints
+from inspector.session.document import Document
+from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.signed_numbers import signed
+
+_LONGEST_JOINTS = 26  # letters; the rest is in the tip
+
+
+class PositionLine(SteadyLabel):
+    """Follows the document."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+        for signal in (
+            document.opened,
+            document.intervals_changed,
+            document.frame_changed,
+            document.chain_changed,
+        ):
+            signal.connect(self._show_position)
+
+    def _show_position(self, *_: object) -> None:
+        document = self._document
+        data = document.data
+        if data is None or not document.chain:
+            self.setText("")
+            return
+        frame, limb, chain = document.frame, document.limb, document.chain
+        size = data.signals[chain].strength if limb is None else np.abs(limb.departures)
+        names = ("θp", "m") if limb is None else ("φ", "Δφ")
+        angles = data.angle(chain)[frame], document.offset(chain)[frame]
+        angle, off = (f"{signed(np.degrees(a)):>7}°" for a in angles)
+        found, skeleton = document.find_chain(chain), data.motion.skeleton
+        own = own_joints(found, skeleton)
+        if len(own) > _LONGEST_JOINTS:
+            own = f"{own[: _LONGEST_JOINTS - 1]}…"
+        label = f"{found.label} ({own})" if own else found.label
+        self.setToolTip(joints_of(found, skeleton))
+        strength = f"{np.degrees(size[frame]):6.2f}°"
+        self.setText(f"{label}   {names[0]} {angle}   {names[1]} {strength}   offset {off}")

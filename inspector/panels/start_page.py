@@ -1,0 +1,113 @@
+"""What stands in the middle while nothing is open: what one can begin with, as buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
+
+from inspector.widgets.building import hbox, hint, soft, vbox
+from inspector.widgets.icons import SIDE, icon
+from inspector.widgets.theme import Theme
+
+_RECENT = 5
+_PARTS = 4  # of a way to a folder
+_LONGEST = 48  # letters of a name
+_WIDTH = 520  # pixels, of the column
+_OFFERED = {
+    "open_dialog": "Open…",
+    "open_folder": "Open folder…",
+    "open_sample": "Try the sample",
+}
+
+
+class StartPage(QScrollArea):
+    """Lies over the 3D view; shown by whoever knows that nothing is open."""
+
+    def __init__(
+        self,
+        view: QWidget,
+        actions: Mapping[str, QAction],
+        open_path: Callable[[Path], None],
+        complaint: str,
+    ) -> None:
+        """`view`: what it covers; complaint: why there is no 3D view, or ''."""
+        super().__init__(view)
+        self.setObjectName("start")
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self._open_path = open_path
+        self.title = QLabel("Open a motion clip", alignment=Qt.AlignmentFlag.AlignHCenter)
+        self.title.setObjectName("start_title")
+        self.buttons = {name: _button(actions[name], text) for name, text in _OFFERED.items()}
+        row = hbox(None, *self.buttons.values(), None, spacing=8)
+        self._heading = soft(QLabel("Recent", alignment=Qt.AlignmentFlag.AlignHCenter))
+        self._recent = QVBoxLayout()
+        self._recent.setSpacing(0)
+        drop = hint("or drop a BVH, a session or a folder anywhere on this window.")
+        column = QWidget()
+        column.setMaximumWidth(_WIDTH)
+        vbox(
+            None, self.title, 6, row, 2, drop, 10, self._heading, self._recent,
+            *([hint(complaint)] if complaint else []), None, owner=column, margins=(12, 6, 12, 6),
+        )  # fmt: skip
+        page = QWidget()
+        page.setObjectName("start_page")
+        box = hbox(owner=page, margins=(0, 0, 0, 0))
+        box.addWidget(column)
+        self.setWidget(page)
+        view.installEventFilter(self)
+        self.setGeometry(view.rect())
+
+    def set_theme(self, theme: Theme) -> None:
+        """Draw in other colours."""
+        for name, button in self.buttons.items():
+            button.setIcon(icon(name, theme))
+
+    def show_recent(self, paths: list[str]) -> None:
+        """Offer the last files anew."""
+        while item := self._recent.takeAt(0):
+            if widget := item.widget():
+                widget.hide()
+                widget.deleteLater()
+        for name in paths[:_RECENT]:
+            path = Path(name)
+            button = QPushButton(_told(path), flat=True)
+            button.setObjectName("recent")
+            button.setToolTip(name)
+            button.clicked.connect(partial(self._open, path))
+            self._recent.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
+        self._heading.setVisible(bool(paths))
+
+    def _open(self, path: Path, _checked: bool = False) -> None:
+        self._open_path(path)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """As large as what it covers."""
+        view = self.parentWidget()
+        if view is not None and watched is view and event.type() == QEvent.Type.Resize:
+            self.setGeometry(view.rect())
+        return super().eventFilter(watched, event)
+
+
+def _button(action: QAction, text: str) -> QPushButton:
+    button = QPushButton(text)
+    button.setIconSize(QSize(SIDE, SIDE))
+    keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+    button.setToolTip(f"{action.statusTip()} ({keys})" if keys else action.statusTip())
+    button.clicked.connect(lambda _=False: action.trigger())
+    return button
+
+
+def _told(path: Path) -> str:
+    """Name and folder of a file, the middle of a long way left out."""
+    home, folder = Path.home(), path.parent
+    parts = ("~", *folder.relative_to(home).parts) if folder.is_relative_to(home) else folder.parts
+    if len(parts) > _PARTS:
+        parts = (*parts[:2], "…", *parts[-2:])
+    name = path.name if len(path.name) <= _LONGEST else f"{path.name[:_LONGEST]}…"
+    return f"{name}   ({Path(*parts)})".replace("&", "&&")

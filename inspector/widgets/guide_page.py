@@ -1,0 +1,193 @@
+"""The pages of docs/ inside the program: links, pictures, a way back, a search."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QSize, Qt, QTimer, QUrl
+from PySide6.QtGui import (
+    QDesktopServices,
+    QImage,
+    QKeySequence,
+    QResizeEvent,
+    QShortcut,
+    QTextCursor,
+    QTextDocument,
+)
+from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
+
+from inspector.bundled import DOCS
+from inspector.widgets.building import hbox, hint, tool_button, vbox
+from inspector.widgets.icons import SIDE, icon
+from inspector.widgets.theme import Theme
+
+FIRST = "guide.md"
+_TOPICS = {"Guide": FIRST, "Keys": "shortcuts.md", "Teaching": "teaching.md", "Method": "method.md"}
+_MARGIN = 24  # pixels around a page
+_SETTLE_MS = 150  # a window that is being resized
+_PICTURES = (".png", ".svg")
+_Type = QTextDocument.ResourceType
+
+
+class GuidePage(QWidget):
+    """A window of its own."""
+
+    def __init__(self, owner: QWidget, theme: Theme, docs: Path = DOCS) -> None:
+        super().__init__(owner, Qt.WindowType.Window)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Guide – Twist Inspector")
+        self.browser = Pages(docs)
+        self.back = tool_button("Back", "Back (Alt+←)")
+        self.forward = tool_button("Forward", "Forward (Alt+→)")
+        self.line = QLineEdit(placeholderText="Find on this page (Ctrl+F)", clearButtonEnabled=True)
+        self.line.setMinimumWidth(220)
+        self.found = hint()
+        self.found.setWordWrap(False)
+        topics = []
+        for word, file in _TOPICS.items():
+            button = tool_button(word, f"docs/{file}")
+            button.clicked.connect(lambda _=False, f=file: self.browser.go(f))
+            topics.append(button)
+        bar = hbox(
+            self.back, self.forward, 10, *topics, None, self.found, self.line,
+            margins=(8, 6, 8, 6), spacing=4,
+        )  # fmt: skip
+        vbox(bar, (self.browser, 1), owner=self, margins=(0, 0, 0, 0), spacing=0)
+        for button, slot, ready in (
+            (self.back, self.browser.backward, self.browser.backwardAvailable),
+            (self.forward, self.browser.forward, self.browser.forwardAvailable),
+        ):
+            button.setEnabled(False)
+            button.setIconSize(QSize(SIDE, SIDE))
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button.clicked.connect(slot)
+            ready.connect(button.setEnabled)
+        self.line.textChanged.connect(self._find_typed)
+        self.line.returnPressed.connect(self._find_next)
+        for keys, act in (
+            ("Ctrl+F", self.line.setFocus),
+            ("Esc", self._leave),
+            ("Alt+Left", self.browser.backward),
+            ("Alt+Right", self.browser.forward),
+        ):
+            QShortcut(QKeySequence(keys), self).activated.connect(act)
+        self.set_theme(theme)
+        room = self.screen().availableSize()
+        self.resize(min(900, room.width() - 40), min(820, room.height() - 60))
+        self.browser.go(FIRST)
+        self.browser.setFocus()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Draw in other colours."""
+        self.back.setIcon(icon("back", theme))
+        self.forward.setIcon(icon("forward", theme))
+
+    def _find_typed(self) -> None:
+        """What is typed further may stand where its beginning was found."""
+        cursor = self.browser.textCursor()
+        cursor.setPosition(cursor.selectionStart())
+        self._find(cursor)
+
+    def _find_next(self) -> None:
+        self._find(self.browser.textCursor())
+
+    def _find(self, behind: QTextCursor) -> None:
+        """The next place; at the end from the top again."""
+        words, document = self.line.text(), self.browser.document()
+        place = document.find(words, behind)
+        if place.isNull():
+            place = document.find(words, 0)
+        self.found.setText("not on this page" if words and place.isNull() else "")
+        if not place.isNull():
+            self.browser.setTextCursor(place)
+            self.browser.ensureCursorVisible()
+
+    def _leave(self) -> None:
+        """Esc ends a search first, then the guide."""
+        if self.line.hasFocus() and self.line.text():
+            self.line.clear()
+        else:
+            self.close()
+
+
+class Pages(QTextBrowser):
+    """Markdown files of a folder; pictures are never wider than the page."""
+
+    def __init__(self, docs: Path) -> None:
+        super().__init__()
+        self._docs = docs
+        self.document().setDocumentMargin(_MARGIN)
+        # Else pictures are laid out for a page without it, and are too wide with it.
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
+        self.shown_heading = ""  # as the last link named it that led to one
+        self.setOpenLinks(False)
+        self.anchorClicked.connect(self._follow)
+        self._settled = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._settled.timeout.connect(self._lay_out_anew)
+
+    def go(self, file: str) -> None:
+        """Show a page of the folder."""
+        self._follow(QUrl.fromLocalFile(str(self._docs / file)))
+
+    def _follow(self, url: QUrl) -> None:
+        """Show the page of a link, from its top or a heading; the web is for a web browser."""
+        if not url.isLocalFile():
+            QDesktopServices.openUrl(url)
+            return
+        heading = url.fragment()
+        url.setFragment("")
+        path = Path(url.toLocalFile()).resolve()
+        if not path.is_file():
+            self.setMarkdown(f"This page is not installed: {path.name}")
+            return
+        if url != self.source():
+            self.setSource(url, _Type.MarkdownResource)
+        if heading:
+            self._show_heading(heading)
+
+    def _show_heading(self, slug: str) -> None:
+        block = self.document().begin()
+        while block.isValid():
+            if block.blockFormat().headingLevel() and _slug(block.text()) == slug:
+                top = self.document().documentLayout().blockBoundingRect(block).top()
+                self.verticalScrollBar().setValue(round(top))
+                self.shown_heading = slug
+                return
+            block = block.next()
+
+    def _lay_out_anew(self) -> None:
+        """Pictures are as wide as the page was when they were read."""
+        bar = self.verticalScrollBar()
+        share = bar.value() / max(bar.maximum(), 1)
+        self.reload()
+        bar.setValue(round(share * bar.maximum()))
+
+    # -- Qt -----------------------------------------------------------------------------------
+
+    def loadResource(self, kind: int, name: QUrl | str) -> Any:
+        """Pages as they are, pictures no wider than the page."""
+        url = QUrl(name)
+        if Path(url.path()).suffix not in _PICTURES:
+            return super().loadResource(kind, url)
+        if kind != _Type.ImageResource.value:  # a link to a picture: a page with nothing else
+            return f"![]({url.fileName()})"
+        picture = QImage(self.source().resolved(url).toLocalFile())
+        ratio = self.devicePixelRatioF()
+        room = round(ratio * max(self.viewport().width() - 2 * _MARGIN, 100))
+        if picture.width() > room:
+            picture = picture.scaledToWidth(room, Qt.TransformationMode.SmoothTransformation)
+        picture.setDevicePixelRatio(ratio)
+        return picture
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Fit the pictures once the window stands."""
+        super().resizeEvent(event)
+        if event.oldSize().width() not in (-1, event.size().width()):
+            self._settled.start()
+
+
+def _slug(heading: str) -> str:
+    """What links call a heading."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")

@@ -1,0 +1,85 @@
+"""The bar of tools: what is done most, each with a sign and, where there is room, a word."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import QToolBar
+
+from inspector.widgets.icons import SIDE, has_icon, icon
+from inspector.widgets.theme import Theme
+
+_TOOLS = {  # by the action's id: its word here; "|": a line
+    "open_dialog": "Open", "open_folder": "Folder", "export_dialog": "Export", "|1": "",
+    "undo": "Undo", "redo": "Redo", "|2": "",
+    "previous_interval": "Previous", "next_interval": "Next",
+    "accept": "Accept", "reject": "Reject", "reset": "Undecided", "|3": "",
+    "loop_interval": "Loop", "cycle_show": "Before/after", "side_by_side": "Side by side",
+    "focus_chain": "Focus",
+}  # fmt: skip
+# Where room is short, what goes without its word: first what every program has, then the views.
+_SPARED = (
+    (),
+    ("undo", "redo", "open_dialog", "open_folder"),
+    ("undo", "redo", "open_dialog", "open_folder", "cycle_show", "side_by_side", "focus_chain"),
+)
+_Word = Qt.ToolButtonStyle
+
+
+class ToolBar(QToolBar):
+    """Actions as buttons; the words go before a button does."""
+
+    def __init__(self, actions: Mapping[str, QAction]) -> None:
+        super().__init__("Tools")
+        self.setObjectName("tools")
+        self.setMovable(False)
+        self.setIconSize(QSize(SIDE, SIDE))
+        self._actions = {name: actions[name] for name in _TOOLS if name in actions}
+        for name, word in _TOOLS.items():
+            if name in actions:
+                actions[name].setIconText(word)
+                self.addAction(actions[name])
+            else:
+                self.addSeparator()
+        self._fitted = 0  # pixels that the words were chosen for
+
+    def set_theme(self, theme: Theme) -> None:
+        """Draw in other colours."""
+        for name, action in self._actions.items():
+            if has_icon(name):
+                action.setIcon(icon(name, theme))
+                # A menu shows a sign in the place of the tick.
+                action.setIconVisibleInMenu(not action.isCheckable())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """As many words as there is room for."""
+        super().resizeEvent(event)
+        if event.size().width() != self._fitted:
+            self._fitted = event.size().width()
+            self._fit()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Another font needs other room."""
+        super().changeEvent(event)
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange) and self._fitted:
+            self._fit()
+
+    def _fit(self) -> None:
+        for spared in _SPARED:
+            self.setToolButtonStyle(_Word.ToolButtonTextBesideIcon)
+            for name, action in self._actions.items():
+                low = name in spared
+                priority = QAction.Priority.LowPriority if low else QAction.Priority.NormalPriority
+                if action.priority() != priority:
+                    action.setPriority(priority)
+            if self._wanted() <= self.width():
+                return
+        self.setToolButtonStyle(_Word.ToolButtonIconOnly)
+
+    def _wanted(self) -> int:
+        layout = self.layout()
+        assert layout is not None
+        layout.invalidate()
+        return layout.sizeHint().width()

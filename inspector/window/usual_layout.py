@@ -1,0 +1,85 @@
+"""How the window is laid out: at first, as a person left it, and again as at first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QByteArray, Qt, QTimer
+from PySide6.QtWidgets import QDockWidget, QMainWindow
+
+# Chains, intervals, curves: pixels where there is room, else shares of the window's size.
+_MOST = 350, 545, 330
+_SHARES = 0.25, 0.38, 0.35
+_SIZE = (1440, 900)  # of the first window, where the screen has room
+_FRAME = (12, 40)  # pixels: more than borders and a title bar take
+_STATE_VERSION = 2
+_LEEWAY = 3  # pixels that a layout may round by
+
+
+class UsualLayout:
+    """Docks in their places, the 3D view with a third of the window's width or more."""
+
+    def __init__(self, window: QMainWindow, docks: Mapping[str, QDockWidget]) -> None:
+        """`docks`: by their object names, where they belong."""
+        self._window, self._docks = window, docks
+        self._usual = window.saveState()
+        self._fitted: tuple[int, ...] = ()
+        self._floating: list[QDockWidget] = []
+
+    def restore(self, geometry: str, layout: str) -> None:
+        """As a person left it, Qt's bytes as hex; as at first where they are empty."""
+        window = self._window
+        room = window.screen().availableSize()  # of it the frame takes some
+        pairs = zip(_SIZE, room.toTuple(), _FRAME, strict=True)
+        window.resize(*(min(wanted, most - frame) for wanted, most, frame in pairs))
+        self.fit()
+        if geometry:
+            window.restoreGeometry(QByteArray.fromHex(geometry.encode()))
+        if layout:
+            window.restoreState(QByteArray.fromHex(layout.encode()), _STATE_VERSION)
+        docks = self._docks.values()
+        self._floating = [d for d in docks if d.isFloating() and not d.isHidden()]
+        for dock in self._floating:
+            dock.hide()
+
+    def show_floating(self) -> None:
+        """The window is there: panels that float come after it, or they would lie behind it."""
+        while self._floating:
+            QTimer.singleShot(0, self._floating.pop().show)
+
+    def kept(self, geometry: str) -> tuple[str, str] | None:
+        """Geometry and layout now, as `restore` takes them; None while nobody sees the window.
+
+        geometry: what it was before the whole screen was filled.
+        """
+        window = self._window
+        if not window.isVisible() or window.isMinimized():
+            return None
+        now, layout = window.saveGeometry(), window.saveState(_STATE_VERSION)
+        of_window = geometry if window.isFullScreen() else bytes(now.toHex().data()).decode()
+        return of_window, bytes(layout.toHex().data()).decode()
+
+    def fit(self) -> None:
+        """The sizes that go with the size of the window."""
+        window, docks = self._window, self._docks
+        wide, high = window.width(), window.height()
+        sizes = zip(_MOST, _SHARES, (wide, wide, high), strict=True)
+        left, right, curves = self._fitted = tuple(min(m, round(s * all_)) for m, s, all_ in sizes)
+        across, upright = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
+        window.resizeDocks([docks["chains"], docks["intervals"]], [left, right], across)
+        window.resizeDocks([docks["curves"]], [curves], upright)
+
+    def follow(self) -> None:
+        """The window has another size: so have its panels, unless a person gave them theirs."""
+        docks = self._docks
+        now = docks["chains"].width(), docks["intervals"].width(), docks["curves"].height()
+        if self._fitted and all(
+            abs(a - b) <= _LEEWAY for a, b in zip(now, self._fitted, strict=True)
+        ):
+            self.fit()
+
+    def reset(self) -> None:
+        """Every panel in its place, shown or not, as in the first window."""
+        self._window.restoreState(self._usual)
+        self._docks["intervals"].raise_()
+        self.fit()
