@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
     QTextEdit,
     QWidget,
 )
+from shiboken6 import isValid
 
 _Key = Qt.Key
 _ENDS = (_Key.Key_Return, _Key.Key_Enter, _Key.Key_Escape)
@@ -52,6 +53,9 @@ class ReviewKeys(QObject):
         window.installEventFilter(self)
         for dock in window.findChildren(QDockWidget):
             dock.visibilityChanged.connect(lambda on, d=dock: None if on else self._out_of_sight(d))
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        app.focusChanged.connect(self._moved_on)
 
     def watch(self, root: QWidget) -> None:
         """Boxes, lines and tables in a widget: the rules are theirs from now on."""
@@ -119,6 +123,13 @@ class ReviewKeys(QObject):
             watched.event(event)  # who waits for its Enter is told
         self.go_home()
         return True
+
+    def _moved_on(self, old: QWidget | None, new: QWidget | None) -> None:
+        """What had the keyboard is put away: Qt hands it on, perhaps to a line to write in."""
+        if old is None or new is None or not isValid(old) or (old.isVisible() and old.isEnabled()):
+            return
+        if new.window() is self._window and _line(new) is not None:
+            self.go_home()
 
     def _out_of_sight(self, dock: QDockWidget) -> None:
         focus = QApplication.focusWidget()

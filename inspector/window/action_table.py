@@ -22,8 +22,9 @@ OF_THE_FIGURE = (
 )  # fmt: skip
 # Actions that mean nothing until a clip is open; those with a state of their own look after it.
 OF_A_CLIP = (
-    "save_session", "save_session_as", "export_dialog", "open_video", "close_video", "accept",
-    "reject", "reset", "accept_confident", "start_here", "stop_here", "insert_interval",
+    "save_session", "save_session_as", "export_dialog", "export_at_once", "open_video",
+    "close_video", "accept", "reject", "reset", "accept_confident", "start_here", "stop_here",
+    "insert_interval",
     "remove_interval", "make_level", "make_following", "turn_end", "next_interval",
     "previous_interval", "next_faint", "why_not", "toggle_play", "next_frame", "previous_frame",
     "ten_forward", "ten_back", "first_frame", "last_frame", "go_to_frame", "cycle_show",
@@ -69,6 +70,9 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
                    do=lambda p: p.files.save_session_as()),
         ActionSpec("export_dialog", "Export…", ("Ctrl+E",), "Write the corrected BVH",
                    do=lambda p: p.files.export_dialog()),
+        ActionSpec("export_at_once", "Export at once", ("Ctrl+Shift+E",),
+                   "As Export… would unchanged; it asks where anything is in the way",
+                   do=lambda p: p.files.export_at_once()),
         None,
         ActionSpec("open_video", "Open witness video…", ("Ctrl+Shift+V",),
                    "A video of the same take beside the 3D view",

@@ -30,13 +30,15 @@ _CHAINS = 160  # pixels for the chains, below the clips
 class FileActions(Saving):
     """Opening, saving and exporting; folders and recent files.
 
-    cancel: the action that is enabled while something is being opened.
+    cancel: the action that is enabled while something is being opened; begin: goes to the first
+    interval to decide.
     """
 
     exporter: Exporter
     clips_dock: QDockWidget
     recent_menu: QMenu
     cancel: QAction
+    begin: Callable[[], object]
     closing: bool = field(default=False, init=False)  # no other clip is to be opened any more
     _under_way: str = field(default="", init=False)
     _wait_for_first: bool = field(default=False, init=False)  # it opens by itself
@@ -190,6 +192,8 @@ class FileActions(Saving):
             self._visited = [*(p for p in self._visited if p != path), path][-_VISITED:]
             if self.queue.folder is not None and path in self.queue.clips:
                 self.settings.remember_folder(self.queue.folder, clip=path.name)
+                if not self.document.keeper.leftovers:  # about these one is asked first
+                    QTimer.singleShot(0, self.window, self.begin)
         self._show_recent()
         when_open, self._when_open = self._when_open, None
         if when_open is not None:  # behind what is said and asked about the clip itself
@@ -222,6 +226,16 @@ class FileActions(Saving):
         dialog = ExportDialog(self.document, self.window)
         dialog.accepted.connect(lambda: self.export(dialog.choice()))
         dialog.open()
+
+    def export_at_once(self) -> None:
+        """Export as the dialog would unchanged; where anything is in the way, it opens."""
+        dialog = ExportDialog(self.document, self.window)
+        if dialog.do_it.isEnabled():
+            self.export(dialog.choice())
+            dialog.deleteLater()
+        else:
+            dialog.accepted.connect(lambda: self.export(dialog.choice()))
+            dialog.open()
 
     def export(self, choice: ExportChoice) -> None:
         """Write what was chosen in the background; the message bar says what changed."""

@@ -102,6 +102,8 @@ class MainWindow(Parts):
         self.keys = ReviewKeys(self, self._keyboard_home)
         complain = partial(self.bar.show_message, wrong=True)
         self._kept_settings = SettingsKeeper(settings, settings_file, self._looks, complain, self)
+        # At once: after a crash the next start has to know which clip was open.
+        self.document.opened.connect(self._kept_settings.write)
 
     # -- building -----------------------------------------------------------------------------
 
@@ -198,6 +200,7 @@ class MainWindow(Parts):
             clips_dock=docks["clips"],
             recent_menu=self.recent_menu,
             cancel=actions["cancel_opening"],
+            begin=lambda: self.review_actions.begin(),
         )
         look = actions["focus_chain"].trigger
         self.review_actions = ReviewActions(

@@ -121,6 +121,13 @@ class ReviewActions:
                 self.bar.show_message("This is the last one to decide.", False)
         self._arrive(zoom=True)
 
+    def begin(self) -> None:
+        """Go to the first interval to decide of a clip that nobody has gone about in yet."""
+        if self.document.interval is None and self.document.frame == 0:
+            order = self.intervals.shown_ids()
+            if self.document.step_interval(+1, undecided=True, order=order):
+                self._arrive(zoom=True)
+
     def _undecided_before(self, order: Sequence[int]) -> bool:
         now = self.document.interval_id
         before = set(order[: order.index(now)] if now in order else order)
@@ -151,8 +158,8 @@ class ReviewActions:
             text = f"All that are listed are decided; {rest} (filter, or chains without a tick)."
         else:
             count = f"All {len(intervals)} intervals are" if len(intervals) > 1 else "It is"
-            following = f", then {self.key('next_clip')} opens the next clip"
-            after = following if self.more_clips() else ""
+            at_once = f"; {self.key('export_at_once')} does so unasked, and the next clip opens"
+            after = at_once if self.more_clips() else ""
             text = f"{count} decided: {self.key('export_dialog')} exports{after}."
         self.bar.show_message(text, False)
 

@@ -60,7 +60,9 @@ class Saving:
         self.detail.commit()
         saved, told = self.document.keeper.save(path)
         if saved:
-            if changed := self.document.recovery.check_clip():
+            asked = self.bar.asks
+            changed = self.document.recovery.check_clip()
+            if changed and (asked or not self.bar.asks):  # else it asks what to do about it
                 told += f" {changed} The session belongs to the version that is open."
             self.tell_saved()
             if self.document.data is not None:

@@ -138,7 +138,7 @@ def cut(table):
 def test_nothing_is_cut_whatever_the_decision_says(panel, width):
     document = panel.document
     first = document.intervals[0]
-    document.do(Decide((first.id,), Decision.ACCEPTED, "", ""))
+    document.do(Decide((first.id,), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
     document.set_tau(np.radians(100.0), first.interval.chain)
     document.insert_interval(0, replace(first.interval, start=first.interval.start - 1,
                                         offset=np.ones(first.interval.frames + 1)))  # fmt: skip

@@ -45,6 +45,13 @@ def entry(action_id: str):
     return None
 
 
+def menu(name: str):
+    """The rectangle of a menu's title in the menu bar."""
+    bar = _window().menuBar()
+    (action,) = [a for a in bar.actions() if a.text().replace("&", "") == name]
+    return rect(bar, bar.actionGeometry(action))
+
+
 def _window():
     return next(
         (w for w in QApplication.topLevelWidgets() if type(w).__name__ == "MainWindow"), None
@@ -60,6 +67,7 @@ def _answer(line: str) -> str:
         "rect": rect,
         "row": row,
         "entry": entry,
+        "menu": menu,
     }
     try:
         value = eval(line, names)  # our own tests' expressions

@@ -13,7 +13,12 @@ from twistcore.review import Decision, Judged
 
 def test_the_script_sets_two_markers_an_interval(monkeypatch):
     judged = [
-        Judged(1, Interval('Left "Arm" \\', 10, 20, np.full(10, 0.5)), Decision.ACCEPTED),
+        Judged(
+            1,
+            Interval('Left "Arm" \\', 10, 20, np.full(10, 0.5)),
+            Decision.ACCEPTED,
+            reviewer="Ada",
+        ),
         Judged(2, Interval("LeftLeg", 30, 31, np.full(1, -0.5)), Decision.REJECTED),
         Judged(3, flip(start=40, stop=44)),
     ]
