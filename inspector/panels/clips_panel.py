@@ -31,6 +31,7 @@ from twistcore.review import Decision
 _ROWS = 10  # clips that are to be seen at least, where there is room
 _COUNT_MS = 60  # while τ is dragged the list does not follow every step
 _HEADS = ("Clip", "Severity", "Review", "Export")
+_NAME_WIDTH = 90  # pixels
 # What the filter lets through, by its words.
 STATES: Mapping[str, Callable[[QueuedClip], bool]] = {
     "All": lambda _: True,
@@ -181,6 +182,7 @@ class ClipsPanel(QWidget):
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         for column, width in enumerate((72, 84, 66), start=1):
             header.resizeSection(column, width)
+        self.table.keep_room(_NAME_WIDTH, (_HEADS.index("Export"), _HEADS.index("Severity")))
         header.setSectionsClickable(True)
         header.sectionClicked.connect(self._sort_by)
 

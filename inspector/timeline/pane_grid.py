@@ -103,7 +103,7 @@ class PaneGrid(QStackedWidget):
         for pane in self._panes.values():
             self._grid.removeWidget(pane)
             pane.setVisible(pane.key in self.shown)
-        for at in range(max(self._grid.rowCount(), self._grid.columnCount())):
+        for at in range(max(self._grid.rowCount(), self._grid.columnCount(), self._columns)):
             self._grid.setRowStretch(at, 0)
             self._grid.setColumnStretch(at, int(at < self._columns))
         rest = self.shown

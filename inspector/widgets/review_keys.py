@@ -2,8 +2,9 @@
 
 Of a text being written are characters and what edits or copies them, of a number its figures;
 every other key of the program works meanwhile, of a number also Ctrl+Z. Enter keeps what was
-written, Esc brings back what stood there, and both give the keyboard back to the review. What goes
-out of sight loses the keyboard, and a wheel turns no box that does not have it.
+written, Esc brings back what stood there or clears a search, and both give the keyboard back to
+the review. What goes out of sight loses the keyboard, and a wheel turns no box that does not have
+it.
 """
 
 from __future__ import annotations
@@ -164,7 +165,8 @@ def _restore(widget: QObject, before: str) -> None:
     elif isinstance(widget, QComboBox):
         widget.setCurrentText(before)
     elif isinstance(widget, QLineEdit):
-        widget.setText(before)
+        # A line to search in, which can be cleared, is: then all is listed again.
+        widget.setText("" if widget.isClearButtonEnabled() else before)
     elif isinstance(widget, QTextEdit | QPlainTextEdit):
         widget.setPlainText(before)
 

@@ -15,7 +15,7 @@ from PySide6.QtCore import (
     QPersistentModelIndex,
     Qt,
 )
-from PySide6.QtGui import QColor, QPainter, QPalette
+from PySide6.QtGui import QColor, QPainter, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -234,6 +234,30 @@ class RowTable(QTableView):
         self.setSelectionMode(mode.ExtendedSelection if several else mode.SingleSelection)
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
+        self._first, self._spared = 0, tuple[int, ...]()
+        self._widths: dict[int, int] = {}  # of columns as they were before any was hidden
+
+    def keep_room(self, first: int, spared: Sequence[int]) -> None:
+        """Columns that are not shown, in this order, where the first would be narrower than that.
+
+        first: pixels of the first column, which takes what the others leave.
+        """
+        self._first, self._spared = first, tuple(spared)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """The first column, which says what a row is about, is worth more than the last ones."""
+        if self._spared:
+            header = self.horizontalHeader()
+            room = self.viewport().width() - self._first
+            left = sum(self._width_of(k) for k in range(1, header.count()))
+            for column in self._spared:
+                self.setColumnHidden(column, left > room)
+                left -= self._width_of(column) if left > room else 0
+        super().resizeEvent(event)
+
+    def _width_of(self, column: int) -> int:
+        """Also of one that is hidden."""
+        return self._widths.setdefault(column, self.columnWidth(column))
 
     @property
     def mark_room(self) -> int:

@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QMainWindow, QMessageBox
 
+from inspector.bundled import ASSETS
 from inspector.panels.detail_card import DetailCard
 from inspector.session.document import Document
 from inspector.session.queue import FolderQueue
@@ -106,7 +107,13 @@ class Saving:
         self.bar.ask(told, (("Save", save), elsewhere, ("Leave without saving", leave)))
 
     def save_quietly(self) -> bool:
-        """Save without a word, unless something is to be told; True if it is on disk."""
+        """Save without a word, unless something is to be told; True if it is on disk.
+
+        Not beside what comes with the program: that opens as new for the next person, and the
+        journal keeps what was decided.
+        """
+        if self.document.data is not None and ASSETS in self.document.data.clip.path.parents:
+            return False
         saved, told = self.document.keeper.save()
         self.tell_saved()
         if saved and self.document.data is not None:

@@ -254,5 +254,5 @@ def test_an_export_has_a_session_of_its_own(clip, start):
     program = start(replay)
     assert program.accepted == 3
     program.tell("accept", "save")
-    assert len(read_session(replay).state.chosen()) == 2
-    assert len(read_session(clip.with_name("walk.twist.json")).state.chosen()) == 3
+    assert len(read_session(replay).state.chosen()) == 3
+    assert len(read_session(clip.with_name("walk.twist.json")).state.chosen()) == 4

@@ -154,7 +154,7 @@ def test_a_drag_draws_an_interval_and_shows_where_it_is(screen, program):
     assert program.ask("len(window.document.intervals)") == count
     # An edge: the frame at the cursor while it is dragged, and back again.
     screen.key("n", "z")
-    program.until("window.timeline.visible.ends[1] < 300")
+    program.until("window.timeline.visible.ends[0] > 100")
     start, stop = frames(program)
     home = program.ask("window.document.frame")
     edge = spot(program, "theta", stop - 0.5, 0.8)

@@ -67,10 +67,8 @@ def test_in_an_interval_the_answer_is_about_it_and_not_about_a_peak_beside(opene
 
 
 def test_nothing_is_asked_without_a_clip(window):
-    act(window, "why_not")
-    assert not window.bar.isVisible()
-    act(window, "next_faint")
-    assert window.bar.label.text() == "Nothing suspicious down to half of τ."
+    for name in ("why_not", "next_faint"):
+        assert not window.actions_by_id[name].isEnabled()
 
 
 def test_the_card_says_it_where_no_interval_is_selected(alone):
