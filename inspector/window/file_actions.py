@@ -21,7 +21,7 @@ from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
 from twistcore.tuning import Profile
 
-_FIRST_MS = 10_000  # a person waits so long for the worst clip of a folder
+_FIRST_MS = 4_000  # a person waits so long for the worst clip of a folder
 _VISITED = 100
 _CHAINS = 160  # pixels for the chains, below the clips
 
@@ -131,7 +131,11 @@ class FileActions(Saving):
         elif not self.queue.running and self.queue.clips:
             self._wait_for_first = False
             told = "nothing is to be decided in its clips; a double click opens one."
-            self.bar.show_message(f"{self.queue.folder and self.queue.folder.name}: {told}", False)
+            folder = self.queue.folder and self.queue.folder.name
+            one_is_open = self.document.data is not None
+            self.bar.show_message(
+                self._nothing_next() if one_is_open else f"{folder}: {told}", False
+            )
 
     def _keep_profile(self) -> None:
         if (folder := self.queue.folder) is not None:
@@ -153,10 +157,11 @@ class FileActions(Saving):
             self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
         else:
             self.bar.show_message(self._nothing_next(), False)
+            self._wait_for_first = self.queue.running
 
     def _nothing_next(self) -> str:
         if self.queue.running:
-            return "The other clips of the folder are still being analysed."
+            return "The other clips are still being analysed; the next one opens by itself."
         return "No other clip of the folder waits for a decision."
 
     def previous_clip(self) -> None:
@@ -255,6 +260,7 @@ class FileActions(Saving):
             return
         if (following := self.queue.next_after(path)) is None:
             self.bar.show_message(f"{text} {self._nothing_next()}", False)
+            self._wait_for_first = self.queue.running
             return
         self._when_open = lambda: self._tell_next(f"{text} Next clip: {following.name}.", path)
         self.open_path(following)
