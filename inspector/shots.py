@@ -102,20 +102,20 @@ def main() -> int:
         document.go_to(document.frame + 1)
 
     pictures: tuple[tuple[str, str, Callable[[MainWindow], None]], ...] = (
-        ("inspector", "light", act),
+        ("inspector", "system", act),
         ("inspector-dark", "dark", act),
-        ("flip", "light", flip),
+        ("flip", "system", flip),
         ("skin-side-by-side", "dark", lambda w: act(w, "skin", "side_by_side")),
-        ("trails", "light", trails),
-        ("folder", "light", queue),
-        ("both-detectors", "light", lambda w: act(w, "both_detectors")),
+        ("trails", "system", trails),
+        ("folder", "system", queue),
+        ("both-detectors", "system", lambda w: act(w, "both_detectors")),
         ("presentation", "dark", lambda w: act(w, "presentation")),
-        ("without-opengl", "light", act),
-        ("teaching", "light", teaching),
+        ("without-opengl", "system", act),
+        ("teaching", "system", teaching),
         ("teaching-lit", "dark", lit),
-        ("tuning", "light", tuning),
+        ("tuning", "system", tuning),
         ("tuning-profiles", "dark", profiles),
-        ("quality", "light", quality),
+        ("quality", "system", quality),
         ("tracking", "dark", tracking),
     )
     IMAGES.mkdir(parents=True, exist_ok=True)
@@ -141,7 +141,7 @@ def main() -> int:
             window.document.review.mark_saved()
             window.close()
             wait(50)
-    window = MainWindow(Settings(theme="light", turn_ms=0), None)
+    window = MainWindow(Settings(turn_ms=0), None)
     act(window, "why_quaternions")
     lesson = window.teaching_actions.five_trackers
     assert lesson is not None

@@ -115,7 +115,7 @@ def show_window(qtbot):
     shown = []
 
     def show(settings=None, settings_file=None, size=None):
-        window = MainWindow(settings or Settings(theme="light", turn_ms=0), settings_file)
+        window = MainWindow(settings or Settings(turn_ms=0), settings_file)
         if size is not None:
             window.resize(*size)
         window.show()

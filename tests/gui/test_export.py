@@ -22,7 +22,7 @@ HAND = Tracking(("LeftForeArm", "LeftHand"), kp=3000.0, kd=33.0)
 
 @pytest.fixture
 def window(qtbot, tmp_path):
-    window = MainWindow(Settings(theme="light", turn_ms=0), None)
+    window = MainWindow(Settings(turn_ms=0), None)
     window.show()
     wait_until_active(window)
     with qtbot.waitSignal(window.document.opened, timeout=10_000):

@@ -147,7 +147,7 @@ def test_the_window_stays_free_while_clips_are_analysed(qtbot, show_window, tmp_
 
 def test_exports_are_no_clips_and_tell_what_was_exported(qtbot, show_window, tmp_path):
     """By the session that replays one, by its report, or by the name that it has by default."""
-    window = show_window(Settings(theme="light", turn_ms=0, next_after_export=False))
+    window = show_window(Settings(turn_ms=0, next_after_export=False))
     for k in (2, 4):
         put_errors(tmp_path / f"{k}.bvh", k)
     shutil.copy(ASSETS / "walk.bvh", tmp_path / "alone_refined.bvh")  # of no clip here
@@ -189,7 +189,7 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
 def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_path):
     for k in (2, 5):
         put_errors(tmp_path / f"{k}.bvh", k)
-    settings = Settings(theme="light", turn_ms=0)
+    settings = Settings(turn_ms=0)
     window = show_window(settings)
     with qtbot.waitSignal(window.document.opened, timeout=60_000):
         window.open_path(tmp_path)
@@ -249,7 +249,7 @@ def test_the_list_sorts_and_filters(qtbot, show_window, tmp_path):
 
 def test_without_autosave_a_bar_asks_before_a_clip_is_left(qtbot, show_window, clip):
     other = Path(shutil.copy(clip, clip.with_name("other.bvh")))
-    window = show_window(Settings(theme="light", turn_ms=0, autosave=False))
+    window = show_window(Settings(turn_ms=0, autosave=False))
     open_clip(qtbot, window, clip)
     act(window, "next_interval")
     act(window, "accept")

@@ -348,7 +348,7 @@ def test_what_was_damaged_meanwhile_is_written_anew(path):
 
 
 def test_what_changes_in_the_window_is_on_disk_within_a_second(qtbot, show_window, path):
-    window = show_window(Settings(theme="light", turn_ms=0), path)
+    window = show_window(Settings(turn_ms=0), path)
     qtbot.waitUntil(lambda: path.exists() and load_settings(path)[0].layout != "", timeout=3000)
     before = load_settings(path)[0]
     window.docks["curves"].hide()

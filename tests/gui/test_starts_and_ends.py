@@ -109,7 +109,7 @@ def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, caps
 def test_a_picture_waits_until_the_camera_has_come_to_rest(qtbot, show_window, tmp_path):
     pictures = []
     for turn_ms in (0, 1500):
-        window = show_window(Settings(theme="light", turn_ms=turn_ms))
+        window = show_window(Settings(turn_ms=turn_ms))
         path = tmp_path / f"{turn_ms}.png"
         screenshot(window, path, Path(shutil.copy(INJECTED, tmp_path)))
         qtbot.waitUntil(lambda w=window: not w.isVisible(), timeout=20_000)
