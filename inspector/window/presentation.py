@@ -8,6 +8,7 @@ from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStatusBar, QToolBar
 
+from inspector.panels.reviewer_line import ReviewerLine
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 
@@ -47,8 +48,9 @@ class Presentation:
             # A dock behind the tab of another is 'visible' too; only its region tells.
             if name not in _KEPT or dock.visibleRegion().isEmpty():
                 dock.hide()
-        for bar in (*window.findChildren(QToolBar), *window.findChildren(QStatusBar)):
-            bar.hide()
+        for kind in (QToolBar, QStatusBar, ReviewerLine):
+            for bar in window.findChildren(kind):
+                bar.hide()
         window.menuBar().hide()
         self._scale(_SCALE)
         self._escape.setEnabled(True)
