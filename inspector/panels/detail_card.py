@@ -38,6 +38,9 @@ from twistcore.review.soft_onset import soft_onset
 from twistcore.why_not import Why
 
 _RARE, _RARER = 0.7, 3.0  # logarithms of odds: a side where a limb is half as often, hardly ever
+_ARROWS = 28  # pixels: of a number box, its arrows and borders
+_NEXT = "N goes to the next one."
+_OPEN = "Open a clip: N goes through its intervals."
 _OTHER_SIDE = "the other side of the clip may be the wrong one"
 REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
 
@@ -60,6 +63,8 @@ class DetailCard(QWidget):
         for box in self._boxes:
             box.setKeyboardTracking(False)
             box.setAlignment(Qt.AlignmentFlag.AlignRight)
+            most = "−180.00°" if box is self.delta else "00000"  # longer ones where there is room
+            box.setMinimumWidth(box.fontMetrics().horizontalAdvance(most) + _ARROWS)
         self.note = QLineEdit(placeholderText="Note")
         self.reason = QComboBox(editable=True, insertPolicy=QComboBox.InsertPolicy.NoInsert)
         self.reason.addItems(REASONS)
@@ -167,7 +172,8 @@ class DetailCard(QWidget):
         reason = reason_near(document, document.frame)
         outside = reason is not None and reason.why != Why.INTERVAL
         self.title.setText("Why is nothing found here?" if outside else "No interval selected")
-        text = told(document, reason) if reason else "N goes to the next one."
+        nothing = _NEXT if document.data is not None else _OPEN
+        text = told(document, reason) if reason else nothing
         self.why.set_text(escape(text))
 
     def says(self, text: str) -> bool:

@@ -20,8 +20,11 @@ class ReviewerLine(QFrame):
         self.name.setToolTip("Kept with your decisions, also with those made before")
         self.name.setMaximumWidth(260)
         self.keep, self.never = QPushButton("Keep"), QPushButton("No name")
+        for button in (self.keep, self.never):  # the style makes short words 80 pixels wide
+            words = button.fontMetrics().horizontalAdvance(button.text())
+            button.setMaximumWidth(words + 24)
         self.never.setToolTip("Not asked again; Preferences has a line for it")
-        row = "Who reviews?", (self.name, 1), self.keep, self.never, None
+        row = "Who reviews?", (self.name, 9), self.keep, self.never, None
         hbox(*row, owner=self, margins=(10, 3, 4, 3))
         self.name.returnPressed.connect(self._keep)
         self.keep.clicked.connect(self._keep)

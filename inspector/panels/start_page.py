@@ -8,7 +8,15 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QFrame,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
 
 from inspector.widgets.building import hbox, hint, soft, vbox
 from inspector.widgets.icons import SIDE, icon
@@ -18,6 +26,8 @@ _RECENT = 5
 _PARTS = 4  # of a way to a folder
 _LONGEST = 48  # letters of a name
 _WIDTH = 520  # pixels, of the column
+_APART = 8  # pixels, between its buttons
+_MARGIN = 12  # pixels, at its sides
 _OFFERED = {
     "open_dialog": "Open…",
     "open_folder": "Open folder…",
@@ -44,7 +54,8 @@ class StartPage(QScrollArea):
         self.title = QLabel("Open a motion clip", alignment=Qt.AlignmentFlag.AlignHCenter)
         self.title.setObjectName("start_title")
         self.buttons = {name: _button(actions[name], text) for name, text in _OFFERED.items()}
-        row = hbox(None, *self.buttons.values(), None, spacing=8)
+        self._row = hbox(*self.buttons.values(), spacing=_APART)
+        row = hbox(None, self._row, None)
         self._heading = soft(QLabel("Recent", alignment=Qt.AlignmentFlag.AlignHCenter))
         self._recent = QVBoxLayout()
         self._recent.setSpacing(0)
@@ -53,7 +64,8 @@ class StartPage(QScrollArea):
         column.setMaximumWidth(_WIDTH)
         vbox(
             None, self.title, 6, row, 2, drop, 10, self._heading, self._recent,
-            *([hint(complaint)] if complaint else []), None, owner=column, margins=(12, 6, 12, 6),
+            *([hint(complaint)] if complaint else []), None,
+            owner=column, margins=(_MARGIN, 4, _MARGIN, 4), spacing=4,
         )  # fmt: skip
         page = QWidget()
         page.setObjectName("start_page")
@@ -91,7 +103,16 @@ class StartPage(QScrollArea):
         view = self.parentWidget()
         if view is not None and watched is view and event.type() == QEvent.Type.Resize:
             self.setGeometry(view.rect())
+            self._arrange(view.width())
         return super().eventFilter(watched, event)
+
+    def _arrange(self, width: int) -> None:
+        """Buttons side by side, or one below the other where that is too wide."""
+        sides = 2 * _MARGIN + self.verticalScrollBar().sizeHint().width()
+        needed = sum(b.sizeHint().width() + _APART for b in self.buttons.values())
+        beside, way = needed + sides <= width, QBoxLayout.Direction
+        self._row.setDirection(way.LeftToRight if beside else way.TopToBottom)
+        self._row.setSpacing(_APART if beside else _APART // 3)
 
 
 def _button(action: QAction, text: str) -> QPushButton:

@@ -30,6 +30,7 @@ class Transport(QWidget):
             button.setAccessibleName(actions[name].text())
             button.clicked.connect(actions[name].trigger)
             buttons.append(button)
+        self._buttons = buttons
         self._play = buttons[1]
         self._play.setFixedWidth(self._play.fontMetrics().horizontalAdvance(_PAUSE) + 20)
         self.frame = QSpinBox()
@@ -77,6 +78,8 @@ class Transport(QWidget):
             with QSignalBlocker(widget):
                 widget.setRange(first, last + first)
             widget.setEnabled(last > 0)
+        for button in self._buttons:
+            button.setEnabled(last > 0)
         self._frame_changed(self._document.frame)
 
     def _frame_changed(self, frame: int) -> None:

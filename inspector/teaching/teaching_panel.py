@@ -20,6 +20,7 @@ from inspector.widgets.typeset import Typesetter
 
 _EMPTY = "Open a clip and select a chain: its swing, twist and azimuth are taken apart here."
 _WHOLE = "{}: select a chain"
+_FEW_ROWS = 110  # pixels: of the equations, some are always seen
 
 
 class TeachingPanel(QWidget):
@@ -47,6 +48,10 @@ class TeachingPanel(QWidget):
         self.scroll_area.setWidget(self.equations)
         self.scroll_area.setFrameShape(QFrame.Shape.NoFrame)
         self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        # Where there is little room the equations give way: sliders and buttons stay whole.
+        policy = QSizePolicy.Policy
+        self.scroll_area.setSizePolicy(policy.Expanding, policy.Ignored)
+        self.scroll_area.setMinimumHeight(_FEW_ROWS)
         self._rule = QFrame()
         self._rule.setFixedHeight(1)
         content = head, (self.scroll_area, 1), self._rule, self.what_if

@@ -34,6 +34,7 @@ class PaneGrid(QStackedWidget):
         self._alone = ""
         self.shown: list[str] = []
         self._columns = 0
+        self._told: list[str] = []  # what was wanted when it was last said that they changed
         page = QWidget(self)
         self._grid = QGridLayout(page)
         self._grid.setContentsMargins(0, 0, 0, 0)
@@ -94,8 +95,8 @@ class PaneGrid(QStackedWidget):
         kept = [k for k in _KEPT if k in wanted][: rows * most]
         shown = [k for k in wanted if k in kept]
         columns = max(1, -(-len(shown) // rows))
-        if (columns, shown) != (self._columns, self.shown):
-            self._columns, self.shown = columns, shown
+        if (columns, shown, self.wanted) != (self._columns, self.shown, self._told):
+            self._columns, self.shown, self._told = columns, shown, self.wanted
             self._place()
             self.arranged.emit()
 

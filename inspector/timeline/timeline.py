@@ -169,7 +169,8 @@ class Timeline(QWidget):
         self._repaint()
         self._show_other()
         seen, wanted = len(self.grid.shown), len(self.grid.wanted)
-        some = f"{seen} of {wanted} " if seen < wanted else ""
+        hidden = seen < wanted and self.document.data is not None
+        some = f"{seen} of {wanted} " if hidden else ""
         self.plots_button.setText(f"Plots {some}▾")
         room = "" if self.grid.alone or not some else ". A higher panel has room for the others."
         self.plots_button.setToolTip(f"Choose which plots are shown{room}")

@@ -104,7 +104,7 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
         (role.Accent, theme.accent),
     ):
         palette.setColor(target, QColor(colour))
-    for target in (role.Text, role.WindowText, role.ButtonText):
+    for target in (role.Text, role.WindowText, role.ButtonText, role.PlaceholderText):
         palette.setColor(QPalette.ColorGroup.Disabled, target, QColor(theme.faint))
     app.setPalette(palette)
     # Fusion draws the border of a box in a shade of the window behind it: on a dark one nobody
@@ -124,6 +124,7 @@ def figures_font(size: float = 0.0) -> QFont:
 
 
 _STYLE = """
+* {{ dialogbuttonbox-buttons-have-icons: 0; }}
 QDockWidget {{ font-weight: 600; }}
 QDockWidget::title {{ background: {window}; padding: 6px 8px; }}
 QDockWidget > QWidget {{ font-weight: 400; }}
@@ -162,6 +163,7 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
 #bar QLabel {{ color: {text}; }}
 #scope:checked {{ background: {accent}; color: {on_accent}; border: 1px solid {accent};
   border-radius: 3px; }}
+#palette::item {{ padding: 3px 4px; }}
 #soft {{ color: {soft}; }}
 #hold:checked {{ background: {accent}; color: {on_accent}; border: 1px solid {line};
   border-radius: 2px; padding: 3px 6px; }}

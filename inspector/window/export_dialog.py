@@ -34,7 +34,9 @@ class ExportDialog(WriteDialog):
         undecided = len(document.review.state.unasked()) if document.data else 0
         repairable = (j for j in document.intervals if j.interval.repairable)
         every = sum(j.decision == Decision.UNDECIDED for j in repairable)
-        which = f"{undecided}" if undecided == every else f"{undecided} sure of {every}"
+        total = told[Decision.UNDECIDED]  # jumps among them, of which nothing is taken out
+        which = f"{undecided} repairable of {total}" if every < total else f"{undecided}"
+        which = which if undecided == every else f"{undecided} sure of {total}"
         self.undecided = QCheckBox(f"Correct the {which} undecided ones as well")
         self.undecided.setToolTip(
             f"Closed ones, with a confidence of {SURE_ENOUGH:.2f} or more if they have any"

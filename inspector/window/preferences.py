@@ -24,6 +24,8 @@ from inspector.session.settings import STEPS, Settings
 from inspector.widgets.building import vbox
 from inspector.window.actions import Menus, rows
 
+_FRAME = 60  # pixels: more than a title bar and what it keeps from the edges take
+
 
 class Preferences(QDialog):
     """A form over the settings, which are what was chosen once it is accepted."""
@@ -37,7 +39,9 @@ class Preferences(QDialog):
         self.first = QComboBox()
         self.first.addItems(["0", "1"])
         self.first.setCurrentIndex(settings.first_frame)
-        self.step = QSpinBox(minimum=STEPS[0], maximum=STEPS[1], value=settings.step)
+        self.step = QSpinBox(
+            minimum=STEPS[0], maximum=STEPS[1], value=settings.step, suffix=" frames"
+        )
         self.autosave = QCheckBox("Save sessions by themselves")
         self.autosave.setChecked(settings.autosave)
         self.autosave.setToolTip("A minute after the last step, and when another clip is opened")
@@ -74,7 +78,7 @@ class Preferences(QDialog):
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
         vbox(form, (self.keys, 1), self.conflict, self.buttons, owner=self)
-        self.resize(560, 640)
+        self.resize(560, min(640, self.screen().availableSize().height() - _FRAME))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def accept(self) -> None:

@@ -414,7 +414,8 @@ def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
         return told
 
     assert counted() == (
-        "0 accepted, 0 rejected, 10 undecided", "Correct the 6 undecided ones as well"
+        "0 accepted, 0 rejected, 10 undecided",
+        "Correct the 6 repairable of 10 undecided ones as well",
     )  # fmt: skip
     jumps = [j for j in document.intervals if j.interval.kind == Kind.LONE_JUMP]
     document.decide(Decision.ACCEPTED, [jumps[0].id])
@@ -424,7 +425,8 @@ def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
     document.decide(Decision.ACCEPTED, [flips(opened)[0].id])
     document.decide(Decision.REJECTED, [flips(opened)[1].id])
     assert counted() == (
-        "1 accepted, 1 seen, 1 rejected, 7 undecided", "Correct the 4 undecided ones as well"
+        "1 accepted, 1 seen, 1 rejected, 7 undecided",
+        "Correct the 4 repairable of 7 undecided ones as well",
     )  # fmt: skip
     assert document.accept_undecided()
     told = "1 accepted, 1 seen, 4 applied automatically, 1 rejected, 3 undecided"
