@@ -188,11 +188,10 @@ class Document(OpenClip):
         """Who reviews from now on, and who has decided in this clip since it was opened."""
         self.reviewer = reviewer
         if reviewer and (mine := [j for j in self.intervals if j.id in self._unsigned]):
-            self._unsigned.clear()
             undecided = Decision.UNDECIDED
             ids = tuple(j.id for j in mine if j.decision != undecided and not j.reviewer)
-            if ids:
-                self.do(Sign(ids, reviewer))
+            if not ids or self.do(Sign(ids, reviewer)):
+                self._unsigned.clear()
 
     @staticmethod
     def now() -> str:

@@ -31,6 +31,7 @@ JOURNAL_SUFFIX = ".journal"
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
 _POINTER_SUFFIX = ".elsewhere.json"
+_HEAD = 200_000  # bytes: more than the skeletons that there are need
 
 
 def session_path(clip: Path) -> Path:
@@ -171,19 +172,38 @@ def decided_in(clip: Path) -> tuple[int, int] | None:
 def exports_among(clips: Sequence[Path]) -> dict[Path, str]:
     """Those clips of a folder that this program wrote, and the file name of what each is from.
 
-    The session that replays it, or its report, tells; else the name that exports get by default.
+    The session that replays it, or its report, tells; else the name that exports get by default,
+    where all before the motion is the source's. One whose source is not among them is a clip.
     """
-    names = {path.name for path in clips}
+    names = {path.name: path for path in clips}
     found = {}
     for path in clips:
         source = path.stem.removesuffix(EXPORT_MARK) + path.suffix
         report = report_files(path.parent, path.stem)[-1]
         told = _told_source(replay_path(path)) or _told_source(report)
-        if told not in ("", path.name):
-            found[path] = told
-        elif source != path.name and source in names:
+        if told:
+            if told != path.name and told in names:
+                found[path] = told
+        elif source != path.name and source in names and _head(path) == _head(names[source]):
             found[path] = source
     return found
+
+
+def _head(clip: Path) -> bytes:
+    """A clip's bytes before its motion, b'' where they cannot be told."""
+    with suppress(OSError):
+        status = clip.stat()
+        return _read_head(clip, status.st_mtime_ns, status.st_size)
+    return b""
+
+
+@lru_cache(maxsize=10_000)
+def _read_head(clip: Path, modified: int, size: int) -> bytes:
+    del modified, size
+    if not clip.is_file():  # to open a FIFO would wait for somebody
+        return b""
+    with clip.open("rb") as file:
+        return file.read(_HEAD).partition(b"MOTION")[0]
 
 
 def _told_source(listing: Path) -> str:

@@ -117,8 +117,8 @@ CHECKS: dict[str, Check] = {
         ),
         FOLDERS,
     ),
-    "autosave": checks.flag,
-    "next_after_export": checks.flag,
+    "autosave": checks.truth,
+    "next_after_export": checks.truth,
     "columns": checks.first_of(checks.text(20), 20),
     "interval_sort": checks.text(21),
 }
@@ -228,7 +228,8 @@ def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
             latest_first = [k for n, k in enumerate(new) if old_place.get(k, n + 1) > n]
             rest = [k for k in other if (k in new or k not in old) and k not in latest_first]
             new = [*latest_first, *rest]
-        changed[name] = CHECKS[name](new) if name not in ("geometry", "layout") else new
+        with contextlib.suppress(ValueError):  # what no file can hold stays as it was
+            changed[name] = CHECKS[name](new) if name not in ("geometry", "layout") else new
     return replace(theirs, **changed)
 
 

@@ -55,13 +55,6 @@ def number(low: float, high: float) -> Check:
     return _of(int, float, good=lambda value: low <= value <= high, keep=float)
 
 
-def flag(value: Any) -> bool:
-    """True or false."""
-    if not isinstance(value, bool):
-        raise ValueError
-    return value
-
-
 def text(longest: int) -> Check:
     """Text that any file can hold: no half of a surrogate pair."""
     # UnicodeEncodeError is a ValueError.

@@ -24,6 +24,7 @@ class ExportDialog(WriteDialog):
         clip = document.data.clip.path if document.data else Path("clip.bvh")
         super().__init__("Export", clip.with_name(f"{clip.stem}{EXPORT_MARK}.bvh"), parent)
         self._document = document
+        document.opened.connect(self.reject)  # what it says is of the clip that was open
         told = Counter(j.verdict for j in document.intervals)
         words = [
             f"{told[v]} {v}"

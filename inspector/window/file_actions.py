@@ -10,7 +10,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QDockWidget, QFileDialog, QMenu
+from PySide6.QtWidgets import QApplication, QDockWidget, QFileDialog, QMenu
 
 from inspector.session.export_files import Export, ExportChoice
 from inspector.session.exporter import Exporter
@@ -43,7 +43,8 @@ class FileActions(Saving):
     _under_way: str = field(default="", init=False)
     _wait_for_first: bool = field(default=False, init=False)  # it opens by itself
     _visited: list[Path] = field(default_factory=list, init=False)  # clips, the open one last
-    _when_open: Callable[[], object] | None = field(default=None, init=False)
+    _when_open: tuple[Path, Callable[[], object]] | None = field(default=None, init=False)
+    _back_to: Path | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -99,6 +100,7 @@ class FileActions(Saving):
         those that are after a few seconds.
         """
         kept = self.settings.of_folder(folder)
+        self._wait_for_first = False
         profile = Profile(kept["tau"], kept["method"]) if kept["profile"] else None
         self.queue.open(folder, profile, kept["profile"])
         if self.clips_dock.isHidden():
@@ -108,7 +110,7 @@ class FileActions(Saving):
             wanted = [heights[d.objectName()] for d in docks]
             self.window.resizeDocks(docks, wanted, Qt.Orientation.Vertical)
         stopped_at = self.queue.clips.get(folder / Path(kept["clip"]).name)
-        if stopped_at is not None and not stopped_at.done:
+        if stopped_at is not None and (stopped_at.waits or not stopped_at.done):
             self.open_path(stopped_at.path)
             return
         if not self.queue.clips:
@@ -169,9 +171,8 @@ class FileActions(Saving):
         if len(self._visited) < 2:
             self.bar.show_message("No clip was open before.", False)
             return
-        path = self._visited[-2]
-        del self._visited[-2:]
-        self.open_path(path)
+        self._back_to = self._visited[-2]
+        self.open_path(self._back_to)
 
     def _opening(self, what: str) -> None:
         self.bar.clear()
@@ -194,15 +195,20 @@ class FileActions(Saving):
         if not self.teaching.program.aside.open:
             path = data.clip.path
             self.settings.remember(path)
-            self._visited = [*(p for p in self._visited if p != path), path][-_VISITED:]
+            if path == self._back_to:
+                del self._visited[self._visited.index(path) + 1 :]
+            else:
+                self._visited = [*(p for p in self._visited if p != path), path][-_VISITED:]
+            self._back_to = None
             if self.queue.folder is not None and path in self.queue.clips:
                 self.settings.remember_folder(self.queue.folder, clip=path.name)
                 if not self.document.keeper.leftovers:  # about these one is asked first
                     QTimer.singleShot(0, self.window, self.begin)
         self._show_recent()
         when_open, self._when_open = self._when_open, None
-        if when_open is not None:  # behind what is said and asked about the clip itself
-            QTimer.singleShot(0, self.window, when_open)
+        if when_open is not None and when_open[0] == data.clip.path:
+            # Behind what is said and asked about the clip itself.
+            QTimer.singleShot(0, self.window, when_open[1])
         frames = f"{data.motion.frames} frames at {data.motion.fps:.4g} fps"
         text = f"{data.clip.name}: {frames}, {len(data.motion.skeleton)} joints"
         self.window.statusBar().showMessage(text, 8000)
@@ -258,12 +264,20 @@ class FileActions(Saving):
         self.queue.note_export(path, export.choice.path)
         if not own or self.closing or export.changed or not self.settings.next_after_export:
             return
+        if self._goes_on(export):
+            return
         if (following := self.queue.next_after(path)) is None:
             self.bar.show_message(f"{text} {self._nothing_next()}", False)
             self._wait_for_first = self.queue.running
             return
-        self._when_open = lambda: self._tell_next(f"{text} Next clip: {following.name}.", path)
+        told = f"{text} Next clip: {following.name}."
+        self._when_open = following, lambda: self._tell_next(told, path)
         self.open_path(following)
+
+    def _goes_on(self, export: Export) -> bool:
+        """Whether the person has gone on since it was asked for: no clip is taken away then."""
+        elsewhere = self.document.opener.busy or QApplication.activeModalWidget() is not None
+        return elsewhere or self.document.review.state is not export.state
 
     def _tell_next(self, text: str, before: Path) -> None:
         if self.bar.asks:
@@ -273,13 +287,11 @@ class FileActions(Saving):
 
     def offer_unsaved(self) -> None:
         """Say which clip of the last ones has decisions that were not saved, and offer it."""
-        left = [
-            (clip, found) for clip in map(Path, self.settings.recent) if (found := waiting(clip))
-        ]
-        counted = [
-            (clip, found[0], decisions_in(found[0])) for clip, found in left if clip.exists()
-        ]
-        counted = [(clip, journal, count) for clip, journal, count in counted if count]
+        counted = []
+        for clip in map(Path, self.settings.recent):
+            found = ((clip, path, n) for path in waiting(clip) if (n := decisions_in(path)))
+            if (latest := next(found, None)) and clip.exists():
+                counted.append(latest)
         if not counted:
             return
         (clip, journal, count), *others = counted
@@ -300,7 +312,7 @@ class FileActions(Saving):
                 self.bar.clear()
                 self.document.recovery.restore(leftovers[0])
 
-        self._when_open = go_on
+        self._when_open = clip, go_on
         if self.settings.of_folder(clip.parent)["clip"] == clip.name:
             self.open_queue(clip.parent)
         else:

@@ -127,10 +127,11 @@ class Saving:
             self._idle.start()
 
     def _save_by_itself(self) -> None:
-        busy = self.document.opener.busy or self.teaching.program.aside.open
-        if self.document.data is None or self.document.review.saved or busy:
+        if self.document.data is None or self.document.review.saved:
             return
-        if not self.document.keeper.read_only and self.settings.autosave:
+        if self.document.opener.busy or self.teaching.program.aside.open:
+            self._idle.start()
+        elif not self.document.keeper.read_only and self.settings.autosave:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:

@@ -9,13 +9,16 @@ from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer
 
 from inspector.session.export_files import ExportChoice
 from inspector.session.queue import ClipState, FolderQueue, QueuedClip
+from inspector.session.session_files import exports_among
 from inspector.session.settings import Settings
+from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import act, export, open_clip
 from twistcore.batch import severity
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval
+from twistcore.review import Decision
 from twistcore.synthesis import draw_errors, generator, inject
 
 
@@ -276,3 +279,139 @@ def test_a_session_is_saved_by_itself(qtbot, show_window, clip, monkeypatch):
     assert clip.with_name("walk.twist.json").exists()
     act(window, "undo")
     assert not window.document.review.saved
+
+
+def two_takes(qtbot, show_window, folder, **known):
+    """A folder of two clips, the worse one open, both analysed."""
+    for name, seed in (("a.bvh", 1), ("b.bvh", 2)):
+        put_errors(folder / name, 3, seed)
+    window = show_window(Settings(theme="light", turn_ms=0, **known))
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(folder)
+    qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
+    return window
+
+
+def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, tmp_path):
+    window = two_takes(qtbot, show_window, tmp_path)
+    document, first = window.document, window.document.data.clip.path
+
+    def export_and(meanwhile):
+        window.files.export_at_once()
+        assert window.exporter.running
+        meanwhile()
+        window.exporter.finish()
+        qtbot.wait(20)
+
+    act(window, "next_interval")
+    export_and(lambda: act(window, "accept"))
+    assert not document.opener.busy
+    assert document.data.clip.path == first
+    third = Path(shutil.copy(first, tmp_path / "c.bvh"))
+    export_and(lambda: window.open_path(third))
+    qtbot.waitUntil(lambda: document.data.clip.path != first, timeout=20_000)
+    assert document.data.clip.path == third
+    window.open_path(first)
+    qtbot.waitUntil(lambda: document.data.clip.path == first, timeout=20_000)
+    export_and(window.files.export_dialog)
+    assert not document.opener.busy
+    dialog = window.findChild(ExportDialog)
+    with qtbot.waitSignal(document.opened, timeout=20_000):
+        window.open_path(third)
+    assert not dialog.isVisible()  # it would export the new clip under the old one's name
+
+
+def test_what_waits_for_a_clip_happens_with_no_other(qtbot, show_window, tmp_path):
+    window = two_takes(qtbot, show_window, tmp_path)
+    first = window.document.data.clip.path
+    following = window.queue.next_after(first)
+    following.write_bytes(b"HIERARCHY\nROOT")  # it cannot be opened any more
+    window.files.export_at_once()
+    window.exporter.finish()
+    qtbot.waitUntil(lambda: following.name in window.bar.label.text(), timeout=20_000)
+    qtbot.waitUntil(lambda: not window.document.opener.busy, timeout=20_000)
+    open_clip(qtbot, window, shutil.copy(first, tmp_path / "c.bvh"))
+    qtbot.wait(50)
+    assert "Next clip" not in window.bar.label.text()
+
+
+def test_back_is_still_there_where_the_way_back_failed(qtbot, show_window, tmp_path):
+    window = two_takes(qtbot, show_window, tmp_path)
+    first = window.document.data.clip.path
+    with qtbot.waitSignal(window.document.opened, timeout=20_000):
+        act(window, "next_clip")
+    data = first.read_bytes()
+    first.unlink()
+    act(window, "previous_clip")
+    qtbot.waitUntil(lambda: not window.document.opener.busy, timeout=20_000)
+    first.write_bytes(data)
+    with qtbot.waitSignal(window.document.opened, timeout=20_000):
+        act(window, "previous_clip")
+    assert window.document.data.clip.path == first
+    act(window, "previous_clip")
+    assert "No clip was open before" in window.bar.label.text()
+
+
+def test_a_clip_with_decisions_to_restore_is_where_one_stopped(qtbot, show_window, tmp_path):
+    window = two_takes(qtbot, show_window, tmp_path)
+    worst = window.document.data.clip.path
+    with qtbot.waitSignal(window.document.opened, timeout=20_000):
+        act(window, "next_clip")
+    document, stopped_at = window.document, window.document.data.clip.path
+    document.decide(Decision.ACCEPTED, [j.id for j in document.intervals])
+    assert window.files.save_session()
+    document.decide(Decision.REJECTED, [document.intervals[0].id])
+    journal = document.keeper.journal.path
+    left = journal.read_bytes()
+    document.keeper.journal.give_up()
+    document.review.mark_saved()
+    window.queue.close()
+    document.close_clip()
+    journal.write_bytes(left)  # as after a crash
+    second = show_window(window.settings)
+    second.files.offer_unsaved()
+    with qtbot.waitSignal(second.document.opened, timeout=60_000):
+        next(b for b in second.bar.buttons() if b.text() == "Open and restore").click()
+    assert second.document.data.clip.path == stopped_at != worst
+    qtbot.waitUntil(lambda: not second.document.keeper.leftovers, timeout=5000)
+    assert second.document.intervals[0].decision == Decision.REJECTED
+
+
+def test_only_an_export_of_a_clip_here_is_left_out(tmp_path):
+    own, source = tmp_path / "a_refined.bvh", tmp_path / "a.bvh"
+    shutil.copy(ASSETS / "walk.bvh", source)
+    own.write_bytes(source.read_bytes().replace(b"\t", b"  ", 1))  # by another program
+    far = Path(shutil.copy(source, tmp_path / "far.bvh"))
+    far.with_suffix(".replay.json").write_text('{"clip": "elsewhere.bvh"}')
+    assert own.read_bytes() != source.read_bytes()
+    assert exports_among([source, own, far]) == {}
+    shutil.copy(source, own)
+    assert exports_among([source, own, far]) == {own: "a.bvh"}
+
+
+def test_saving_by_itself_waits_while_a_clip_is_opened(qtbot, show_window, clip, monkeypatch):
+    monkeypatch.setattr("inspector.window.saving._AUTOSAVE_MS", 50)
+    window = show_window()
+    open_clip(qtbot, window, clip)
+    opener = type(window.document.opener)
+    act(window, "next_interval")
+    with monkeypatch.context() as patch:
+        act(window, "accept")
+        patch.setattr(opener, "busy", property(lambda _: True))
+        qtbot.wait(150)
+    assert not window.document.review.saved
+    qtbot.waitUntil(lambda: window.document.review.saved, timeout=5000)
+
+
+def test_a_name_given_while_a_clip_is_opened_is_put_to_decisions_later(
+    qtbot, show_window, clip, monkeypatch
+):
+    window = show_window()
+    open_clip(qtbot, window, clip)
+    act(window, "next_interval")
+    act(window, "accept")
+    with monkeypatch.context() as patch:
+        patch.setattr(type(window.document.opener), "busy", property(lambda _: True))
+        window.document.sign("Ada")
+    window.document.sign("Ada")
+    assert "Ada" in {j.reviewer for j in window.document.intervals}

@@ -362,3 +362,11 @@ def test_what_changes_in_the_window_is_on_disk_within_a_second(qtbot, show_windo
     window.settings.first_frame = 1
     qtbot.wait(1200)
     assert load_settings(path)[0] == replace(other, first_frame=1)
+
+
+@pytest.mark.parametrize("name", ["x" * 2000, "half \ud800"])
+def test_what_no_file_can_hold_is_left_out(tmp_path, name):
+    """Nothing is raised, at every look: the rest is written."""
+    path = tmp_path / "settings.json"
+    assert save_changes(path, Settings(reviewer=name, step=20), Settings()) == ""
+    assert load_settings(path) == (Settings(step=20), "")
