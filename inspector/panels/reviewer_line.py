@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QFrame, QLineEdit, QPushButton
+from PySide6.QtWidgets import QFrame, QLineEdit
 
 from inspector.session.document import Document
 from inspector.session.settings import Settings
-from inspector.widgets.building import hbox
+from inspector.widgets.building import hbox, tool_button
 
 
 class ReviewerLine(QFrame):
@@ -19,11 +19,10 @@ class ReviewerLine(QFrame):
         self.name = QLineEdit(placeholderText="Your name")
         self.name.setToolTip("Kept with your decisions, also with those made before")
         self.name.setMaximumWidth(260)
-        self.keep, self.never = QPushButton("Keep"), QPushButton("No name")
-        for button in (self.keep, self.never):  # the style makes short words 80 pixels wide
-            words = button.fontMetrics().horizontalAdvance(button.text())
-            button.setMaximumWidth(words + 24)
-        self.never.setToolTip("Not asked again; Preferences has a line for it")
+        # Not push buttons: the style makes those of short words 80 pixels wide.
+        self.keep = tool_button("Keep", "Kept with your decisions (Enter)", flat=False)
+        tip = "Not asked again; Preferences has a line for it"
+        self.never = tool_button("No name", tip, flat=False)
         row = "Who reviews?", (self.name, 9), self.keep, self.never, None
         hbox(*row, owner=self, margins=(10, 3, 4, 3))
         self.name.returnPressed.connect(self._keep)

@@ -53,7 +53,7 @@ def test_a_laptop_at_200_percent(tmp_path, clips):
         real_screen(tmp_path) as screen,
         watched(screen, tmp_path, settings={"theme": "dark"}, scale=2) as p,
     ):
-        start = "window.viewport.start"
+        start = "window.start_page"
         room = p.rect(f"{start}.viewport()")
         for name in ("open_dialog", "open_folder", "open_sample"):
             assert inside(p.rect(f"{start}.buttons['{name}']"), room), name
