@@ -73,7 +73,7 @@ class FileActions(Saving):
             self.open_queue(path)
         else:
             self._wait_for_first = False
-            self.leave(lambda: self._open(path))
+            self.leave(lambda: self._open(self.queue.listed(path)))
 
     def _open(self, path: Path) -> None:
         if is_session(path):

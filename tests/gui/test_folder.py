@@ -415,3 +415,28 @@ def test_a_name_given_while_a_clip_is_opened_is_put_to_decisions_later(
         window.document.sign("Ada")
     window.document.sign("Ada")
     assert "Ada" in {j.reviewer for j in window.document.intervals}
+
+
+def test_a_clip_is_one_of_the_folder_however_it_is_named(qtbot, show_window, tmp_path):
+    (tmp_path / "takes").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "takes")
+    shutil.copy(ASSETS / "walk_injected.bvh", tmp_path / "takes" / "a.bvh")
+    window = show_window()
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(tmp_path / "link")
+    open_clip(qtbot, window, window.settings.recent[0])
+    act(window, "next_interval")
+    act(window, "accept")
+    clip = tmp_path / "link" / "a.bvh"
+    qtbot.waitUntil(lambda: window.queue.clips[clip].counts[0] == 1, timeout=5000)
+
+
+def test_a_double_click_opens_a_clip_once(qtbot, show_window, tmp_path):
+    window = two_takes(qtbot, show_window, tmp_path)
+    chosen, table = [], window.clips.table
+    window.clips.chosen.connect(chosen.append)
+    at = table.visualRect(table.model().index(1, 0)).center()
+    with qtbot.waitSignal(window.document.opened, timeout=20_000):
+        qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+        qtbot.mouseDClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    assert chosen == [window.document.data.clip.path]
