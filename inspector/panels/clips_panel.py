@@ -158,8 +158,8 @@ class ClipsPanel(QWidget):
         under = hbox((self.tau, 1), margins=(4, 0, 4, 0))
         parts = (above, (self.table, 1), self.bar, foot, under)
         vbox(*parts, owner=self, margins=(0, 0, 0, 3), spacing=2)
-        for signal in (self.table.doubleClicked, self.table.activated):
-            signal.connect(lambda at: self.chosen.emit(self._model.things[at.row()].path))
+        # By Enter or a double click; `doubleClicked` would open a clip a second time.
+        self.table.activated.connect(lambda at: self.chosen.emit(self._model.things[at.row()].path))
         queue.changed.connect(self._refresh)
         queue.finished.connect(self._refresh)
         document.opened.connect(self._mark_open)

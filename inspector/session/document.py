@@ -188,8 +188,8 @@ class Document(OpenClip):
         """Who reviews from now on, and who has decided in this clip since it was opened."""
         self.reviewer = reviewer
         if reviewer and (mine := [j for j in self.intervals if j.id in self._unsigned]):
-            undecided = Decision.UNDECIDED
-            ids = tuple(j.id for j in mine if j.decision != undecided and not j.reviewer)
+            # Without a time it was applied automatically since, by nobody.
+            ids = tuple(j.id for j in mine if j.decided_at and not j.reviewer)
             if not ids or self.do(Sign(ids, reviewer)):
                 self._unsigned.clear()
 

@@ -18,6 +18,7 @@ from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
 from inspector.session.leftovers import waiting_among
 from inspector.session.session_files import decided_in, exports_among, written
 from inspector.session.survey_worker import work
+from twistcore.atomic import same_file
 from twistcore.batch import ClipSurvey
 from twistcore.tuning import Profile
 
@@ -153,6 +154,11 @@ class FolderQueue(QObject):
         at = next((k for k, c in enumerate(ordered, 1) if c.path == path), 0)
         behind = (c for c in (*ordered[at:], *ordered[:at]) if c.to_do and c.path != path)
         return next((c.path for c in behind), None)
+
+    def listed(self, path: Path) -> Path:
+        """The folder's own way to a clip in it, however it was named; the path itself else."""
+        own = (p for p in self.clips if p.name == path.name and same_file(p, path))
+        return path if path in self.clips else next(own, path)
 
     @property
     def totals(self) -> tuple[int, int, int, int]:

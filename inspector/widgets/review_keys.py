@@ -138,6 +138,13 @@ class ReviewKeys(QObject):
             self.go_home()
 
 
+def is_text_written() -> bool:
+    """Whether the keyboard is a text's now: a letter that comes next is no decision."""
+    focus = QApplication.focusWidget()
+    number = isinstance(focus, QAbstractSpinBox)
+    return focus is not None and not number and _line(focus) is not None
+
+
 def _line(widget: QObject) -> QWidget | None:
     """Where the letters are that it has being written; None where none are."""
     if isinstance(widget, QAbstractSpinBox):

@@ -17,6 +17,7 @@ from inspector.session.exporter import Exporter
 from inspector.session.leftovers import decisions_in, waiting
 from inspector.session.session_files import SESSION_SUFFIX, is_session, written
 from inspector.widgets.file_dialog import ask_files
+from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
 from twistcore.tuning import Profile
@@ -73,7 +74,7 @@ class FileActions(Saving):
             self.open_queue(path)
         else:
             self._wait_for_first = False
-            self.leave(lambda: self._open(path))
+            self.leave(lambda: self._open(self.queue.listed(path)))
 
     def _open(self, path: Path) -> None:
         if is_session(path):
@@ -276,7 +277,8 @@ class FileActions(Saving):
 
     def _goes_on(self, export: Export) -> bool:
         """Whether the person has gone on since it was asked for: no clip is taken away then."""
-        elsewhere = self.document.opener.busy or QApplication.activeModalWidget() is not None
+        asked = QApplication.activeModalWidget() or QApplication.activePopupWidget()
+        elsewhere = self.document.opener.busy or asked is not None or is_text_written()
         return elsewhere or self.document.review.state is not export.state
 
     def _tell_next(self, text: str, before: Path) -> None:

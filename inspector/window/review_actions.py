@@ -192,6 +192,7 @@ class ReviewActions:
             reasons = tuple(dict.fromkeys((*REASONS[1:], *own)))
             palette = ReasonPalette(reasons, "Reject. Why?", self.window)
             palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
+            self.document.opened.connect(palette.close)  # it is about an interval of this clip
             palette.show()
             palette.line.setFocus()
 

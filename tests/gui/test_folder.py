@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer
 
+from inspector.panels.reason_palette import ReasonPalette
 from inspector.session.export_files import ExportChoice
 from inspector.session.queue import ClipState, FolderQueue, QueuedClip
 from inspector.session.session_files import exports_among
@@ -307,6 +308,10 @@ def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, t
     export_and(lambda: act(window, "accept"))
     assert not document.opener.busy
     assert document.data.clip.path == first
+    window.detail.note.setFocus()
+    export_and(lambda: qtbot.keyClicks(window.detail.note, "a or r"))
+    assert not document.opener.busy  # letters that come next would judge in the next clip
+    window.keys.go_home()
     third = Path(shutil.copy(first, tmp_path / "c.bvh"))
     export_and(lambda: window.open_path(third))
     qtbot.waitUntil(lambda: document.data.clip.path != first, timeout=20_000)
@@ -415,3 +420,50 @@ def test_a_name_given_while_a_clip_is_opened_is_put_to_decisions_later(
         window.document.sign("Ada")
     window.document.sign("Ada")
     assert "Ada" in {j.reviewer for j in window.document.intervals}
+
+
+def test_a_clip_is_one_of_the_folder_however_it_is_named(qtbot, show_window, tmp_path):
+    (tmp_path / "takes").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "takes")
+    shutil.copy(ASSETS / "walk_injected.bvh", tmp_path / "takes" / "a.bvh")
+    window = show_window()
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(tmp_path / "link")
+    open_clip(qtbot, window, window.settings.recent[0])
+    act(window, "next_interval")
+    act(window, "accept")
+    clip = tmp_path / "link" / "a.bvh"
+    qtbot.waitUntil(lambda: window.queue.clips[clip].counts[0] == 1, timeout=5000)
+
+
+def test_a_double_click_opens_a_clip_once(qtbot, show_window, tmp_path):
+    window = two_takes(qtbot, show_window, tmp_path)
+    chosen, table = [], window.clips.table
+    window.clips.chosen.connect(chosen.append)
+    at = table.visualRect(table.model().index(1, 0)).center()
+    with qtbot.waitSignal(window.document.opened, timeout=20_000):
+        qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+        qtbot.mouseDClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    assert chosen == [window.document.data.clip.path]
+
+
+def test_a_name_is_not_put_to_what_was_applied_automatically(qtbot, show_window, clip):
+    document = (window := show_window()).document
+    open_clip(qtbot, window, clip)
+    document.decide(Decision.ACCEPTED, [j.id for j in document.intervals])
+    document.undo()
+    assert document.accept_undecided()
+    document.sign("Ada")
+    accepted = [j for j in document.intervals if j.decision == Decision.ACCEPTED]
+    assert accepted
+    assert {j.reviewer for j in accepted} == {""}
+
+
+def test_a_reason_is_not_given_in_another_clip(qtbot, show_window, tmp_path):
+    window = two_takes(qtbot, show_window, tmp_path)
+    window.document.select_interval(window.document.intervals[0].id, jump=True)
+    window.review_actions.reject_for()
+    palette = window.findChild(ReasonPalette)
+    with qtbot.waitSignal(window.document.opened, timeout=20_000):
+        act(window, "next_clip")
+    assert not palette.isVisible()
