@@ -149,7 +149,7 @@ def opened(qtbot, window):
 @pytest.fixture
 def at_forearm(qtbot, show_window, tmp_path):
     """A copy of that walk in a dark window, the left forearm selected, a frame in the middle."""
-    window = show_window(Settings(theme="dark", turn_ms=0), tmp_path / "settings.json")
+    window = show_window(Settings(theme="dark", turn_ms=0), tmp_path / "config" / "settings.json")
     window.activateWindow()
     open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path / "mine.bvh"))
     window.document.select_chain("LeftForeArm")

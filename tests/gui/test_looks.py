@@ -19,9 +19,15 @@ from tests.gui.windows import act, open_clip
 CHECK = Path(__file__).with_name("layout_check.py")
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
+# A theme changes no size, so each is looked at in one of them.
 @pytest.mark.parametrize(
-    ("width", "height", "scale"), [(1024, 700, 1), (1280, 800, 1), (1920, 1080, 1), (1280, 800, 2)]
+    ("width", "height", "scale", "theme"),
+    [
+        (1024, 700, 1, "dark"),
+        (1280, 800, 1, "light"),
+        (1920, 1080, 1, "dark"),
+        (1280, 800, 2, "light"),
+    ],
 )
 def test_every_text_fits_and_no_two_widgets_overlap(tmp_path, width, height, scale, theme):
     clip = tmp_path / "walk.bvh"
