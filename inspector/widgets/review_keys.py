@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QChildEvent, QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -81,9 +81,10 @@ class ReviewKeys(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Sort keys and wheel; all else goes its way."""
         kind = event.type()
-        if kind == QEvent.Type.ChildPolished and watched is self._window:
-            child = event.child()  # type: ignore[attr-defined]
-            if isinstance(child, QWidget):
+        if isinstance(event, QChildEvent):
+            child = event.child()
+            polished = kind == QEvent.Type.ChildPolished and watched is self._window
+            if polished and isinstance(child, QWidget):
                 self.watch(child)  # a dialog
         elif kind == QEvent.Type.Wheel and isinstance(watched, QAbstractSpinBox | QComboBox):
             if not watched.hasFocus():

@@ -72,7 +72,7 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
                    do=lambda p: p.files.export_dialog()),
         ActionSpec("export_at_once", "Export at once", ("Ctrl+Shift+E",),
                    "As Export… would unchanged; it asks where anything is in the way",
-                   do=lambda p: p.files.export_at_once()),
+                   do=lambda p: p.files.export_dialog(at_once=True)),
         None,
         ActionSpec("open_video", "Open witness video…", ("Ctrl+Shift+V",),
                    "A video of the same take beside the 3D view",

@@ -20,6 +20,7 @@ from inspector.widgets.file_dialog import ask_files
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
+from twistcore.review import ReviewState
 from twistcore.tuning import Profile
 
 _FIRST_MS = 4_000  # a person waits so long for the worst clip of a folder
@@ -43,6 +44,7 @@ class FileActions(Saving):
     closing: bool = field(default=False, init=False)  # no other clip is to be opened any more
     _under_way: str = field(default="", init=False)
     _wait_for_first: bool = field(default=False, init=False)  # it opens by itself
+    _since: ReviewState | None = field(default=None, init=False)  # the review as it waits
     _visited: list[Path] = field(default_factory=list, init=False)  # clips, the open one last
     _when_open: tuple[Path, Callable[[], object]] | None = field(default=None, init=False)
     _back_to: Path | None = field(default=None, init=False)
@@ -118,7 +120,7 @@ class FileActions(Saving):
             self.bar.show_message(f"{folder}: no BVH in this folder yet; it is watched.", False)
         else:
             self.bar.show_message(f"{folder.name}: the worst clip opens in a moment …", False)
-        self._wait_for_first = True
+        self._wait_for_first, self._since = True, self._state()
         self._first.start()
         self._queue_changed()
 
@@ -129,7 +131,9 @@ class FileActions(Saving):
     def _open_first(self) -> None:
         if not self._wait_for_first:
             return
-        if path := self.queue.next_after(None):
+        if self._goes_on(self._since):
+            self._wait_for_first = False
+        elif path := self.queue.next_after(None):
             self.open_path(path)
         elif not self.queue.running and self.queue.clips:
             self._wait_for_first = False
@@ -160,7 +164,7 @@ class FileActions(Saving):
             self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
         else:
             self.bar.show_message(self._nothing_next(), False)
-            self._wait_for_first = self.queue.running
+            self._wait_for_first, self._since = self.queue.running, self._state()
 
     def _nothing_next(self) -> str:
         if self.queue.running:
@@ -230,24 +234,14 @@ class FileActions(Saving):
         title, reopen = "Locate the clip", partial(self.document.opener.open_session, session)
         ask_files(self.window, title, "*.bvh", lambda p: reopen(p[0]), folder=session.parent)
 
-    def export_dialog(self) -> None:
-        """Ask where to and export."""
+    def export_dialog(self, *, at_once: bool = False) -> None:
+        """Ask where to and export; at once, as it stands, unless anything is in the way."""
         if self.document.data is None:
             self.bar.show_message("Open a clip first.", False)
             return
         dialog = ExportDialog(self.document, self.window)
         dialog.accepted.connect(lambda: self.export(dialog.choice()))
-        dialog.open()
-
-    def export_at_once(self) -> None:
-        """Export as the dialog would unchanged; where anything is in the way, it opens."""
-        dialog = ExportDialog(self.document, self.window)
-        if dialog.do_it.isEnabled():
-            self.export(dialog.choice())
-            dialog.deleteLater()
-        else:
-            dialog.accepted.connect(lambda: self.export(dialog.choice()))
-            dialog.open()
+        dialog.accept() if at_once and dialog.do_it.isEnabled() else dialog.open()
 
     def export(self, choice: ExportChoice) -> None:
         """Write what was chosen in the background; the message bar says what changed."""
@@ -265,21 +259,24 @@ class FileActions(Saving):
         self.queue.note_export(path, export.choice.path)
         if not own or self.closing or export.changed or not self.settings.next_after_export:
             return
-        if self._goes_on(export):
+        if self._goes_on(export.state):
             return
         if (following := self.queue.next_after(path)) is None:
             self.bar.show_message(f"{text} {self._nothing_next()}", False)
-            self._wait_for_first = self.queue.running
+            self._wait_for_first, self._since = self.queue.running, self._state()
             return
         told = f"{text} Next clip: {following.name}."
         self._when_open = following, lambda: self._tell_next(told, path)
         self.open_path(following)
 
-    def _goes_on(self, export: Export) -> bool:
-        """Whether the person has gone on since it was asked for: no clip is taken away then."""
+    def _goes_on(self, since: ReviewState | None) -> bool:
+        """Whether the person has gone on since the review was so: no clip is taken away then."""
         asked = QApplication.activeModalWidget() or QApplication.activePopupWidget()
         elsewhere = self.document.opener.busy or asked is not None or is_text_written()
-        return elsewhere or self.document.review.state is not export.state
+        return elsewhere or self._state() is not since
+
+    def _state(self) -> ReviewState | None:
+        return None if self.document.data is None else self.document.review.state
 
     def _tell_next(self, text: str, before: Path) -> None:
         if self.bar.asks:

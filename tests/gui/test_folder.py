@@ -298,7 +298,7 @@ def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, t
     document, first = window.document, window.document.data.clip.path
 
     def export_and(meanwhile):
-        window.files.export_at_once()
+        window.files.export_dialog(at_once=True)
         assert window.exporter.running
         meanwhile()
         window.exporter.finish()
@@ -331,9 +331,10 @@ def test_what_waits_for_a_clip_happens_with_no_other(qtbot, show_window, tmp_pat
     first = window.document.data.clip.path
     following = window.queue.next_after(first)
     following.write_bytes(b"HIERARCHY\nROOT")  # it cannot be opened any more
-    window.files.export_at_once()
+    window.files.export_dialog(at_once=True)
     window.exporter.finish()
     qtbot.waitUntil(lambda: following.name in window.bar.label.text(), timeout=20_000)
+    assert window.findChildren(ExportDialog) == []  # it was never seen, and is gone
     qtbot.waitUntil(lambda: not window.document.opener.busy, timeout=20_000)
     open_clip(qtbot, window, shutil.copy(first, tmp_path / "c.bvh"))
     qtbot.wait(50)
