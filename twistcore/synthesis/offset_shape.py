@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import TypeAlias
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from twistcore.chain import Chain
 from twistcore.motion import Motion
@@ -54,6 +53,9 @@ def shaped(
     if protocol.jitter:
         offset = offset + np.radians(protocol.jitter) * rng.standard_normal(length)
     if protocol.low_pass:
+        # Here, since scipy.signal takes longer to load than all of this package's other needs.
+        from scipy.signal import butter, sosfiltfilt
+
         reach = filter_reach(protocol, fps)
         sections = butter(2, min(protocol.low_pass / (0.5 * fps), 0.9), output="sos")
         offset = sosfiltfilt(sections, np.pad(offset, 3 * reach))[2 * reach : -2 * reach]
