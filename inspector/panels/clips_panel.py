@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QProgressBar,
     QPushButton,
     QSizePolicy,
-    QStyledItemDelegate,
     QStyleOptionViewItem,
     QWidget,
 )
@@ -24,12 +23,13 @@ from PySide6.QtWidgets import (
 from inspector.session.document import Document
 from inspector.session.queue import ClipState, FolderQueue, QueuedClip
 from inspector.widgets.building import hbox, soft, vbox
-from inspector.widgets.tables import SORT_ROLE, Index, Row, RowModel, RowTable
+from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.review import Decision
 
 _ROWS = 10  # clips that are to be seen at least, where there is room
 _COUNT_MS = 60  # while τ is dragged the list does not follow every step
+_NEWS_MS = 160  # nor, while clips are analysed, every one of them
 _HEADS = ("Clip", "Severity", "Review", "Export")
 _NAME_WIDTH = 90  # pixels
 # What the filter lets through, by its words.
@@ -67,7 +67,6 @@ class _ClipModel(RowModel[QueuedClip]):
         name = f"↺ {thing.path.stem}" if thing.waits else thing.path.stem
         return Row(
             texts=(name, "", _review(thing), "✓" if thing.exported else ""),
-            sort=(thing.path.stem, thing.severity, _review(thing), thing.exported),
             colours=dict.fromkeys(range(len(_HEADS)), colour) if colour else {},
             tips=(_tip(thing),),
         )
@@ -106,22 +105,22 @@ def _tip(clip: QueuedClip) -> str:
     return "\n".join(told)
 
 
-class _SeverityBar(QStyledItemDelegate):
-    """A bar on a square root scale, against the worst clip of the folder."""
+class _SeverityBar(RowDelegate):
+    """A bar on a square root scale, against the worst clip that is listed."""
 
     def __init__(self, model: _ClipModel, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._model = model
+        super().__init__(model, parent)
+        self._clips = model
+        self.worst = 0.0
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         super().paint(painter, option, index)
-        severity = index.data(SORT_ROLE)
-        worst = max((c.severity for c in self._model.things), default=0.0)
-        if severity is None or severity <= 0.0 or worst <= 0.0:
+        severity = self._clips.things[index.row()].severity
+        if severity <= 0.0 or self.worst <= 0.0:
             return
         room = QRectF(option.rect).adjusted(4, 5, -6, -5)
-        room.setWidth(max(2.0, room.width() * (severity / worst) ** 0.5))
-        painter.fillRect(room, QColor(self._model.theme.before))
+        room.setWidth(max(2.0, room.width() * (severity / self.worst) ** 0.5))
+        painter.fillRect(room, QColor(self._clips.theme.before))
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
         return QSize(70, super().sizeHint(option, index).height())
@@ -138,7 +137,9 @@ class ClipsPanel(QWidget):
         self._model = _ClipModel(theme)
         self._order: tuple[int, bool] | None = None  # column, whether downwards; None: worst first
         self.table = RowTable(self._model, room=2)
-        self.table.setItemDelegateForColumn(1, _SeverityBar(self._model, self.table))
+        self.table.setItemDelegate(RowDelegate(self._model, self.table))
+        self._severities = _SeverityBar(self._model, self.table)
+        self.table.setItemDelegateForColumn(_HEADS.index("Severity"), self._severities)
         self._lay_out_heads()
         self.text = QLineEdit(placeholderText="Filter by name", clearButtonEnabled=True)
         self.wanted = QComboBox()
@@ -160,8 +161,11 @@ class ClipsPanel(QWidget):
         vbox(*parts, owner=self, margins=(0, 0, 0, 3), spacing=2)
         # By Enter or a double click; `doubleClicked` would open a clip a second time.
         self.table.activated.connect(lambda at: self.chosen.emit(self._model.things[at.row()].path))
-        queue.changed.connect(self._refresh)
+        self._news = QTimer(self, singleShot=True, interval=_NEWS_MS)
+        self._news.timeout.connect(self._refresh)
+        queue.changed.connect(self._take_news)
         queue.finished.connect(self._refresh)
+        queue.profile_changed.connect(self._refresh)
         document.opened.connect(self._mark_open)
         self._count = QTimer(self, singleShot=True, interval=_COUNT_MS)
         self._count.timeout.connect(self._count_open)
@@ -217,9 +221,20 @@ class ClipsPanel(QWidget):
             clips.sort(key=lambda c: _sorted_by(c)[column], reverse=downwards)
         return clips
 
+    def _take_news(self) -> None:
+        """At once, except of clips that are analysed: those follow fast upon each other."""
+        if not self._queue.running:
+            self._refresh()
+        elif not self._news.isActive():
+            self._news.start()
+
     def _refresh(self) -> None:
-        self._model.show(self._shown())
-        self.table.viewport().update()  # the bars measure against the worst, which may be new
+        clips = self._shown()
+        self._model.show(clips)
+        worst = max((c.severity for c in clips), default=0.0)
+        if worst != self._severities.worst:
+            self._severities.worst = worst
+            self.table.viewport().update()
         done, total = self._queue.progress
         self.bar.setUpdatesEnabled(False)  # else every value repaints the window at once
         self.bar.setRange(0, max(total, 1))
