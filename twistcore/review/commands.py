@@ -369,9 +369,10 @@ def _replace(state: ReviewState, ids: tuple[int, ...], **changes: Any) -> Review
     for interval_id in ids:
         state.find(interval_id)
     wanted = set(ids)
-    return state.with_intervals(
-        replace(j, **changes) if j.id in wanted else j for j in state.intervals
-    )
+    changed = tuple(replace(j, **changes) if j.id in wanted else j for j in state.intervals)
+    if "interval" in changes:
+        return state.with_intervals(changed)
+    return replace(state, intervals=changed)  # in the same order: a long journal is replayed so
 
 
 def _count(n: int) -> str:
