@@ -242,7 +242,10 @@ class FileActions(Saving):
             return
         dialog = ExportDialog(self.document, self.window)
         dialog.accepted.connect(lambda: self.export(dialog.choice()))
-        dialog.accept() if at_once and dialog.do_it.isEnabled() else dialog.open()
+        if not at_once:
+            dialog.open()
+            return
+        dialog.when_seen(lambda: dialog.accept() if dialog.do_it.isEnabled() else dialog.open())
 
     def export(self, choice: ExportChoice) -> None:
         """Write what was chosen in the background; the message bar says what changed."""
