@@ -63,7 +63,8 @@ class Document(OpenClip):
         self.recovery.question.connect(self.question)
         self.recovery.withdrawn.connect(self.withdrawn)
         self.reviewer = ""
-        self._unsigned: set[int] = set()  # of this clip: decided in this run, by nobody named
+        # Of this clip: what was decided in this run by nobody named, by id and time.
+        self._unsigned: set[tuple[int, str]] = set()
         self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
 
     # -- one clip after the other ------------------------------------------------------------------
@@ -146,6 +147,7 @@ class Document(OpenClip):
         self.review.undo()
         self.keeper.journal.record_step(UNDO)
         self._review_changed()
+        self.sign(self.reviewer)  # decisions that were undone when the name was given
 
     def redo(self) -> None:
         """Do the last undone command again."""
@@ -156,6 +158,7 @@ class Document(OpenClip):
         self.review.redo()
         self.keeper.journal.record_step(REDO)
         self._review_changed()
+        self.sign(self.reviewer)  # decisions that were undone when the name was given
 
     def decide(
         self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
@@ -178,20 +181,20 @@ class Document(OpenClip):
             self.step_interval(+1, undecided=True, order=order)
 
     def _decide(self, ids: tuple[int, ...], decision: Decision) -> bool:
-        done = self.do(Decide(ids, decision, self.reviewer, self.now()))
+        at = self.now()
+        done = self.do(Decide(ids, decision, self.reviewer, at))
         if done and decision != Decision.UNDECIDED and not self.reviewer:
-            self._unsigned.update(ids)
+            self._unsigned.update((k, at) for k in ids)
             self.unsigned.emit()
         return done
 
     def sign(self, reviewer: str) -> None:
         """Who reviews from now on, and who has decided in this clip since it was opened."""
         self.reviewer = reviewer
-        if reviewer and (mine := [j for j in self.intervals if j.id in self._unsigned]):
-            # Without a time it was applied automatically since, by nobody.
-            ids = tuple(j.id for j in mine if j.decided_at and not j.reviewer)
-            if not ids or self.do(Sign(ids, reviewer)):
-                self._unsigned.clear()
+        mine = (j for j in self.intervals if (j.id, j.decided_at) in self._unsigned)
+        ids = tuple(j.id for j in mine if not j.reviewer)
+        if reviewer and ids:
+            self.do(Sign(ids, reviewer))
 
     @staticmethod
     def now() -> str:

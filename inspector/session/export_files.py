@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -17,6 +16,7 @@ from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
 from twistcore.export.report import Report, check_report, report_files, report_marks, write_report
+from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
 from twistcore.review import ReviewState, read_session, write_session
@@ -99,6 +99,12 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
 
 
+def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
+    """Long files that :func:`replaced` would read, for a thread to take their `file_mark` first."""
+    known = _known(choice.path, ours)
+    return tuple(path for path in files_of(choice) if path in known and takes_long(path))
+
+
 def _known(path: Path, ours: Mapping[Path, str]) -> dict[Path, str]:
     """SHA-256 of what this program wrote, by this run and by the report beside an export."""
     listing = report_files(path.parent, path.stem)[-1]
@@ -147,7 +153,7 @@ def _as_written(path: Path, ours: Mapping[Path, str]) -> bool:
     """Whether nothing is there, what this program wrote there, or what has no bytes to lose."""
     if not path.is_file():
         return True
-    return path in ours and hashlib.sha256(path.read_bytes()).hexdigest() == ours[path]
+    return path in ours and file_mark(path) == ours[path]
 
 
 def write(export: Export, tell: Tell = nobody) -> str:
@@ -158,6 +164,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
     """
     choice, clip, state = export.choice, export.clip, export.state
     refined = accepted_motion(clip, export.chains, state, tell=tell)
+    forget_marks(files_of(choice))
     check_targets(choice, clip, export.ours, export.own)
     jumps = write_bvh(clip, refined, choice.path)
     _take_note(export, choice.path)
@@ -176,7 +183,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
 
 def _take_note(export: Export, path: Path) -> None:
     if path.is_file():
-        export.ours[path] = hashlib.sha256(path.read_bytes()).hexdigest()
+        export.ours[path] = file_mark(path)
 
 
 def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:

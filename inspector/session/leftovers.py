@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -60,6 +60,19 @@ def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
     if away:
         by_name += [p for p in clips if refuge_path(p).name in away]
     return {path for path in by_name if waiting(path)}
+
+
+def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
+    """Clips whose decisions may be restored: each with its latest journal and how many it has.
+
+    Whole journals are replayed, which may take seconds: for a thread.
+    """
+    found = []
+    for clip in clips:
+        counted = ((clip, path, n) for path in waiting(clip) if (n := decisions_in(path)))
+        if (latest := next(counted, None)) and clip.exists():
+            found.append(latest)
+    return found
 
 
 def decisions_in(journal: Path) -> int:

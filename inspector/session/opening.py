@@ -19,6 +19,7 @@ from twistcore.detection.cuts import border_notes
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import chains_of
+from twistcore.file_marks import file_mark
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
@@ -306,7 +307,7 @@ def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     if now is None:
         return f"{clip.name} is no longer where it was; what is open stays as it is."
     try:
-        same = hashlib.sha256(clip.path.read_bytes()).hexdigest() == clip.sha256
+        same = file_mark(clip.path) == clip.sha256
     except OSError as error:
         return f"{clip.name} can no longer be read ({error.strerror})."
     return "" if same else f"{clip.name} has changed on disk since it was opened."

@@ -12,6 +12,8 @@ from inspector.session.keeper import Keeper
 from inspector.session.leftovers import Leftover, missing
 from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
 from inspector.session.session_files import session_path, written
+from inspector.widgets.background import OneTask
+from twistcore.file_marks import file_mark, takes_long
 from twistcore.review import CarryOver, Command, Judged, Review, ReviewState
 
 
@@ -38,6 +40,7 @@ class Recovery(QObject):
         self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
         self._changed = ""  # what is to be said about it
         self._asks_about_disk = False
+        self._look = OneTask(self)  # at a long clip that has changed
         keeper.journal.failing.connect(self._ask_about_disk)
         keeper.journal.caught_up.connect(self._disk_has_room)
         keeper.locked.connect(self._ask_about_lock)
@@ -53,6 +56,7 @@ class Recovery(QObject):
     def end(self, data: Analysed) -> None:
         """The clip gives way to this one: no question about it may be answered any more."""
         self._data = data
+        self._look.cancel()
         self._asks_about_disk = False
         self.withdrawn.emit()
 
@@ -61,7 +65,14 @@ class Recovery(QObject):
         if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
-            self.check_clip()
+            path = self._data.clip.path
+            if stamp_of(path) != self._stamp and takes_long(path):
+                self._look.run(lambda _: file_mark(path), self._looked, self._looked)
+            else:
+                self.check_clip()
+
+    def _looked(self, _: object) -> None:
+        self.check_clip()
 
     def check_clip(self) -> str:
         """A sentence if the clip has changed on disk since it was read, else ''.

@@ -15,7 +15,7 @@ from inspector.session.session_files import JOURNAL_SUFFIX, at_first, refuge_pat
 from twistcore.atomic import free_name
 from twistcore.bvh import Clip
 from twistcore.errors import TwistError
-from twistcore.review import Command, Journal, Recovered, Review, ReviewState, recover
+from twistcore.review import Command, Journal, Recovered, Review, ReviewState, Sign, recover
 from twistcore.review.journal import command_to_json, state_entry
 
 _IDLE_MS = 300  # a drag that pauses this long is put on disk
@@ -159,6 +159,8 @@ class ReviewJournal(QObject):
             if self._journal is None and self._may_write():
                 self._begin_before_last()
         else:
+            if self._journal is None and isinstance(command, Sign):
+                self._detached = True  # no step of the history that a journal could begin before
             self._append(command_to_json(command))
 
     def record_step(self, entry: Mapping[str, Any]) -> None:

@@ -23,6 +23,7 @@ VIDEOS = 500
 FOLDERS = 100
 STEPS = (2, 1000)  # frames that Ctrl+arrow may go by
 FARTHEST_S = 86_400.0  # a video's offset, either way
+_FOLDER_TAU = {"profile", "method", "tau"}  # what is kept of a folder and belongs together
 _LARGEST_FILE = 64_000_000  # bytes; ours have some kilobytes
 _LONGEST_NUMBER = 18  # digits: longer ones are out of all bounds, and slow to read
 
@@ -79,8 +80,7 @@ class Settings:
 
     def of_folder(self, folder: Path) -> dict[str, Any]:
         """What is kept of a folder."""
-        nothing = {"clip": "", "profile": "", "method": "", "tau": {}}
-        return nothing | self.folders.get(str(folder.resolve()), {})
+        return _new_folder() | self.folders.get(str(folder.resolve()), {})
 
     def remember_folder(self, folder: Path, **known: Any) -> None:
         """Keep where one is in a folder, or its τ: what is not named stays as it is."""
@@ -202,7 +202,7 @@ def save_changes(path: Path, settings: Settings, before: Settings) -> str:
     """Write what has changed since `before` into the file as it is by now; as `save_settings`.
 
     Another program may have written there meanwhile: what was not changed here stays as it is, and
-    of lists and objects every entry.
+    of lists and objects every entry; of a folder where one stopped and its τ, each by itself.
     """
     there, damaged = before, tuple[str, ...]()
     if path.is_file() and not _trouble(path):
@@ -222,6 +222,8 @@ def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
         if isinstance(new, dict):
             left = {k: v for k, v in other.items() if k in new or k not in old}
             own = {k: v for k, v in new.items() if old.get(k) != v}
+            if name == "folders":
+                own = {k: _merged_folder(old.get(k), v, other.get(k)) for k, v in own.items()}
             new = {k: v for k, v in left.items() if k not in own} | own
         elif isinstance(new, list):
             old_place = {k: place for place, k in enumerate(old)}
@@ -231,6 +233,24 @@ def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
         with contextlib.suppress(ValueError):  # what no file can hold stays as it was
             changed[name] = CHECKS[name](new) if name not in ("geometry", "layout") else new
     return replace(theirs, **changed)
+
+
+def _new_folder() -> dict[str, Any]:
+    """What is kept of a folder in which nothing was done yet."""
+    return {"clip": "", "profile": "", "method": "", "tau": {}}
+
+
+def _merged_folder(
+    old: dict[str, Any] | None, new: dict[str, Any], other: dict[str, Any] | None
+) -> dict[str, Any]:
+    """What another program keeps of a folder, with what was changed here; τ goes by whole."""
+    if other is None:
+        return new
+    old = _new_folder() | (old or {})
+    changed = {key for key, value in new.items() if old[key] != value}
+    if changed & _FOLDER_TAU:
+        changed |= _FOLDER_TAU
+    return other | {key: value for key, value in new.items() if key in changed}
 
 
 def _trouble(path: Path) -> str:

@@ -55,7 +55,7 @@ class MessageBar(QFrame):
         """Show a sentence with buttons that goes by itself; not where a question waits."""
         if not self.asks:
             self._asked = None
-            self._show(text, False)
+            self._show(self._behind_error(text), False)
             self._add(answers)
             self._timer.start(2 * _SHOWN_MS)
 
@@ -67,11 +67,14 @@ class MessageBar(QFrame):
     def ask(self, text: str, answers: Answers) -> None:
         """Show a sentence with buttons; it stays until one is pressed or it is closed."""
         self._asked = (text, answers)
-        if self.isVisible() and self.property("wrong") and not self._answers.count():
-            text = f"{self.label.text()} {text}"  # the error is not to go unread
-        self._show(text, False)
+        self._show(self._behind_error(text), False)
         self._timer.stop()
         self._add(answers)
+
+    def _behind_error(self, text: str) -> str:
+        """Behind the error that is shown, if one is, for that is not to go unread."""
+        error = self.isVisible() and self.property("wrong") and not self._answers.count()
+        return f"{self.label.text()} {text}" if error else text
 
     def _add(self, answers: Answers) -> None:
         for number, (name, slot) in enumerate(answers, 1):

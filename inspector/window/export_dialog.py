@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.session.document import Document
-from inspector.session.export_files import ExportChoice, check_targets, replaced
+from inspector.session.export_files import ExportChoice, check_targets, replaced, to_look_at
 from inspector.session.session_files import EXPORT_MARK
+from inspector.widgets.background import OneTask
 from inspector.widgets.write_dialog import WriteDialog
 from twistcore.errors import TwistError
+from twistcore.file_marks import file_mark
 from twistcore.refinement import SURE_ENOUGH
 from twistcore.review import Decision
 from twistcore.review.model import APPLIED, SEEN
@@ -24,6 +29,9 @@ class ExportDialog(WriteDialog):
         clip = document.data.clip.path if document.data else Path("clip.bvh")
         super().__init__("Export", clip.with_name(f"{clip.stem}{EXPORT_MARK}.bvh"), parent)
         self._document = document
+        self._look = OneTask(self)  # at long files that are there
+        self._then: Callable[[], object] = lambda: None
+        self.finished.connect(self._look.cancel)
         document.opened.connect(self.reject)  # what it says is of the clip that was open
         told = Counter(j.verdict for j in document.intervals)
         words = [
@@ -78,7 +86,27 @@ class ExportDialog(WriteDialog):
         self._path_changed()
 
     def _path_changed(self) -> None:
-        self.replace.setChecked(False)  # what was said of another file
+        with QSignalBlocker(self.replace):
+            self.replace.setChecked(False)  # what was said of another file
+        self._look.cancel()
+        if long := to_look_at(self.choice(), self._document.exported):
+            names = ", ".join(path.name for path in long)
+            self.replaces.setText(f"{names}: being looked at …")
+            self.replace.hide()
+            self.obstacle.hide()
+            self.do_it.setEnabled(False)
+            self._look.run(lambda _: _take_marks(long), lambda _: self._seen())
+        else:
+            self._seen()
+
+    def when_seen(self, then: Callable[[], object]) -> None:
+        """Do it once it is known what is there."""
+        if self._look.running:
+            self._then = then
+        else:
+            then()
+
+    def _seen(self) -> None:
         there = replaced(self.choice(), self._document.exported)
         foreign = [path for path, ours in there.items() if not ours]
         lines = [
@@ -88,6 +116,8 @@ class ExportDialog(WriteDialog):
         self.replaces.setText("\n".join(lines) or "nothing: all files are new")
         self.replace.setVisible(bool(foreign))
         self._see_whether_it_can()
+        then, self._then = self._then, lambda: None
+        then()
 
     def _see_whether_it_can(self) -> None:
         """The button works where nothing is in the way; else a sentence says what is."""
@@ -118,3 +148,9 @@ class ExportDialog(WriteDialog):
     def pattern(self) -> str:
         """Clips."""
         return "BVH (*.bvh)"
+
+
+def _take_marks(files: Iterable[Path]) -> None:
+    for path in files:
+        with suppress(OSError):  # gone meanwhile
+            file_mark(path)

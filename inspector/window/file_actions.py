@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import partial
@@ -14,8 +14,9 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QFileDialog, QMenu
 
 from inspector.session.export_files import Export, ExportChoice
 from inspector.session.exporter import Exporter
-from inspector.session.leftovers import decisions_in, waiting
+from inspector.session.leftovers import unsaved_among
 from inspector.session.session_files import SESSION_SUFFIX, is_session, written
+from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
@@ -241,7 +242,10 @@ class FileActions(Saving):
             return
         dialog = ExportDialog(self.document, self.window)
         dialog.accepted.connect(lambda: self.export(dialog.choice()))
-        dialog.accept() if at_once and dialog.do_it.isEnabled() else dialog.open()
+        if not at_once:
+            dialog.open()
+            return
+        dialog.when_seen(lambda: dialog.accept() if dialog.do_it.isEnabled() else dialog.open())
 
     def export(self, choice: ExportChoice) -> None:
         """Write what was chosen in the background; the message bar says what changed."""
@@ -286,14 +290,13 @@ class FileActions(Saving):
 
     def offer_unsaved(self) -> None:
         """Say which clip of the last ones has decisions that were not saved, and offer it."""
-        counted = []
-        for clip in map(Path, self.settings.recent):
-            found = ((clip, path, n) for path in waiting(clip) if (n := decisions_in(path)))
-            if (latest := next(found, None)) and clip.exists():
-                counted.append(latest)
-        if not counted:
-            return
-        (clip, journal, count), *others = counted
+        clips = tuple(map(Path, self.settings.recent))
+        OneTask(self.window).run(lambda _: unsaved_among(clips), self._offer)
+
+    def _offer(self, unsaved: Sequence[tuple[Path, Path, int]]) -> None:
+        if not unsaved or self.document.data is not None or self.document.opener.busy:
+            return  # of a clip that is opened all this is asked by itself
+        (clip, journal, count), *others = unsaved
         when = datetime.fromtimestamp(written(journal) / 1e9)
         decisions = f"{count} decision{'s' * (count > 1)}"
         more = f" {len(others)} more of the last clips have some, too." if others else ""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QMainWindow, QMessageBox
 
 from inspector.bundled import ASSETS
@@ -84,9 +85,12 @@ class Saving:
         if data is None or self.document.review.saved:
             then()
         elif self.settings.autosave:
-            if self.save_quietly() or self.document.keeper.journal.on_disk:
+            saved, told = self._save()
+            if saved or self.document.keeper.journal.on_disk:
                 then()
+                self._tell_behind(told)
             else:
+                self._tell(told)
                 self._ask_to_leave(f"The decisions about {data.clip.name} cannot be saved.", then)
         else:
             self._ask_to_leave(f"{data.clip.name} has decisions that are not saved.", then)
@@ -112,15 +116,33 @@ class Saving:
         Not beside what comes with the program: that opens as new for the next person, and the
         journal keeps what was decided.
         """
+        saved, told = self._save()
+        self._tell(told)
+        return saved
+
+    def _save(self) -> tuple[bool, str]:
+        """The same, and what is to be told."""
         if self.document.data is not None and ASSETS in self.document.data.clip.path.parents:
-            return False
+            return False, ""
         saved, told = self.document.keeper.save()
         self.tell_saved()
         if saved and self.document.data is not None:
             self.queue.refresh(self.document.data.clip.path)
+        return saved, told.strip()
+
+    def _tell(self, told: str) -> None:
         if told:
-            self.bar.show_message(told.strip(), True)
-        return saved
+            self.bar.show_message(told, True)
+
+    def _tell_behind(self, told: str) -> None:
+        """Tell it once what is being opened is there: that clears the bar and says its own."""
+        opener = self.document.opener
+        if not (told and opener.busy):
+            self._tell(told)
+            return
+        once = Qt.ConnectionType.SingleShotConnection
+        later = partial(QTimer.singleShot, 0, self.window, partial(self._tell, told))
+        opener.over.connect(later, once)
 
     def _wait_to_save(self) -> None:
         if self.settings.autosave and not self.document.review.saved:
@@ -140,16 +162,18 @@ class Saving:
         self.detail.commit()
         if not ask or self.document.data is None or self.document.review.saved:
             return True
+        told, trouble = f"{self.document.data.clip.name} has decisions that are not saved.", ""
         if self.settings.autosave:
-            if self.save_quietly():
-                return True
+            saved, trouble = self._save()
+            if saved:
+                return True  # whatever is to be told: nobody needs to do anything about it
             if self.document.keeper.journal.on_disk and not self.document.keeper.read_only:
-                return True  # it is offered at the next start
+                return not trouble or self._closes_unsaved(trouble)
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
             self.window,
             "Twist Inspector",
-            f"{self.document.data.clip.name} has decisions that are not saved.",
+            f"{trouble} {told}".strip(),
             button.Save | button.Discard | button.Cancel,
             button.Save,
         )
@@ -158,6 +182,14 @@ class Saving:
         if answer == button.Discard:
             self.document.keeper.journal.give_up()
         return answer == button.Discard
+
+    def _closes_unsaved(self, trouble: str) -> bool:
+        """Say that the session cannot be written; whether to close all the same."""
+        button = QMessageBox.StandardButton
+        told = f"{trouble} The decisions are offered when the program is started again."
+        buttons, wanted = button.Close | button.Cancel, button.Close
+        answer = QMessageBox.warning(self.window, "Twist Inspector", told, buttons, wanted)
+        return answer == button.Close
 
 
 def _named_session(path: Path) -> Path:

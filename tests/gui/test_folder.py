@@ -7,31 +7,13 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer
 
-from inspector.panels.reason_palette import ReasonPalette
 from inspector.session.export_files import ExportChoice
 from inspector.session.queue import ClipState, FolderQueue, QueuedClip
 from inspector.session.session_files import exports_among
 from inspector.session.settings import Settings
-from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
+from tests.gui.folders import put_errors, two_takes
 from tests.gui.windows import act, export, open_clip
-from twistcore.batch import severity
-from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
-from twistcore.chain import find_chains
-from twistcore.detection import Interval
-from twistcore.review import Decision
-from twistcore.synthesis import draw_errors, generator, inject
-
-
-def put_errors(path, chains_hit, seed=1):
-    """The walk with errors in a number of chains; returns its true severity."""
-    clip = read_bvh(ASSETS / "walk.bvh")
-    chains = find_chains(clip.motion)
-    errors = draw_errors(clip.motion, chains[:chains_hit], generator(seed, path.name))
-    dirty = inject(clip.motion, chains, errors)
-    path.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
-    found = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
-    return severity(found, clip.motion.frames)
 
 
 @pytest.fixture
@@ -109,27 +91,6 @@ def test_new_clips_are_taken_up_and_vanished_ones_marked(qtbot, queue, tmp_path)
     assert "no longer" in queue.clips[tmp_path / "1.bvh"].reason
 
 
-def test_the_window_opens_a_folder_reviews_and_goes_on(qtbot, show_window, tmp_path):
-    for k in (2, 5):
-        put_errors(tmp_path / f"{k}.bvh", k)
-    window = show_window()
-    with qtbot.waitSignal(window.document.opened, timeout=60_000):
-        window.open_path(tmp_path)
-    assert window.docks["clips"].isVisible()
-    qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
-    window.document.accept_undecided()
-    assert window.files.save_session()
-    first = window.document.data.clip.path
-    assert window.queue.clips[first].done
-    with qtbot.waitSignal(window.document.opened, timeout=60_000):
-        act(window, "next_clip")
-    assert window.document.data.clip.path != first
-    window.document.accept_undecided()
-    window.files.save_session()
-    act(window, "next_clip")
-    assert "No other clip" in window.bar.label.text()
-
-
 def test_the_window_stays_free_while_clips_are_analysed(qtbot, show_window, tmp_path):
     """Not a timed test of speed: a stall of half a second would mean work in the GUI thread."""
     for k in range(8):
@@ -190,31 +151,6 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     assert [queue.clips[p].clean for p in (a, b, c, d, nothing)] == [False] * 3 + [True, False]
 
 
-def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_path):
-    for k in (2, 5):
-        put_errors(tmp_path / f"{k}.bvh", k)
-    settings = Settings(turn_ms=0)
-    window = show_window(settings)
-    with qtbot.waitSignal(window.document.opened, timeout=60_000):
-        window.open_path(tmp_path)
-    assert window.document.data.clip.path.name == "5.bvh"  # the worst
-    with qtbot.waitSignal(window.document.opened, timeout=60_000):
-        window.open_path(tmp_path / "2.bvh")
-    window.document.set_tau(0.3)
-    act(window, "profile_to_folder")
-    assert window.clips.tau.text() == "τ: of 2.bvh"
-    tau = dict(window.queue.profile.tau)
-    window.document.review.mark_saved()
-    second = show_window(settings)
-    with qtbot.waitSignal(second.document.opened, timeout=60_000):
-        second.open_path(tmp_path)
-    assert second.document.data.clip.path.name == "2.bvh"  # where one stopped
-    assert (second.queue.profile_name, dict(second.queue.profile.tau)) == ("of 2.bvh", tau)
-    act(second, "automatic_folder")
-    assert settings.of_folder(tmp_path)["profile"] == ""
-    assert second.clips.tau.text() == "τ: automatic, of each clip"
-
-
 def test_the_list_sorts_and_filters(qtbot, show_window, tmp_path):
     window = show_window()
     for name, bad, more in (
@@ -251,138 +187,6 @@ def test_the_list_sorts_and_filters(qtbot, show_window, tmp_path):
     assert shown() == ["b"]
 
 
-def test_without_autosave_a_bar_asks_before_a_clip_is_left(qtbot, show_window, clip):
-    other = Path(shutil.copy(clip, clip.with_name("other.bvh")))
-    window = show_window(Settings(turn_ms=0, autosave=False))
-    open_clip(qtbot, window, clip)
-    act(window, "next_interval")
-    act(window, "accept")
-    window.open_path(other)
-    assert "not saved" in window.bar.label.text()
-    assert window.document.data.clip.path == clip
-    answers = {button.text(): button for button in window.bar.buttons()}
-    assert list(answers) == ["Save", "Save elsewhere…", "Leave without saving"]
-    with qtbot.waitSignal(window.document.opened, timeout=20_000):
-        answers["Save"].click()
-    assert clip.with_name("walk.twist.json").exists()
-    assert window.document.data.clip.path == other
-
-
-def test_a_session_is_saved_by_itself(qtbot, show_window, clip, monkeypatch):
-    monkeypatch.setattr("inspector.window.saving._AUTOSAVE_MS", 200)
-    window = show_window()
-    open_clip(qtbot, window, clip)
-    act(window, "next_interval")
-    act(window, "accept")
-    assert not window.document.review.saved
-    qtbot.waitUntil(lambda: window.document.review.saved, timeout=5000)
-    assert not window.isWindowModified()
-    assert clip.with_name("walk.twist.json").exists()
-    act(window, "undo")
-    assert not window.document.review.saved
-
-
-def two_takes(qtbot, show_window, folder, **known):
-    """A folder of two clips, the worse one open, both analysed."""
-    for name, seed in (("a.bvh", 1), ("b.bvh", 2)):
-        put_errors(folder / name, 3, seed)
-    window = show_window(Settings(theme="light", turn_ms=0, **known))
-    with qtbot.waitSignal(window.document.opened, timeout=60_000):
-        window.open_path(folder)
-    qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
-    return window
-
-
-def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, tmp_path):
-    window = two_takes(qtbot, show_window, tmp_path)
-    document, first = window.document, window.document.data.clip.path
-
-    def export_and(meanwhile):
-        window.files.export_dialog(at_once=True)
-        assert window.exporter.running
-        meanwhile()
-        window.exporter.finish()
-        qtbot.wait(20)
-
-    act(window, "next_interval")
-    export_and(lambda: act(window, "accept"))
-    assert not document.opener.busy
-    assert document.data.clip.path == first
-    window.detail.note.setFocus()
-    export_and(lambda: qtbot.keyClicks(window.detail.note, "a or r"))
-    assert not document.opener.busy  # letters that come next would judge in the next clip
-    window.keys.go_home()
-    third = Path(shutil.copy(first, tmp_path / "c.bvh"))
-    export_and(lambda: window.open_path(third))
-    qtbot.waitUntil(lambda: document.data.clip.path != first, timeout=20_000)
-    assert document.data.clip.path == third
-    window.open_path(first)
-    qtbot.waitUntil(lambda: document.data.clip.path == first, timeout=20_000)
-    export_and(window.files.export_dialog)
-    assert not document.opener.busy
-    dialog = window.findChild(ExportDialog)
-    with qtbot.waitSignal(document.opened, timeout=20_000):
-        window.open_path(third)
-    assert not dialog.isVisible()  # it would export the new clip under the old one's name
-
-
-def test_what_waits_for_a_clip_happens_with_no_other(qtbot, show_window, tmp_path):
-    window = two_takes(qtbot, show_window, tmp_path)
-    first = window.document.data.clip.path
-    following = window.queue.next_after(first)
-    following.write_bytes(b"HIERARCHY\nROOT")  # it cannot be opened any more
-    window.files.export_dialog(at_once=True)
-    window.exporter.finish()
-    qtbot.waitUntil(lambda: following.name in window.bar.label.text(), timeout=20_000)
-    assert window.findChildren(ExportDialog) == []  # it was never seen, and is gone
-    qtbot.waitUntil(lambda: not window.document.opener.busy, timeout=20_000)
-    open_clip(qtbot, window, shutil.copy(first, tmp_path / "c.bvh"))
-    qtbot.wait(50)
-    assert "Next clip" not in window.bar.label.text()
-
-
-def test_back_is_still_there_where_the_way_back_failed(qtbot, show_window, tmp_path):
-    window = two_takes(qtbot, show_window, tmp_path)
-    first = window.document.data.clip.path
-    with qtbot.waitSignal(window.document.opened, timeout=20_000):
-        act(window, "next_clip")
-    data = first.read_bytes()
-    first.unlink()
-    act(window, "previous_clip")
-    qtbot.waitUntil(lambda: not window.document.opener.busy, timeout=20_000)
-    first.write_bytes(data)
-    with qtbot.waitSignal(window.document.opened, timeout=20_000):
-        act(window, "previous_clip")
-    assert window.document.data.clip.path == first
-    act(window, "previous_clip")
-    assert "No clip was open before" in window.bar.label.text()
-
-
-def test_a_clip_with_decisions_to_restore_is_where_one_stopped(qtbot, show_window, tmp_path):
-    window = two_takes(qtbot, show_window, tmp_path)
-    worst = window.document.data.clip.path
-    with qtbot.waitSignal(window.document.opened, timeout=20_000):
-        act(window, "next_clip")
-    document, stopped_at = window.document, window.document.data.clip.path
-    document.decide(Decision.ACCEPTED, [j.id for j in document.intervals])
-    assert window.files.save_session()
-    document.decide(Decision.REJECTED, [document.intervals[0].id])
-    journal = document.keeper.journal.path
-    left = journal.read_bytes()
-    document.keeper.journal.give_up()
-    document.review.mark_saved()
-    window.queue.close()
-    document.close_clip()
-    journal.write_bytes(left)  # as after a crash
-    second = show_window(window.settings)
-    second.files.offer_unsaved()
-    with qtbot.waitSignal(second.document.opened, timeout=60_000):
-        next(b for b in second.bar.buttons() if b.text() == "Open and restore").click()
-    assert second.document.data.clip.path == stopped_at != worst
-    qtbot.waitUntil(lambda: not second.document.keeper.leftovers, timeout=5000)
-    assert second.document.intervals[0].decision == Decision.REJECTED
-
-
 def test_only_an_export_of_a_clip_here_is_left_out(tmp_path):
     own, source = tmp_path / "a_refined.bvh", tmp_path / "a.bvh"
     shutil.copy(ASSETS / "walk.bvh", source)
@@ -393,34 +197,6 @@ def test_only_an_export_of_a_clip_here_is_left_out(tmp_path):
     assert exports_among([source, own, far]) == {}
     shutil.copy(source, own)
     assert exports_among([source, own, far]) == {own: "a.bvh"}
-
-
-def test_saving_by_itself_waits_while_a_clip_is_opened(qtbot, show_window, clip, monkeypatch):
-    monkeypatch.setattr("inspector.window.saving._AUTOSAVE_MS", 50)
-    window = show_window()
-    open_clip(qtbot, window, clip)
-    opener = type(window.document.opener)
-    act(window, "next_interval")
-    with monkeypatch.context() as patch:
-        act(window, "accept")
-        patch.setattr(opener, "busy", property(lambda _: True))
-        qtbot.wait(150)
-    assert not window.document.review.saved
-    qtbot.waitUntil(lambda: window.document.review.saved, timeout=5000)
-
-
-def test_a_name_given_while_a_clip_is_opened_is_put_to_decisions_later(
-    qtbot, show_window, clip, monkeypatch
-):
-    window = show_window()
-    open_clip(qtbot, window, clip)
-    act(window, "next_interval")
-    act(window, "accept")
-    with monkeypatch.context() as patch:
-        patch.setattr(type(window.document.opener), "busy", property(lambda _: True))
-        window.document.sign("Ada")
-    window.document.sign("Ada")
-    assert "Ada" in {j.reviewer for j in window.document.intervals}
 
 
 def test_a_clip_is_one_of_the_folder_however_it_is_named(qtbot, show_window, tmp_path):
@@ -446,25 +222,3 @@ def test_a_double_click_opens_a_clip_once(qtbot, show_window, tmp_path):
         qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
         qtbot.mouseDClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
     assert chosen == [window.document.data.clip.path]
-
-
-def test_a_name_is_not_put_to_what_was_applied_automatically(qtbot, show_window, clip):
-    document = (window := show_window()).document
-    open_clip(qtbot, window, clip)
-    document.decide(Decision.ACCEPTED, [j.id for j in document.intervals])
-    document.undo()
-    assert document.accept_undecided()
-    document.sign("Ada")
-    accepted = [j for j in document.intervals if j.decision == Decision.ACCEPTED]
-    assert accepted
-    assert {j.reviewer for j in accepted} == {""}
-
-
-def test_a_reason_is_not_given_in_another_clip(qtbot, show_window, tmp_path):
-    window = two_takes(qtbot, show_window, tmp_path)
-    window.document.select_interval(window.document.intervals[0].id, jump=True)
-    window.review_actions.reject_for()
-    palette = window.findChild(ReasonPalette)
-    with qtbot.waitSignal(window.document.opened, timeout=20_000):
-        act(window, "next_clip")
-    assert not palette.isVisible()

@@ -9,7 +9,7 @@ from tests.gui.pictures import INJECTED
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.refinement import remove_twist
-from twistcore.review import Decide, Decision
+from twistcore.review import Decide, Decision, recover, session_bytes
 
 
 def test_a_loop_plays_the_selected_interval_and_half_a_second_round_it(open_document):
@@ -74,9 +74,44 @@ def test_a_name_given_later_is_that_of_this_run_s_decisions(open_document):
     document.decide(Decision.UNDECIDED, [c.id])
     document.sign("Ada")
     assert [document.review.state.find(j.id).reviewer for j in (a, b, c)] == ["", "Ada", ""]
+    document.undo()  # a name is no step: what comes back was decided in this run, too
+    assert [document.review.state.find(j.id).reviewer for j in (a, b, c)] == ["", "Ada", "Ada"]
     document.undo()
-    assert document.review.state.find(b.id).reviewer == ""
-    assert document.review.state.find(b.id).decision == Decision.REJECTED
+    document.undo()
+    now = document.review.state
+    assert [now.find(j.id).decision for j in (a, b)] == [Decision.ACCEPTED, Decision.UNDECIDED]
+    document.redo()
+    assert document.review.state.find(b.id).reviewer == "Ada"
+
+
+def test_a_name_given_after_a_save_and_undone_steps_is_in_the_journal(open_document):
+    document = open_document(INJECTED)
+    keeper = document.keeper
+    a, b, c = (j.id for j in document.intervals[:3])
+
+    def in_journal():
+        found = recover(keeper.journal.path).review.state
+        return session_bytes(document.data.clip, found)
+
+    def now():
+        return session_bytes(document.data.clip, document.review.state)
+
+    document.decide(Decision.ACCEPTED, [a])
+    assert keeper.save()[0]
+    document.decide(Decision.REJECTED, [b])
+    document.undo()
+    assert keeper.save()[0]
+    document.sign("Ada")  # with which the journal begins
+    assert in_journal() == now()
+    document.redo()
+    assert [document.review.state.find(k).reviewer for k in (a, b)] == ["Ada", "Ada"]
+    assert in_journal() == now()
+    document.decide(Decision.REJECTED, [c])
+    for step in (document.undo, document.undo, document.undo, document.redo):
+        step()
+        assert in_journal() == now()
+    assert document.review.state.find(a).reviewer == "Ada"
+    assert document.review.state.find(b).decision == Decision.UNDECIDED
 
 
 def test_an_edge_is_played_over_once(qtbot, open_document):

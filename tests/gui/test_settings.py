@@ -340,6 +340,33 @@ def test_two_programs_keep_each_others_settings(path):
     assert load_settings(path)[0].keys == {"reject": ["X"]}
 
 
+@pytest.mark.parametrize("known", [False, True])
+def test_two_programs_in_one_folder_keep_each_other_s_record_of_it(path, known):
+    """Where one stopped and its τ, each by itself; a profile's name never with another one's τ."""
+    folder, before = Path("/takes"), Settings()
+    if known:
+        before.remember_folder(folder, clip="0.bvh", profile="old", method="paper", tau={"A": 1.0})
+    save_settings(path, before)
+    one, two = deepcopy(before), deepcopy(before)
+    one.remember_folder(folder, profile="own", method="paper", tau={"A": 2.0})
+    two.remember_folder(folder, clip="2.bvh")
+    assert save_changes(path, one, before) == ""
+    assert save_changes(path, two, before) == ""
+    taken = {"clip": "2.bvh", "profile": "own", "method": "paper", "tau": {"A": 2.0}}
+    assert load_settings(path)[0].of_folder(folder) == taken
+    since, third = deepcopy(two), deepcopy(two)
+    third.remember_folder(folder, profile="other", method="paper", tau={"B": 0.5})
+    two.remember_folder(folder, clip="3.bvh")
+    assert save_changes(path, third, since) == ""
+    assert save_changes(path, two, since) == ""
+    taken = {"clip": "3.bvh", "profile": "other", "method": "paper", "tau": {"B": 0.5}}
+    assert load_settings(path)[0].of_folder(folder) == taken
+    gone = deepcopy(one)
+    gone.folders = {}
+    assert save_changes(path, gone, one) == ""
+    assert load_settings(path)[0].folders == {}
+
+
 def test_what_was_damaged_meanwhile_is_written_anew(path):
     path.write_text("{")
     before = Settings(theme="dark")

@@ -12,6 +12,8 @@ from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, flip, flipped, spun
 from twistcore.bvh import write_bvh
 from twistcore.cli import main
 from twistcore.detection import Kind
+from twistcore.review import Command
+from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, command_to_json
 
 PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 EXAMPLES = {
@@ -148,3 +150,15 @@ def test_the_example_has_the_shape_of_real_output(schema, real):
 
 def test_no_document_is_missing_from_the_page(real):
     assert set(EXAMPLES) == set(real)
+
+
+def test_the_journal_s_lines_are_those_that_are_written():
+    (block,) = re.findall(r"```jsonl\n(.*?)```", PAGE, re.S)
+    lines = [json.loads(line) for line in block.splitlines()]
+    told = [line for line in lines if "do" in line]
+    assert {line["do"] for line in told} == {kind.__name__ for kind in Command.__subclasses__()}
+    for line in told:
+        assert command_to_json(command_from_json(line)) == line
+    head, *others = (line for line in lines if "do" not in line)
+    assert others == [UNDO, REDO, {"session": head["session"]}]
+    assert head == {"schema": SCHEMA, "steps": 0, "session": head["session"]}

@@ -1,5 +1,6 @@
 """Decisions, undo, and the session that keeps them."""
 
+import copy
 import json
 from contextlib import closing
 from dataclasses import replace
@@ -50,12 +51,19 @@ def redetect(chain, degrees, drag=0):
     return Redetect({chain: tau}, found, drag=drag)
 
 
+BY = st.sampled_from(["", "me"])
+
+
+def signing(state):
+    ids = st.sampled_from([j.id for j in state.intervals])
+    return st.builds(Sign, st.tuples(ids, ids), st.sampled_from(["me", "you"]))
+
+
 def commands(state):
     ids = st.sampled_from([j.id for j in state.intervals])
     return st.one_of(
-        st.builds(Decide, st.tuples(ids), st.sampled_from(list(Decision)), st.just("me")),
+        st.builds(Decide, st.tuples(ids), st.sampled_from(list(Decision)), BY),
         st.builds(Annotate, ids, st.text(max_size=8), st.text(max_size=3)),
-        st.builds(Sign, st.tuples(ids), st.sampled_from(["", "me", "you"])),
         st.builds(
             lambda i, grow: Edit(
                 i,
@@ -83,6 +91,7 @@ def test_undo_brings_every_state_back_and_redo_does_it_again(data):
     for _ in range(data.draw(st.integers(1, 8))):
         review.do(data.draw(commands(review.state)))
         states.append(review.state)
+    assert review.position == len(states) - 1
     documents = [session_bytes(CLIP, s) for s in states]
     for expected in reversed(documents[:-1]):
         review.undo()
@@ -92,6 +101,64 @@ def test_undo_brings_every_state_back_and_redo_does_it_again(data):
         review.redo()
         assert session_bytes(CLIP, review.state) == expected
     assert review.redo_text == ""
+
+
+@settings(max_examples=40)
+@given(st.data())
+def test_a_name_is_no_step_and_changes_nothing_but_who_decided(data):
+    review = fresh()
+    for _ in range(data.draw(st.integers(1, 6))):
+        review.do(data.draw(commands(review.state)))
+    for _ in range(data.draw(st.integers(0, 3))):
+        review.undo()
+
+    def walked(twin):
+        """All states from the first on, without the names."""
+        while twin.undo_text:
+            twin.undo()
+        states = [session_bytes(CLIP, nameless(twin.state))]
+        while twin.redo_text:
+            twin.redo()
+            states.append(session_bytes(CLIP, nameless(twin.state)))
+        return states
+
+    def nameless(state):
+        return state.with_intervals(replace(j, reviewer="") for j in state.intervals)
+
+    steps = review.history, review.position
+    command = data.draw(signing(review.state))
+    expected = session_bytes(CLIP, command.apply(review.state))
+    twin = copy.copy(review)
+    twin._done, twin._undone = list(review._done), list(review._undone)
+    review.do(command)
+    assert (review.history, review.position) == steps
+    assert session_bytes(CLIP, review.state) == expected
+    assert walked(review) == walked(twin)
+
+
+def test_undo_after_a_name_takes_back_the_decision_and_leaves_the_others_names():
+    review = fresh()
+    a, b, c = (j.id for j in review.state.intervals[:3])
+    review.do(Decide((a,), Decision.ACCEPTED, "", "1"))
+    review.mark_saved()
+    review.do(Decide((b,), Decision.REJECTED, "", "2"))
+    review.do(Decide((c,), Decision.REJECTED, "", "3"))
+    review.undo()
+    review.do(Sign((a, b), "Ada"))
+    assert (review.undo_text, review.redo_text) == ("Reject interval", "Reject interval")
+    signed = review.state
+    review.redo()
+    assert [review.state.find(k).reviewer for k in (a, b, c)] == ["Ada", "Ada", ""]
+    review.undo()
+    assert review.state is signed
+    review.undo()
+    assert review.state.find(b).decision == Decision.UNDECIDED
+    assert review.state.find(a).reviewer == "Ada"
+    assert not review.saved  # without the name, its file is another
+    review.undo()
+    assert review.state.find(a).decision == Decision.UNDECIDED
+    with pytest.raises(KeyError):
+        review.do(Sign((999,), "Ada"))
 
 
 def test_a_command_that_fails_is_no_step():
@@ -244,7 +311,7 @@ def test_a_journal_cut_anywhere_gives_back_every_whole_command(tmp_path_factory,
         for _ in range(data.draw(st.integers(1, 6))):
             step = data.draw(st.sampled_from(["do", "do", "do", "undo", "redo"]))
             if step == "do":
-                command = data.draw(commands(review.state))
+                command = data.draw(st.one_of(commands(review.state), signing(review.state)))
                 review.do(command)
                 journal.do(command)
             else:
@@ -334,6 +401,22 @@ def test_a_journal_damaged_in_the_middle_keeps_what_stands_before(tmp_path):
     path.write_bytes(b"nonsense\n")
     with pytest.raises(FormatError, match="journal"):
         recover(path)
+
+
+def test_an_entry_of_a_later_version_ends_the_replay_and_is_kept_beside(tmp_path):
+    path = tmp_path / "j"
+    a, b, *_ = fresh().state.intervals
+    with closing(Journal(path, CLIP, fresh().state)) as journal:
+        journal.do(Decide((a.id,), Decision.ACCEPTED, "me", "now"))
+        journal.append({"do": "Reconsider", "ids": [a.id]})
+        journal.do(Decide((b.id,), Decision.ACCEPTED, "me", "now"))
+    whole = path.read_bytes()
+    back = recover(path)
+    assert (back.entries, back.damaged) == (1, 2)
+    assert back.review.state.find(a.id).decision == Decision.ACCEPTED
+    Journal.resume(back).close()
+    assert path.with_name("j.damaged").read_bytes() == whole
+    assert recover(path).damaged == 0
 
 
 def test_overlapping_intervals_are_named():

@@ -50,7 +50,7 @@ def info(arguments: argparse.Namespace) -> int:
         "channels": clip.values.shape[1],
         "height": motion.skeleton.height,
         "chains": [_chain_to_json(clip, chain) for chain in chains],
-        "limbs": [_limb_to_json(clip, limb) for limb in analysis.limbs],
+        "limbs": [_chain_to_json(clip, limb) for limb in analysis.limbs],
         "leading_frames": leading_frames(motion),
         "trailing_frames": trailing_frames(motion),
         "warnings": [
@@ -76,28 +76,17 @@ def info(arguments: argparse.Namespace) -> int:
 
 
 def _chain_to_json(clip: Clip, chain: Chain) -> dict[str, Any]:
-    names = clip.motion.skeleton.names
-    return {
-        "chain": chain.name,
+    """A chain, or a limb: its last joint is its end, and nothing hangs off its axis."""
+    names, limb = clip.motion.skeleton.names, isinstance(chain, Limb)
+    entry = {
+        "limb" if limb else "chain": chain.name,
         "label": chain.label,
         "parent": names[chain.parent],
         "child": names[chain.child],
-        "grandchild": names[chain.grandchild] if chain.grandchild >= 0 else None,
+        "end" if limb else "grandchild": names[chain.grandchild] if chain.grandchild >= 0 else None,
         "uncorrectable": list(uncorrectable_joints(clip.motion, chain)),
-        "off_axis": children_off_axis(clip.motion, chain),
     }
-
-
-def _limb_to_json(clip: Clip, limb: Limb) -> dict[str, Any]:
-    names = clip.motion.skeleton.names
-    return {
-        "limb": limb.name,
-        "label": limb.label,
-        "parent": names[limb.parent],
-        "child": names[limb.child],
-        "end": names[limb.end],
-        "uncorrectable": list(uncorrectable_joints(clip.motion, limb)),
-    }
+    return entry if limb else entry | {"off_axis": children_off_axis(clip.motion, chain)}
 
 
 def detect(arguments: argparse.Namespace) -> int:

@@ -21,6 +21,7 @@ from twistcore.encoding import csv_text, encoded, json_bytes
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare, move_to_json
 from twistcore.export.markers import blender_markers
+from twistcore.file_marks import file_mark
 from twistcore.limb import Limb
 from twistcore.motion import Motion
 from twistcore.refinement import children_off_axis
@@ -99,7 +100,7 @@ def check_report(folder: Path, name: str) -> None:
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
     for path in others:
-        if path.is_dir() or (path.is_file() and marks.get(path.name) != _sha256(path)):
+        if path.is_dir() or (path.is_file() and marks.get(path.name) != file_mark(path)):
             raise TwistError(
                 f"{path}: expected a place for the report, but what is there this version did not "
                 "write, or it was changed since; move it, or do without the report"
@@ -129,10 +130,6 @@ def report_marks(listing: Path) -> dict[str, str]:
         return {}
     except OSError as error:
         raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def report_to_json(report: Report) -> dict[str, Any]:

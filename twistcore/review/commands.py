@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from bisect import bisect_left
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -64,7 +64,11 @@ class Decide(Command):
 
 @dataclass(frozen=True)
 class Sign(Command):
-    """Put a name to decisions that have none: who decided gave it later."""
+    """Put a name to decisions that have none: who decided gave it later.
+
+    No step of the history, for a name decides nothing: `Review` puts it to the same decisions
+    in every state, so that an undo takes back the last decision and leaves the others' names.
+    """
 
     ids: tuple[int, ...]
     reviewer: str
@@ -76,12 +80,35 @@ class Sign(Command):
 
     def apply(self, state: ReviewState) -> ReviewState:
         """The state after the command."""
-        nobody = tuple(
-            k
-            for k in self.ids
-            if (judged := state.find(k)).decision != Decision.UNDECIDED and not judged.reviewer
-        )
-        return _replace(state, nobody, reviewer=self.reviewer)
+        return self.signing(state)(state)
+
+    def signing(self, now: ReviewState) -> Callable[[ReviewState], ReviewState]:
+        """What puts the name to the decisions that have none now, in any state of the same review.
+
+        The same state is made the same one each time; one without such a decision is returned as it
+        is. KeyError where the review has no such interval now.
+        """
+        nobody = {
+            (judged.id, judged.decided_at)
+            for judged in map(now.find, self.ids)
+            if judged.decision != Decision.UNDECIDED and not judged.reviewer
+        }
+        states: dict[ReviewState, ReviewState] = {}
+
+        def sign(state: ReviewState) -> ReviewState:
+            if state not in states:
+                ids = tuple(
+                    j.id
+                    for j in state.intervals
+                    if (j.id, j.decided_at) in nobody
+                    and j.decision != Decision.UNDECIDED
+                    and not j.reviewer
+                )
+                signed = _replace(state, ids, reviewer=self.reviewer) if ids else state
+                states[state] = signed
+            return states[state]
+
+        return sign
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,9 +369,10 @@ def _replace(state: ReviewState, ids: tuple[int, ...], **changes: Any) -> Review
     for interval_id in ids:
         state.find(interval_id)
     wanted = set(ids)
-    return state.with_intervals(
-        replace(j, **changes) if j.id in wanted else j for j in state.intervals
-    )
+    changed = tuple(replace(j, **changes) if j.id in wanted else j for j in state.intervals)
+    if "interval" in changes:
+        return state.with_intervals(changed)
+    return replace(state, intervals=changed)  # in the same order: a long journal is replayed so
 
 
 def _count(n: int) -> str:

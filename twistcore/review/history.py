@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from twistcore.analysis import Detection
 from twistcore.detection import Interval
-from twistcore.review.commands import Command, Decide
+from twistcore.review.commands import Command, Decide, Sign
 from twistcore.review.model import Decision, ReviewState, start_review
 from twistcore.review.reasons import with_reasons
 
@@ -56,8 +56,11 @@ class Review:
         """Carry out a command; a step of a drag takes the place of the one before it.
 
         It starts from where the drag began, so where a drag ends says all: a τ line dragged up and
-        back leaves every interval as it was.
+        back leaves every interval as it was. A name is no step: it is put to what is decided.
         """
+        if isinstance(command, Sign):
+            self._change_all(command.signing(self.state))
+            return
         same_drag = bool(self._done) and command.continues(self._done[-1].command)
         before = self._done[-1].before if same_drag else self.state
         after = command.apply(before)
@@ -119,9 +122,14 @@ class Review:
     def take_reasons(self, found: Iterable[Interval]) -> None:
         """Give intervals the reasons of those found alike, in every state; no step, no change."""
         told = with_reasons(found)
-        self.state, self._saved = told(self.state), self._saved and told(self._saved)
+        self._saved = self._saved and told(self._saved)
+        self._change_all(told)
+
+    def _change_all(self, change: Callable[[ReviewState], ReviewState]) -> None:
+        """Every state otherwise, and the same steps between them."""
+        self.state = change(self.state)
         for steps in (self._done, self._undone):
-            steps[:] = [_Step(s.command, told(s.before), told(s.after)) for s in steps]
+            steps[:] = [_Step(s.command, change(s.before), change(s.after)) for s in steps]
 
     def mark_saved(self) -> None:
         """The present state is now on disk."""

@@ -1,0 +1,31 @@
+"""Folders of clips with errors, for tests of what is done with them."""
+
+from inspector.session.settings import Settings
+from tests.conftest import ASSETS
+from twistcore.batch import severity
+from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
+from twistcore.chain import find_chains
+from twistcore.detection import Interval
+from twistcore.synthesis import draw_errors, generator, inject
+
+
+def put_errors(path, chains_hit, seed=1):
+    """The walk with errors in a number of chains; returns its true severity."""
+    clip = read_bvh(ASSETS / "walk.bvh")
+    chains = find_chains(clip.motion)
+    errors = draw_errors(clip.motion, chains[:chains_hit], generator(seed, path.name))
+    dirty = inject(clip.motion, chains, errors)
+    path.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
+    found = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
+    return severity(found, clip.motion.frames)
+
+
+def two_takes(qtbot, show_window, folder, **known):
+    """A folder of two clips, the worse one open, both analysed."""
+    for name, seed in (("a.bvh", 1), ("b.bvh", 2)):
+        put_errors(folder / name, 3, seed)
+    window = show_window(Settings(theme="light", turn_ms=0, **known))
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(folder)
+    qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
+    return window
