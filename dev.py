@@ -69,6 +69,11 @@ TEST_PROGRAMS = {
     "xdotool": ["xdotool"],
 }
 QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
+# The modules of window tests that take longest: first, so that both lanes end together.
+LONG = (
+    *("nothing_lost", "taken_away", "kill", "test_looks", "starts_and_ends"),
+    *("by_hand", "uncovered"),
+)
 FONT_PACKAGE = "fonts-dejavu-core"  # with no font at all Qt draws boxes for letters
 
 
@@ -390,8 +395,6 @@ def command_test(args: list[str]) -> int:
     if args:
         with screen() as env:
             return start([str(PYTHON), "-m", "pytest", *args], env)
-    # A program has one window: hundreds in one process try Qt's bindings, not the program.
-    modules = sorted(file.relative_to(ROOT).as_posix() for file in ROOT.glob("tests/gui/test_*.py"))
     counts: collections.Counter[str] = collections.Counter()
     notes: list[str] = []
 
@@ -408,6 +411,7 @@ def command_test(args: list[str]) -> int:
 
     def test_windows() -> int:
         status = 0
+        # A program has one window: hundreds in one process try Qt's bindings, not the program.
         for module in waiting:  # one list for both lanes
             status |= 0 if given_up else run_twice([module])
         return status
@@ -416,7 +420,7 @@ def command_test(args: list[str]) -> int:
         status = run_twice(["tests", "--ignore=tests/gui"])
         return status if has_screen() else status | test_windows()
 
-    waiting, given_up = iter(modules), False
+    waiting, given_up = iter(window_tests()), False
     with ThreadPoolExecutor(2) as lanes:
         running = [lanes.submit(test_the_rest), lanes.submit(test_windows)]
         try:
@@ -430,6 +434,13 @@ def command_test(args: list[str]) -> int:
         say(note)
     say(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
     return status
+
+
+def window_tests() -> list[str]:
+    """The modules of window tests, the long ones first."""
+    files = sorted(ROOT.glob("tests/gui/test_*.py"))
+    files.sort(key=lambda file: not any(name in file.name for name in LONG))
+    return [file.relative_to(ROOT).as_posix() for file in files]
 
 
 def run_part(part: list[str], output: IO[bytes] | None = None) -> collections.Counter[str] | None:

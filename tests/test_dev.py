@@ -194,6 +194,14 @@ def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
         dev.run_part(["tests/test_core.py"])
 
 
+def test_modules_that_take_long_come_first():
+    modules = dev.window_tests()
+    assert len(modules) == len(set(modules)) == len([*dev.ROOT.glob("tests/gui/test_*.py")])
+    long = [any(name in module for name in dev.LONG) for module in modules]
+    assert long == sorted(long, reverse=True)
+    assert all(any(name in module for module in modules) for name in dev.LONG), "gone or renamed"
+
+
 def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):
     monkeypatch.setattr(dev, "ROOT", tmp_path)
     (tmp_path / "assets").mkdir()

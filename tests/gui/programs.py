@@ -3,9 +3,9 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 from pathlib import Path
+
+from tests.gui import forked
 
 _DRIVER = Path(__file__).with_name("driven_program.py")
 
@@ -14,15 +14,8 @@ class Program:
     """`driven_program.py` with a clip; what it answered last is in `answer`."""
 
     def __init__(self, clip, state_home):
-        root = str(Path(__file__).parents[2])
-        environment = {**os.environ, "PYTHONPATH": root, "XDG_STATE_HOME": str(state_home)}
-        self.process = subprocess.Popen(
-            [sys.executable, str(_DRIVER), os.fsencode(clip)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            env=environment,
-        )
+        environment = {**os.environ, "XDG_STATE_HOME": str(state_home)}
+        self.process = forked.start([_DRIVER, clip], environment)
         self.answer = self._read()
 
     def tell(self, *commands):
@@ -56,8 +49,7 @@ class Program:
 
     def _reap(self):
         self.process.wait(30)
-        for pipe in (self.process.stdin, self.process.stdout):
-            pipe.close()
+        self.process.close()
 
 
 def beside(clip):

@@ -1,12 +1,11 @@
 """kill -9 in the midst of a review: what was done is there again, and no file is half written."""
 
+import contextlib
 import hashlib
 import os
 import random
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import pytest
 
 from inspector.session.session_files import journals, session_path
 from tests.conftest import ASSETS
+from tests.gui import forked
 from twistcore.bvh import read_bvh
 from twistcore.review import read_session, recover, session_bytes
 
@@ -21,18 +21,24 @@ REVIEWER = Path(__file__).with_name("scripted_review.py")
 COMMANDS = 27
 
 
-def reviewer(clip, seed, state_home):
-    words = [sys.executable, str(REVIEWER), str(clip), str(seed), str(COMMANDS)]
-    root = str(Path(__file__).parents[2])
-    environment = {**os.environ, "PYTHONPATH": root, "XDG_STATE_HOME": str(state_home)}
-    return subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
+@contextlib.contextmanager
+def reviewer(clip, seed, state_home, stem):
+    words = [REVIEWER, clip, str(seed), str(COMMANDS)]
+    process = forked.start(words, {**os.environ, "XDG_STATE_HOME": str(state_home)}, stem)
+    try:
+        yield process
+        process.wait(30)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait(30)
+        process.close()
 
 
 def whole_run(clip, seed, folder):
     """Hashes of all states that a run makes; the folder is afterwards as it was."""
     kept = folder.with_name("kept")
     shutil.copytree(folder, kept)
-    with reviewer(clip, seed, folder) as process:
+    with reviewer(clip, seed, folder, stem=0) as process:
         told = process.stdout.read().split()
     assert process.returncode == 0
     shutil.rmtree(folder)
@@ -42,7 +48,7 @@ def whole_run(clip, seed, folder):
 
 def killed_run(clip, seed, folder, moment):
     """Hashes told by a run that was killed at a random moment."""
-    with reviewer(clip, seed, folder) as process:
+    with reviewer(clip, seed, folder, stem=1) as process:
         told = [process.stdout.readline().strip()]
         commands = moment.randint(2, COMMANDS - 2)
         while len(told) < commands:

@@ -137,3 +137,13 @@ def test_a_window_takes_the_theme_that_was_chosen(show_window, monkeypatch, name
     act(window, "theme_light")
     assert window.viewport.theme is LIGHT
     assert window.settings.theme == "light"
+
+
+def test_a_theme_that_is_there_is_not_given_again(qapp, monkeypatch):
+    themes.apply_theme(qapp, DARK)
+    given = []
+    monkeypatch.setattr(qapp, "setStyleSheet", given.append)
+    themes.apply_theme(qapp, DARK)
+    assert given == []
+    themes.apply_theme(qapp, LIGHT)
+    assert len(given) == 1

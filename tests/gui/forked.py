@@ -1,0 +1,156 @@
+"""Programs forked off a process that has imported everything: to import takes most of a start.
+
+From the fork on each is a process of its own, to be killed or to end as one that was started.
+`forked.py SOCKET` is what is forked off; the tests call `start`.
+"""
+
+from __future__ import annotations
+
+import array
+import atexit
+import contextlib
+import importlib
+import json
+import os
+import runpy
+import select
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+_IMPORTED = ("inspector.app", "inspector.window.main_window", "PySide6.QtTest")
+
+
+class Forked:
+    """A program: what tests use of `subprocess.Popen`."""
+
+    def __init__(self, stdin, stdout, told):
+        self.stdin, self.stdout, self._told = stdin, stdout, told
+        line = told.readline()
+        assert line, "nothing was forked"
+        self.pid = int(line)
+        self.returncode = None
+
+    def poll(self):
+        return self.returncode if self._ended(0) else None
+
+    def wait(self, seconds=None):
+        if not self._ended(seconds):
+            raise subprocess.TimeoutExpired(str(self.pid), seconds)
+        return self.returncode
+
+    def send_signal(self, number):
+        if self.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self.pid, number)
+
+    def close(self):
+        """Close what leads to it; it has ended."""
+        for pipe in (self.stdin, self.stdout, self._told):
+            pipe.close()
+
+    def _ended(self, seconds):
+        if self.returncode is None and select.select([self._told], [], [], seconds)[0]:
+            self.returncode = int(self._told.readline())
+        return self.returncode is not None
+
+
+class _Stem:
+    """The process that programs are forked off."""
+
+    def __init__(self):
+        self._asked, asked = socket.socketpair()
+        root = str(Path(__file__).parents[2])
+        with asked:
+            self._process = subprocess.Popen(
+                [sys.executable, __file__, str(asked.fileno())],
+                stdin=subprocess.PIPE,  # a pipe, as its programs have: Python buffers by its kind
+                stdout=subprocess.PIPE,
+                env={**os.environ, "PYTHONPATH": root},
+                pass_fds=[asked.fileno()],
+            )
+        atexit.register(self._end)
+
+    def start(self, words, environment):
+        stdin, to_it = os.pipe()
+        from_it, stdout = os.pipe()
+        told, tell = os.pipe()
+        request = json.dumps([words, environment]).encode() + b"\n"
+        try:
+            socket.send_fds(self._asked, [request], [stdin, stdout, 2, tell])
+        finally:
+            for end in (stdin, stdout, tell):
+                os.close(end)
+        return Forked(os.fdopen(to_it, "w"), os.fdopen(from_it), os.fdopen(told))
+
+    def _end(self):
+        self._asked.close()
+        self._process.communicate()
+
+
+_stems: dict[int, _Stem] = {}
+
+
+def start(words, environment, stem=0):
+    """Run `python WORDS`, a script and what it is told, with pipes to its input and output.
+
+    What is forked off one stem orders its sets alike; where that could matter, take two.
+    """
+    if stem not in _stems:
+        _stems[stem] = _Stem()
+    return _stems[stem].start([os.fspath(word) for word in words], environment)
+
+
+def _request(asked):
+    """The words, the environment and the pipes of the next program; None: there is none."""
+    size = array.array("i").itemsize
+    said, pipes, _, _ = socket.recv_fds(asked, 1 << 20, 4 * size)
+    while said and not said.endswith(b"\n"):
+        said += asked.recv(1 << 20)
+    return (*json.loads(said), pipes) if said else None
+
+
+def _keep(pid, tell):
+    """Tell of a program what its parent alone hears."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.write(tell, b"%d\n" % pid)
+    code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+    os.write(tell, b"%d\n" % code)
+    os._exit(0)
+
+
+def _become(words, environment, pipes):
+    for number, pipe in enumerate(pipes[:3]):
+        os.dup2(pipe, number)
+    for pipe in pipes:
+        os.close(pipe)
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.argv = words
+    runpy.run_path(words[0], run_name="__main__")
+
+
+def _serve(asked):
+    """Fork until nobody asks any more; a program goes its own way."""
+    for module in _IMPORTED:
+        importlib.import_module(module)
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # keepers are waited for by nobody
+    while request := _request(asked):
+        pipes = request[-1]
+        if os.fork() == 0:
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            asked.close()
+            if pid := os.fork():
+                for pipe in pipes[:3]:
+                    os.close(pipe)
+                _keep(pid, pipes[3])
+            return _become(*request)
+        for pipe in pipes:
+            os.close(pipe)
+    return None
+
+
+if __name__ == "__main__":
+    _serve(socket.socket(fileno=int(sys.argv[1])))
