@@ -245,10 +245,21 @@ class ClipsPanel(QWidget):
 
     def _totals(self) -> str:
         clips = self._queue.clips.values()
-        through, of, decided, intervals = self._queue.totals
-        told = [f"{through} of {of} clips, {decided} of {intervals} intervals"] if clips else []
-        if failed := sum(c.state == ClipState.FAILED for c in clips):
-            told.append(f"{failed} failed")
+        *_, decided, intervals = self._queue.totals
+        due = [c for c in clips if c.state != ClipState.FAILED and (c.done or c.to_do)]
+        through = sum(not c.to_do for c in due)
+        told = []
+        if due:
+            told.append(
+                f"{through} of {len(due)} clips, {decided} of {intervals} intervals decided"
+            )
+        for count, what in (
+            (sum(c.clean for c in clips), "clean"),
+            (sum(c.unchecked for c in clips), "not checked"),
+            (sum(c.state == ClipState.FAILED for c in clips), "failed"),
+        ):
+            if count:
+                told.append(f"{count} {what}")
         return "; ".join(told)
 
     def _mark_open(self) -> None:
