@@ -25,6 +25,7 @@ from inspector.bundled import SAMPLE
 from inspector.collector import collect_between_events, keep_for_good
 from inspector.session.settings import load_settings, settings_path
 from inspector.widgets.background import wait_for_tasks
+from inspector.widgets.icons import program_icon
 from inspector.widgets.theme import apply_theme, system_theme
 
 if TYPE_CHECKING:
@@ -144,6 +145,8 @@ def make_application() -> QApplication:
     assert isinstance(app, QApplication)
     app.setApplicationName("Twist Inspector")
     app.setOrganizationName("Twist Inspector")
+    app.setDesktopFileName("twist-inspector")
+    app.setWindowIcon(program_icon())
     font = QFont(app.font())
     font.setFeature(QFont.Tag("tnum"), 1)  # figures of one width: numbers stand in columns
     app.setFont(font)

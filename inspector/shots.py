@@ -124,7 +124,7 @@ def main() -> int:
         for name, theme, prepare in pictures:
             none = patch.object(opengl, "renderer_name", return_value="")
             with none if name == "without-opengl" else nullcontext():
-                window = MainWindow(Settings(theme=theme), None)
+                window = MainWindow(Settings(theme=theme, reviewer_asked=True), None)
             window.resize(*_SIZE)
             window.show()
             window.open_path(clip)
@@ -141,7 +141,7 @@ def main() -> int:
             window.document.review.mark_saved()
             window.close()
             wait(50)
-    window = MainWindow(Settings(turn_ms=0), None)
+    window = MainWindow(Settings(turn_ms=0, reviewer_asked=True), None)
     act(window, "why_quaternions")
     lesson = window.teaching_actions.five_trackers
     assert lesson is not None

@@ -39,7 +39,8 @@ _LIMB_TIPS = (
     "Median height of its middle joint off its line, of its length: low on a straight limb",
 )
 _PAD = 8  # pixels
-_NAME = "Right UpL"  # as much of a name, and its tick, is worth more than the last columns
+_NAME = "Right ForeArm"  # such a name, and its tick, is worth more than the last columns
+_TICK = 24  # pixels
 _RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth says nothing
 
 
@@ -122,7 +123,7 @@ class ChainsPanel(QWidget):
         for column, sample in enumerate(_SAMPLES, start=1):
             width = max(advance(sample), advance(_HEADS[column])) + _PAD
             self.table.setColumnWidth(column, width)
-        name = advance(_NAME) + 2 * _PAD
+        name = advance(_NAME) + _TICK + _PAD
         self.table.keep_room(name, (_HEADS.index("Azim."), _HEADS.index("Peak")))
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint("The chains of a clip appear here.")

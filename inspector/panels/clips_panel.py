@@ -261,9 +261,14 @@ class ClipsPanel(QWidget):
     def _totals(self) -> str:
         clips = self._queue.clips.values()
         through, of, decided, intervals = self._queue.totals
-        told = [f"{through} of {of} clips, {decided} of {intervals} intervals"] if clips else []
-        if failed := sum(c.state == ClipState.FAILED for c in clips):
-            told.append(f"{failed} failed")
+        decisions = f"{decided} of {intervals} intervals decided"
+        told = [f"{through} of {of} clips, {decisions}"] if of else []
+        counts = {
+            "clean": sum(c.clean for c in clips),
+            "not checked": sum(c.unchecked for c in clips),
+            "failed": sum(c.state == ClipState.FAILED for c in clips),
+        }
+        told += [f"{count} {what}" for what, count in counts.items() if count]
         return "; ".join(told)
 
     def _mark_open(self) -> None:

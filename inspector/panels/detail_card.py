@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QSpinBox,
@@ -26,7 +25,7 @@ from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
 from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
-from inspector.widgets.labels import Caption
+from inspector.widgets.labels import Caption, Headline
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
 from twistcore.chain import Chain
@@ -56,7 +55,7 @@ class DetailCard(QWidget):
         self._document = document
         self._shown: int | None = None  # whose note stands in the form
         self._burst = Burst(document.begin_drag, self)
-        self.title = QLabel()
+        self.title = Headline()
         self.start, self.stop = QSpinBox(), QSpinBox()
         self.delta = SignedBox(minimum=-180.0, maximum=180.0, decimals=2, suffix="°")
         self._boxes = (self.start, self.stop, self.delta)
@@ -77,6 +76,7 @@ class DetailCard(QWidget):
         self.end.turned.connect(self.end_turned)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
+        self._form = form
         edges = hbox((self.start, 1), "to", (self.stop, 1), 8, "δ", (self.delta, 1))
         form.addRow("Frames", edges)
         form.addRow("Notes", hbox((self.reason, 2), (self.note, 3)))
@@ -93,7 +93,8 @@ class DetailCard(QWidget):
             buttons.addWidget(button)
             self.buttons[decision] = button
         head = hbox((self.title, 1), self.end)
-        vbox(head, self.why, form, buttons, owner=self, margins=(8, 6, 8, 8))
+        vbox(head, self.why, form, buttons, owner=self)
+        self.set_low(False)
         self.start.valueChanged.connect(self._edges_edited)
         self.stop.valueChanged.connect(self._edges_edited)
         self.delta.valueChanged.connect(self._delta_edited)
@@ -110,6 +111,15 @@ class DetailCard(QWidget):
         for changed in (document.frame_changed, document.chain_changed, document.method_changed):
             changed.connect(self._show_reason)
         self._refresh()
+
+    def set_low(self, low: bool) -> None:
+        """Where height is short the explanation is a line, whole in its tip; gaps are narrow."""
+        layout = self.layout()
+        assert layout is not None
+        layout.setContentsMargins(*((8, 2, 8, 3) if low else (8, 6, 8, 8)))
+        layout.setSpacing(3 if low else -1)  # -1: as the style has it
+        self._form.setVerticalSpacing(3 if low else -1)
+        self.why.set_short(low)
 
     def _take_clip(self) -> None:
         """Another clip: what is shown was about the last one, where it is committed already."""
@@ -148,11 +158,12 @@ class DetailCard(QWidget):
             varies += f", up to {signed(np.degrees(interval.shown))}°"
         count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
         assert self._document.data is not None
-        self.title.setToolTip(joints_of(chain, self._document.data.motion.skeleton))
+        joints = joints_of(chain, self._document.data.motion.skeleton)
+        self.title.setToolTip(f"{chain.label}{what} · {count}{varies}\n{joints}")
         self.title.setText(f"<b>{chain.label}</b>{what} · {count}{varies}")
         first = self._document.first_frame
-        self.why.set_text(escape(explanation(judged, chain, first)))
         self.why.setToolTip(_figures(judged, chain))
+        self.why.set_text(escape(explanation(judged, chain, first)))
         if isinstance(chain, Limb):
             self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):

@@ -87,6 +87,7 @@ class IntervalColumns(QObject):
         table.setSortingEnabled(True)
         table.sortByColumn(PLACE.get(name, -1), order)
         header.sortIndicatorChanged.connect(self._sorted)
+        table.resized.connect(self.fit)
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         header.customContextMenuRequested.connect(self._ask)
 

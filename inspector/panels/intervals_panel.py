@@ -23,6 +23,7 @@ from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, overlapping
 
+_ROOM, _ROOM_LOW = 8, 3  # pixels of a row beside its line
 _WITH_COUNT = 430  # pixels: in a narrower list the count stands in the status bar alone
 MARKS = {
     Decision.UNDECIDED: "· undecided",
@@ -152,7 +153,8 @@ class IntervalsPanel(QWidget):
         self._stack.addWidget(self._hint)
         self._stack.addWidget(self.table)
         top = hbox((self.filters, 1), self.count)
-        vbox(top, (self._stack, 1), owner=self, margins=(4, 4, 4, 4))
+        vbox(top, (self._stack, 1), owner=self)
+        self.set_low(False)
         document.opened.connect(self._take_clip)
         document.intervals_changed.connect(self._refresh)
         document.chains_changed.connect(self._forget_names)
@@ -166,7 +168,14 @@ class IntervalsPanel(QWidget):
         """Where room is short, what other columns tell as well is not shown."""
         super().resizeEvent(event)
         self.count.setVisible(self.width() >= _WITH_COUNT)
-        self.columns.fit()
+
+    def set_low(self, low: bool) -> None:
+        """Where height is short rows are close together."""
+        layout = self.layout()
+        assert layout is not None
+        layout.setContentsMargins(*((4, 2, 4, 0) if low else (4, 4, 4, 4)))
+        layout.setSpacing(3 if low else -1)  # -1: as the style has it
+        self.table.set_room(_ROOM_LOW if low else _ROOM)
 
     def search_here(self) -> None:
         """The next keys are words to search for."""

@@ -1,4 +1,4 @@
-"""The status bar's words about the playhead: chain, angle, strength, offset."""
+"""The status bar's words about the playhead: frame and interval; chain, angle, strength, offset."""
 
 from __future__ import annotations
 
@@ -6,10 +6,40 @@ import numpy as np
 
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
-from inspector.widgets.labels import SteadyLabel
+from inspector.widgets.labels import ElidedLine, SteadyLabel
 from inspector.widgets.signed_numbers import signed
 
 _LONGEST_JOINTS = 26  # letters; the rest is in the tip
+
+
+class PlaceLine(ElidedLine):
+    """Frame, time and the selected interval; another message may cover it for a while."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+        for signal in (
+            document.opened,
+            document.intervals_changed,
+            document.interval_changed,
+            document.frame_changed,
+            document.numbering_changed,
+        ):
+            signal.connect(self._show_place)
+
+    def _show_place(self, *_: object) -> None:
+        document = self._document
+        data, first = document.data, document.first_frame
+        if data is None:
+            self.set_text("")
+            return
+        last = document.frames - 1 + first
+        seconds = document.frame * data.motion.frame_time
+        told = f"frame {document.frame + first} of {last}   {seconds:.3f} s"
+        if judged := document.interval:
+            span = f"{judged.interval.start + first} to {judged.interval.stop + first}"
+            told += f"   interval {span}, {judged.decision.value}"
+        self.set_text(told)
 
 
 class PositionLine(SteadyLabel):

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QDialog, QFrame, QLabel, QLineEdit, QListWidget, QWidget
+from PySide6.QtWidgets import QDialog, QFrame, QLabel, QLineEdit, QWidget
 
 from inspector.widgets.building import soft, vbox
+from inspector.widgets.keyed_list import KeyedList
 
 _MOST = 9
 _STEPS = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
@@ -23,12 +24,12 @@ class ReasonPalette(QDialog):
         super().__init__(parent, Qt.WindowType.Popup)
         self.line = QLineEdit(placeholderText="1-9, or a reason of your own and Enter")
         self.line.setAccessibleName("Reason")
-        self.list = QListWidget()
-        self.list.setUniformItemSizes(True)
+        self.list = KeyedList(keys_first=True)
         self.list.setSpacing(2)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._reasons = list(reasons)[:_MOST]
-        self.list.addItems([f"{k}   {reason}" for k, reason in enumerate(self._reasons, 1)])
+        for k, reason in enumerate(self._reasons, 1):
+            self.list.add(reason, str(k))
         self.title = soft(QLabel(title))
         frame = QFrame()
         frame.setObjectName("bar")

@@ -27,7 +27,7 @@ class _Joint:
 class JointsModel(RowModel[_Joint]):
     """Sorted by one of its columns; joints that are tracked stand in the tracked colour."""
 
-    heads = ("Joint", *(f"{m.name} {m.unit}".strip() for m in MEASURES))
+    heads = ("Joint\n", *(f"{m.name}\n{m.unit}" for m in MEASURES))
     head_tips = ("", *(m.tip for m in MEASURES))
     right = range(1, 1 + len(MEASURES))
 

@@ -21,6 +21,7 @@ from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 
+_SAMPLE, _PAD = "00000", 12  # figures of a column, and pixels beside them
 _EMPTY = "Open a clip to see jitter, jumps, speed and foot slide of its joints."
 
 
@@ -57,8 +58,9 @@ class QualityPanel(QWidget):
         self.table.sortByColumn(1, Qt.SortOrder.DescendingOrder)
         self.table.setMinimumHeight(60)
         header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self._fit_columns()
         header.sortIndicatorChanged.connect(self._sorted)
         self.table.selectionModel().selectionChanged.connect(self._stale.mark)
         self.table.selectionModel().currentChanged.connect(self._stale.mark)
@@ -148,8 +150,18 @@ class QualityPanel(QWidget):
             parent = self._document.find_chain(self._document.chain).parent
             self.choose(self.model.names[parent])
 
+    def _fit_columns(self) -> None:
+        """No wider than their heads: the names of joints have the rest."""
+        advance, table = self.table.fontMetrics().horizontalAdvance, self.table
+        by = table.horizontalHeader().sortIndicatorSection()
+        for column in range(1, len(self.model.heads)):
+            width = max(map(advance, (_SAMPLE, *self.model.heads[column].split("\n"))))
+            mark = table.mark_room if column == by else 0
+            table.setColumnWidth(column, width + mark + _PAD)
+
     def _sorted(self, column: int, order: Qt.SortOrder) -> None:
         del order
+        self._fit_columns()
         if column > 0:
             self.measure = column - 1
             self._stale.mark()

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
-from inspector.widgets.building import action_button, hbox, soft, vbox
+from inspector.widgets.building import Wrapping, action_button, hbox, soft, vbox
 from inspector.widgets.labels import Caption, inked
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
@@ -97,7 +97,8 @@ class TrackPage(QWidget):
             plots.addWidget(plot, 1, column)
             plots.setColumnStretch(column, 1)
         plots.setRowStretch(1, 1)
-        gains = hbox(self.hand, self.learned, *self.boxes.values(), None, spacing=4)
+        ways = hbox(self.hand, self.learned, None, spacing=4)
+        gains = Wrapping(ways, hbox(*self.boxes.values(), None, spacing=4), spacing=4)
         acting = hbox((self.joints, 1), self.buttons, spacing=6)
         content = self.warning, gains, acting, (plots, 1)
         vbox(*content, owner=self, margins=(0, 4, 0, 0), spacing=3)

@@ -162,11 +162,12 @@ class FolderQueue(QObject):
 
     @property
     def totals(self) -> tuple[int, int, int, int]:
-        """Clips through, of all that can be looked at, and their intervals decided, of all."""
+        """Clips decided, of those with anything to decide, and their intervals decided, of all."""
         clips = [c for c in self.clips.values() if c.state != ClipState.FAILED]
-        through = sum(c.done or c.clean or c.unchecked for c in clips)
+        due = [c for c in clips if c.done or c.to_do]
         counts = [c.counts for c in clips]
-        return through, len(clips), sum(n for n, _ in counts), sum(n for _, n in counts)
+        through = sum(not c.to_do for c in due)
+        return through, len(due), sum(n for n, _ in counts), sum(n for _, n in counts)
 
     # -- the folder ---------------------------------------------------------------------------
 

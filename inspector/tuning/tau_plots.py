@@ -104,7 +104,7 @@ class TauPlot(Canvas):
         self.tau_line.sigDragged.connect(lambda line: self.asked.emit(10 ** line.value(), True))
         self.tau_line.sigPositionChangeFinished.connect(self.dropped)
         self.scene().sigMouseClicked.connect(self._clicked)
-        self.setMinimumHeight(70)
+        self.setMinimumHeight(56)
 
     def _clicked(self, event: Any) -> None:
         if event.double() and event.button() == Qt.MouseButton.LeftButton:

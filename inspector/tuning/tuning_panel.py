@@ -23,7 +23,7 @@ from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_plots import CostPlot, Histogram
 from inspector.tuning.tau_table import Column, ComparisonModel
-from inspector.widgets.building import action_button, hbox, hint, vbox
+from inspector.widgets.building import Wrapping, action_button, hbox, hint, vbox
 from inspector.widgets.labels import Caption, inked
 from inspector.widgets.later import Burst, Latest, Stale
 from inspector.widgets.tables import RowTable
@@ -42,8 +42,8 @@ _SHORT = {  # on buttons, which stand where it is plain what they are about
     "profile_to_folder": "For the folder",
 }
 _PROFILE_BUTTONS = (
-    "load_profile", "save_profile", "profile_to_folder", "", "compare_profiles", "take_profile",
-    "close_comparison",
+    ("load_profile", "save_profile", "profile_to_folder"),
+    ("compare_profiles", "take_profile", "close_comparison"),
 )  # fmt: skip
 
 
@@ -107,7 +107,8 @@ class TuningPanel(QWidget):
         for button in scopes:
             button.setObjectName("scope")
         suggest = self._button("suggest_tau")
-        head = hbox((self.title, 1), *scopes, 6, self.box, suggest, spacing=4)
+        whose = hbox((self.title, 1), *scopes, spacing=4)
+        head = Wrapping(whose, hbox(self.box, suggest, None, spacing=4), spacing=4)
         self.tabs = QTabWidget(documentMode=True)
         self.tabs.addTab(self._curves_page(theme), "Curves")
         self.tabs.addTab(self._profiles_page(theme), "Profiles")
@@ -141,8 +142,16 @@ class TuningPanel(QWidget):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.table.clicked.connect(self._choose)
-        row = hbox(*(self._button(name) if name else None for name in _PROFILE_BUTTONS), spacing=4)
-        vbox((self.table, 1), row, owner=page, margins=(0, 4, 0, 0), spacing=4)
+        files, beside = (
+            hbox(*map(self._button, names), None, spacing=4) for names in _PROFILE_BUTTONS
+        )
+        vbox(
+            (self.table, 1),
+            Wrapping(files, beside, spacing=4),
+            owner=page,
+            margins=(0, 4, 0, 0),
+            spacing=4,
+        )
         return page
 
     def set_theme(self, theme: Theme) -> None:

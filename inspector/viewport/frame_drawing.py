@@ -21,6 +21,7 @@ from inspector.viewport.solid_and_ghost import Pose, Style
 from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
+from twistcore.detection import Interval, Kind
 from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 from twistcore.rotation import Array
@@ -133,12 +134,18 @@ class FrameDrawing:
             text = self.guest.legend()
         else:
             chain, degrees = selected_chain(document), 0.0
-            if chain is not None:
+            jump = jump_at(document)
+            if jump is not None:
+                degrees = float(np.degrees(jump.residual))
+            elif chain is not None:
                 degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
             name = chain.label if chain is not None else ""
             show = "split" if scene.split else document.show
             tracked, swivel = scene.accompanied, isinstance(chain, Limb)
-            text = legend_text(theme, show, name, degrees, tracked=tracked, swivel=swivel)
+            text = legend_text(
+                theme, show, name, degrees,
+                tracked=tracked, swivel=swivel, jump=jump is not None,
+            )  # fmt: skip
             if swivel and not scene.circled:
                 text += inked(f"&nbsp;&nbsp; {_NO_CIRCLE}", theme.soft)
         if scene.trails is not None:
@@ -165,6 +172,15 @@ def selected_chain(document: Document) -> Chain | None:
         return document.find_chain(document.chain)
     except KeyError:
         return None
+
+
+def jump_at(document: Document) -> Interval | None:
+    """The selected interval if it is a lone jump and the frame is in it."""
+    judged = document.interval
+    if judged is None or judged.interval.kind != Kind.LONE_JUMP:
+        return None
+    interval = judged.interval
+    return interval if interval.start <= document.frame < interval.stop else None
 
 
 def selected_limb(document: Document) -> Limb | None:

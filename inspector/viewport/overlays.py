@@ -87,12 +87,19 @@ class Overlays:
 
 
 def legend_text(
-    theme: Theme, show: str, chain: str, degrees: float, *, tracked: bool, swivel: bool = False
+    theme: Theme,
+    show: str,
+    chain: str,
+    degrees: float,
+    *,
+    tracked: bool,
+    swivel: bool = False,
+    jump: bool = False,
 ) -> str:
     """Rich text: what is before and after, by colour and form, and the chain's offset now.
 
     show: one of document.Show, or 'split' for one beside the other; tracked: with a third figure;
-    swivel: the offset is a limb's.
+    swivel: the offset is a limb's; jump: degrees are those of a jump that stays as it is.
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, "before")
     after = _key("■", theme.after, "after")
@@ -104,6 +111,8 @@ def legend_text(
     if chain:
         colour = theme.before if abs(degrees) >= 0.05 else theme.soft
         words = f"{signed(degrees)}° {'of swivel ' if swivel else ''}off"
+        if jump:
+            words = f"jumps by {signed(degrees)}°"
         text += f"&nbsp;&nbsp;&nbsp; <b>{_unbroken(chain)}</b>&nbsp; "
         text += inked(_unbroken(words), colour)
     if tracked:

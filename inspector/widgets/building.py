@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QFrame,
@@ -70,6 +70,38 @@ def _filled(
         else:
             box.addWidget(QLabel(what) if isinstance(what, str) else what, stretch)
     return box
+
+
+class Wrapping(QWidget):
+    """Parts beside each other; under each other where there is not the width for all."""
+
+    def __init__(self, *parts: QLayout, spacing: int) -> None:
+        super().__init__()
+        self._parts = parts
+        self._box = hbox(*parts, owner=self, margins=(0, 0, 0, 0), spacing=spacing)
+
+    def minimumSizeHint(self) -> QSize:
+        """As wide as the widest part."""
+        wide = max(part.minimumSize().width() for part in self._parts)
+        return QSize(wide, super().minimumSizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Beside each other or not."""
+        super().resizeEvent(event)
+        self._arrange()
+
+    def event(self, event: QEvent) -> bool:
+        """A part that has other words may be wider."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._arrange()
+        return super().event(event)
+
+    def _arrange(self) -> None:
+        gaps = self._box.spacing() * (len(self._parts) - 1)
+        wanted = sum(part.minimumSize().width() for part in self._parts) + gaps
+        beside = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
+        if self._box.direction() != (wanted_direction := beside[wanted > self.width()]):
+            self._box.setDirection(wanted_direction)
 
 
 def soft(label: _Label) -> _Label:

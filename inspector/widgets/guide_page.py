@@ -6,15 +6,18 @@ import re
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QSize, Qt, QTimer, QUrl
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, QUrl
 from PySide6.QtGui import (
     QDesktopServices,
     QImage,
     QKeySequence,
+    QPalette,
     QResizeEvent,
     QShortcut,
     QTextCursor,
     QTextDocument,
+    QTextFrameFormat,
+    QTextTable,
 )
 from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
 
@@ -28,6 +31,7 @@ _TOPICS = {"Guide": FIRST, "Keys": "shortcuts.md", "Teaching": "teaching.md", "M
 _MARGIN = 24  # pixels around a page
 _SETTLE_MS = 150  # a window that is being resized
 _PICTURES = (".png", ".svg")
+_SOLID = QTextFrameFormat.BorderStyle.BorderStyle_Solid
 _Type = QTextDocument.ResourceType
 
 
@@ -112,7 +116,34 @@ class GuidePage(QWidget):
             self.close()
 
 
-class Pages(QTextBrowser):
+class MarkdownPage(QTextBrowser):
+    """Tables have a line under a row, in the theme's colour: Qt draws a grid in that of text."""
+
+    def soften_tables(self) -> None:
+        """Of the page as it is; a new one has to be softened again."""
+        line = self.palette().color(QPalette.ColorRole.Mid)
+        for frame in self.document().rootFrame().childFrames():
+            if isinstance(frame, QTextTable):
+                looks = frame.format()
+                looks.setBorder(0)
+                frame.setFormat(looks)
+                for row in range(frame.rows()):
+                    for column in range(frame.columns()):
+                        cell = frame.cellAt(row, column)
+                        under = cell.format().toTableCellFormat()
+                        under.setBottomBorder(1)
+                        under.setBottomBorderStyle(_SOLID)
+                        under.setBottomBorderBrush(line)
+                        cell.setFormat(under)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Another theme has other lines."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self.soften_tables()
+
+
+class Pages(MarkdownPage):
     """Markdown files of a folder; pictures are never wider than the page."""
 
     def __init__(self, docs: Path) -> None:
@@ -165,6 +196,11 @@ class Pages(QTextBrowser):
         bar.setValue(round(share * bar.maximum()))
 
     # -- Qt -----------------------------------------------------------------------------------
+
+    def doSetSource(self, name: QUrl | str, kind: _Type = _Type.UnknownResource) -> None:
+        """Every page, also one that is read again."""
+        super().doSetSource(name, kind)
+        self.soften_tables()
 
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
         """Pages as they are, pictures no wider than the page."""

@@ -11,11 +11,20 @@ from inspector.widgets.theme import Theme
 
 SIDE = 18  # pixels of a screen of scale 1
 _SCALES = (1.0, 2.0)  # of screens
+_SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels: of title bars, task bars and menus
 
 
 def has_icon(name: str) -> bool:
     """Whether there is a drawing of this name: an action's id, or a word."""
     return (ICONS / f"{name}.svg").is_file()
+
+
+def program_icon() -> QIcon:
+    """The program's own, in its own colours."""
+    renderer, made = QSvgRenderer(str(ICONS / "program.svg")), QIcon()
+    for side in _SIDES:
+        made.addPixmap(_drawn(renderer, side, 1.0))
+    return made
 
 
 def icon(name: str, theme: Theme) -> QIcon:
@@ -25,11 +34,16 @@ def icon(name: str, theme: Theme) -> QIcon:
     for mode, colour in ((QIcon.Mode.Normal, theme.text), (QIcon.Mode.Disabled, theme.faint)):
         renderer = QSvgRenderer(drawing.replace("#000", colour).encode())
         for scale in _SCALES:
-            picture = QPixmap(round(SIDE * scale), round(SIDE * scale))
-            picture.setDevicePixelRatio(scale)
-            picture.fill(Qt.GlobalColor.transparent)
-            painter = QPainter(picture)
-            renderer.render(painter, QRectF(0, 0, SIDE, SIDE))
-            painter.end()
-            made.addPixmap(picture, mode)
+            made.addPixmap(_drawn(renderer, SIDE, scale), mode)
     return made
+
+
+def _drawn(renderer: QSvgRenderer, side: int, scale: float) -> QPixmap:
+    """A square picture; side: in pixels of a screen of scale 1."""
+    picture = QPixmap(round(side * scale), round(side * scale))
+    picture.setDevicePixelRatio(scale)
+    picture.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(picture)
+    renderer.render(painter, QRectF(0, 0, side, side))
+    painter.end()
+    return picture

@@ -6,9 +6,20 @@ once more for each step of a drag.
 
 from __future__ import annotations
 
+from html import escape
+
 from PySide6.QtCore import QEvent, QSize, Qt
-from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import (
+    QFont,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QResizeEvent,
+    QTextDocumentFragment,
+)
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+
+_ASIDE = 4  # pixels beside a line of the status bar
 
 
 class SteadyLabel(QLabel):
@@ -43,7 +54,8 @@ def inked(text: str, colour: str) -> str:
 class Caption(QWidget):
     """Rich text as wide as there is room, broken into lines; it grows with them, never shrinks.
 
-    The label in it is placed by hand: no layout, no new one with every text.
+    The label in it is placed by hand: no layout, no new one with every text. Where it is short it
+    is a line of plain text, and its tip tells the rest.
     """
 
     def __init__(self, *, soft: bool = False) -> None:
@@ -51,26 +63,50 @@ class Caption(QWidget):
         self.label = QLabel(self, textFormat=Qt.TextFormat.RichText, wordWrap=True)
         if soft:
             self.label.setObjectName("soft")
+        self._text, self._short = "", False
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(self.fontMetrics().height() + 2)
+        self.setFixedHeight(self._line)
 
     def text(self) -> str:
         """What it says, as rich text."""
-        return self.label.text()
+        return self._text
 
     def set_text(self, text: str) -> None:
         """Say something else."""
-        if text != self.text():
-            self.label.setText(text)
+        if text != self._text:
+            self._text = text
             self._fit(self.height())
+
+    def set_short(self, short: bool) -> None:
+        """A line of plain text, or all of it."""
+        if short != self._short:
+            self._short = short
+            self._fit(self._line)
+
+    @property
+    def _line(self) -> int:
+        """Pixels of a line's height."""
+        return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Another width needs other lines."""
         super().resizeEvent(event)
-        self._fit(self.fontMetrics().height() + 2)
+        self._fit(self._line)
 
     def _fit(self, least: int) -> None:
-        height = max(least, self.label.heightForWidth(self.width()))
+        shown, height = self._text, self._line
+        if self._short:
+            whole = QTextDocumentFragment.fromHtml(self._text).toPlainText()
+            end = Qt.TextElideMode.ElideRight
+            line = self.fontMetrics().elidedText(whole, end, self.width())
+            shown = escape(line)
+            rest = [self._text, escape(self.toolTip()).replace("\n", "<br>")]
+            self.label.setToolTip("<p>".join(filter(None, rest)) if line != whole else "")
+        if shown != self.label.text():
+            self.label.setText(shown)
+        if not self._short:
+            self.label.setToolTip("")
+            height = max(least, self.label.heightForWidth(self.width()))
         if height != self.height():
             self.setFixedHeight(height)
         self.label.setGeometry(0, 0, self.width(), height)
@@ -89,4 +125,65 @@ class ElidedLabel(QLabel):
         end = Qt.TextElideMode.ElideRight
         text = self.fontMetrics().elidedText(self.text(), end, self.width())
         painter.drawText(self.rect(), Qt.AlignmentFlag.AlignVCenter, text)
+        painter.end()
+
+
+class Headline(QLabel):
+    """'<b>what</b> more' in a line that makes nothing wider: where room is short more ends in …"""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    def minimumSizeHint(self) -> QSize:
+        """As narrow as it has to be."""
+        return QSize(0, super().minimumSizeHint().height())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """As much as there is room for."""
+        if self.sizeHint().width() <= self.width():
+            super().paintEvent(event)
+            return
+        what, _, more = self.text().partition("</b>")
+        painter, room = QPainter(self), self.rect()
+        for part, weight in ((what, QFont.Weight.Bold), (more, QFont.Weight.Normal)):
+            font = QFont(self.font())
+            font.setWeight(weight)
+            painter.setFont(font)
+            words = QTextDocumentFragment.fromHtml(part).toPlainText()
+            if part is more:
+                words = f" {words.lstrip()}"
+            letters = painter.fontMetrics()
+            fitting = letters.elidedText(words, Qt.TextElideMode.ElideRight, room.width())
+            painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, fitting)
+            room.setLeft(room.left() + letters.horizontalAdvance(fitting))
+        painter.end()
+
+
+class ElidedLine(QWidget):
+    """A line that may change many times a second: no other text asks for a new layout."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._text = ""
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    def text(self) -> str:
+        """What it says."""
+        return self._text
+
+    def set_text(self, text: str) -> None:
+        """Say something else."""
+        if text != self._text:
+            self._text = text
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """As much of the text as there is room for, in the colour of secondary text."""
+        painter = QPainter(self)
+        painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+        room = self.rect().adjusted(_ASIDE, 0, -_ASIDE, 0)
+        end = Qt.TextElideMode.ElideRight
+        text = self.fontMetrics().elidedText(self._text, end, room.width())
+        painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, text)
         painter.end()

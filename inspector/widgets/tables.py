@@ -14,6 +14,7 @@ from PySide6.QtCore import (
     QObject,
     QPersistentModelIndex,
     Qt,
+    Signal,
 )
 from PySide6.QtGui import QColor, QPainter, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
@@ -223,6 +224,8 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 class RowTable(QTableView):
     """A table of whole rows under heads, without a grid; room: pixels beside a line's height."""
 
+    resized = Signal()
+
     def __init__(self, model: QAbstractItemModel, *, several: bool = False, room: int = 8) -> None:
         """`several`: rows may be selected together."""
         super().__init__(showGrid=False, wordWrap=False)
@@ -233,9 +236,13 @@ class RowTable(QTableView):
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(mode.ExtendedSelection if several else mode.SingleSelection)
         self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
+        self.set_room(room)
         self._first, self._spared = 0, tuple[int, ...]()
         self._widths: dict[int, int] = {}  # of columns as they were before any was hidden
+
+    def set_room(self, room: int) -> None:
+        """Rows are so many pixels higher than a line."""
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
         """Columns that are not shown, in this order, where the first would be narrower than that.
@@ -254,6 +261,7 @@ class RowTable(QTableView):
                 self.setColumnHidden(column, left > room)
                 left -= self._width_of(column) if left > room else 0
         super().resizeEvent(event)
+        self.resized.emit()
 
     def _width_of(self, column: int) -> int:
         """Also of one that is hidden."""
@@ -277,7 +285,7 @@ class _Heading(QHeaderView):
         super().initStyleOptionForIndex(option, section)
         marked = self.isSortIndicatorShown() and self.sortIndicatorSection() == section
         if marked and option.textAlignment & Qt.AlignmentFlag.AlignRight:
-            option.text += _MARK_ROOM
+            option.text = "\n".join(line + _MARK_ROOM for line in option.text.split("\n"))
 
 
 class RowDelegate(QStyledItemDelegate):

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
+from PySide6.QtWidgets import QLineEdit, QWidget
 
 from inspector.widgets.building import hbox, vbox
+from inspector.widgets.guide_page import MarkdownPage
 from inspector.window.actions import Menus, Row
 
+_MARGIN = 12  # pixels around the page
 _MOUSE = (
     ("Plots: wheel", "zoom at the cursor"),
     ("Plots: Shift+wheel", "pan"),
@@ -72,7 +74,8 @@ class KeyboardPage(QWidget):
         self.line = QLineEdit(
             placeholderText="Find a key, or what it does", clearButtonEnabled=True
         )
-        self.page = QTextBrowser()
+        self.page = MarkdownPage()
+        self.page.document().setDocumentMargin(_MARGIN)
         vbox((hbox(self.line, margins=(8, 8, 8, 0))), (self.page, 1), owner=self,
              margins=(0, 0, 0, 0))  # fmt: skip
         self.line.textChanged.connect(self._show)
@@ -80,7 +83,9 @@ class KeyboardPage(QWidget):
         self.resize(520, min(640, self.screen().availableSize().height() - 60))
 
     def _show(self, wanted: str) -> None:
-        self.page.setMarkdown(shortcuts_markdown(self._menus, wanted))
+        _, _, below = shortcuts_markdown(self._menus, wanted).partition("\n")
+        self.page.setMarkdown(below)  # the window has the title
+        self.page.soften_tables()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Esc closes it."""

@@ -22,7 +22,7 @@ from inspector.panels.clips_panel import ClipsPanel
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.intervals_panel import IntervalsPanel
-from inspector.panels.position_line import PositionLine
+from inspector.panels.position_line import PlaceLine, PositionLine
 from inspector.panels.reviewer_line import ReviewerLine
 from inspector.panels.start_page import StartPage
 from inspector.panels.transport import Transport
@@ -165,6 +165,7 @@ class MainWindow(Parts):
             view.addAction(dock.toggleViewAction())
         self.recent_menu = QMenu("Recent", self)
         self._menus["File"].insertMenu(self.actions_by_id["save_session"], self.recent_menu)
+        self.statusBar().addWidget(PlaceLine(self.document), 1)
         self.position = PositionLine(self.document)
         self.decided = SteadyLabel()
         for widget in (RecordingBar(self.recorder), self.position, self.decided):
@@ -246,7 +247,7 @@ class MainWindow(Parts):
         self._review_changed()
 
     def _restore(self) -> None:
-        self.usual_layout = UsualLayout(self, self.docks)
+        self.usual_layout = UsualLayout(self, self.docks, (self.intervals, self.detail))
         self.usual_layout.restore(self.settings.geometry, self.settings.layout)
         for chosen in (f"theme_{self.settings.theme}", f"order_{self.settings.order}"):
             self.actions_by_id[chosen].setChecked(True)

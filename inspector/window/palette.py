@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QDialog, QLineEdit, QListWidget, QListWidgetItem, QWidget
+from PySide6.QtWidgets import QDialog, QLineEdit, QWidget
 
 from inspector.widgets.building import vbox
+from inspector.widgets.keyed_list import KeyedList
 
 _ROWS = 12
 
@@ -21,9 +22,8 @@ class CommandPalette(QDialog):
         self._actions = actions
         self.line = QLineEdit()
         self.line.setPlaceholderText("What do you want to do?")
-        self.list = QListWidget()
+        self.list = KeyedList(keys_first=False)
         self.list.setObjectName("palette")
-        self.list.setUniformItemSizes(True)
         vbox(self.line, self.list, owner=self, margins=(6, 6, 6, 6))
         self.line.textChanged.connect(self._filter)
         self.line.returnPressed.connect(self._do)
@@ -43,9 +43,7 @@ class CommandPalette(QDialog):
             text = action.text().replace("&", "")
             keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
             if action.isEnabled() and all(w in f"{text} {keys}".lower() for w in words):
-                item = QListWidgetItem(f"{text}    {keys}" if keys else text)
-                item.setData(Qt.ItemDataRole.UserRole, name)
-                self.list.addItem(item)
+                self.list.add(text, keys, name)
         self.list.setCurrentRow(0)
 
     def _do(self) -> None:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QStatusBar, QToolBar
 from inspector.panels.reviewer_line import ReviewerLine
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
+from inspector.window.low_window import show_title
 
 _KEPT = ("curves", "teaching")  # docks that stay if they are seen
 _SCALE = 1.7  # of type and lines
@@ -48,6 +49,7 @@ class Presentation:
             # A dock behind the tab of another is 'visible' too; only its region tells.
             if name not in _KEPT or dock.visibleRegion().isEmpty():
                 dock.hide()
+        self._show_titles(shown=False)
         for kind in (QToolBar, QStatusBar, ReviewerLine):
             for bar in window.findChildren(kind):
                 bar.hide()
@@ -66,6 +68,7 @@ class Presentation:
         self._layout = None
         self._scale(1.0)
         self._escape.setEnabled(False)
+        self._show_titles(shown=True)
         window.menuBar().show()
         window.statusBar().show()
         self.set_full_screen(self._full)
@@ -75,6 +78,11 @@ class Presentation:
         """The whole screen or not; a window that was maximised before is so afterwards."""
         full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
         self._window.setWindowState(now | full if on else now & ~full)
+
+    def _show_titles(self, *, shown: bool) -> None:
+        """Of what stays: curves are seen to be curves."""
+        for name in _KEPT:
+            show_title(self._docks[name], "presentation", shown=shown)
 
     def _scale(self, scale: float) -> None:
         self._timeline.set_scale(scale)

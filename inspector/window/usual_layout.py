@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QByteArray, Qt, QTimer
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
+from inspector.window.low_window import Compact, LowWindow
+
 # Chains, intervals, curves: pixels where there is room, else shares of the window's size.
 _MOST = 350, 545, 330
 _SHARES = 0.25, 0.38, 0.35
+_LOW_SHARES = 0.25, 0.38, 0.27  # in a low window
 _SIZE = (1440, 900)  # of the first window, where the screen has room
 _FRAME = (12, 40)  # pixels: more than borders and a title bar take
 _STATE_VERSION = 2
@@ -19,11 +22,18 @@ _LEEWAY = 3  # pixels that a layout may round by
 class UsualLayout:
     """Docks in their places, the 3D view with a third of the window's width or more."""
 
-    def __init__(self, window: QMainWindow, docks: Mapping[str, QDockWidget]) -> None:
-        """`docks`: by their object names, where they belong."""
+    def __init__(
+        self,
+        window: QMainWindow,
+        docks: Mapping[str, QDockWidget],
+        compact: Sequence[Compact] = (),
+    ) -> None:
+        """`docks`: by their object names, where they belong; `compact`: see LowWindow."""
         self._window, self._docks = window, docks
+        self._low = LowWindow(window, docks, compact)
         self._usual = window.saveState()
         self._fitted: tuple[int, ...] = ()
+        self._restored = False  # panels have sizes that a person gave them in another run
         self._floating: list[QDockWidget] = []
 
     def restore(self, geometry: str, layout: str) -> None:
@@ -35,6 +45,7 @@ class UsualLayout:
         self.fit()
         if geometry:
             window.restoreGeometry(QByteArray.fromHex(geometry.encode()))
+        self._restored = bool(layout)
         if layout:
             window.restoreState(QByteArray.fromHex(layout.encode()), _STATE_VERSION)
         docks = self._docks.values()
@@ -62,16 +73,24 @@ class UsualLayout:
     def fit(self) -> None:
         """The sizes that go with the size of the window."""
         window, docks = self._window, self._docks
+        self._low.follow()
         wide, high = window.width(), window.height()
-        sizes = zip(_MOST, _SHARES, (wide, wide, high), strict=True)
+        shares = _LOW_SHARES if self._low.low else _SHARES
+        sizes = zip(_MOST, shares, (wide, wide, high), strict=True)
         left, right, curves = self._fitted = tuple(min(m, round(s * all_)) for m, s, all_ in sizes)
         across, upright = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
         window.resizeDocks([docks["chains"], docks["intervals"]], [left, right], across)
         window.resizeDocks([docks["curves"]], [curves], upright)
 
     def follow(self) -> None:
-        """The window has another size: so have its panels, unless a person gave them theirs."""
+        """The window has another size: so have its panels, unless a person gave them theirs.
+
+        A window that becomes low squeezes them before they can be compared.
+        """
         docks = self._docks
+        if self._low.follow() and not self._restored:
+            self.fit()
+            return
         now = docks["chains"].width(), docks["intervals"].width(), docks["curves"].height()
         if self._fitted and all(
             abs(a - b) <= _LEEWAY for a, b in zip(now, self._fitted, strict=True)
@@ -81,5 +100,6 @@ class UsualLayout:
     def reset(self) -> None:
         """Every panel in its place, shown or not, as in the first window."""
         self._window.restoreState(self._usual)
+        self._restored = False
         self._docks["intervals"].raise_()
         self.fit()

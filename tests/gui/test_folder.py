@@ -2,15 +2,19 @@
 
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer
 
+from inspector.panels.clips_panel import ClipsPanel
+from inspector.session.document import Document
 from inspector.session.export_files import ExportChoice
 from inspector.session.queue import ClipState, FolderQueue, QueuedClip
 from inspector.session.session_files import exports_among
 from inspector.session.settings import Settings
+from inspector.widgets.theme import LIGHT
 from tests.conftest import ASSETS
 from tests.gui.folders import put_errors, two_takes
 from tests.gui.windows import act, export, open_clip
@@ -147,7 +151,16 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     c, d = known("c", 1.0, intervals=1), known("d", 0.0)
     nothing = known("e", 0.0, unchecked=True)
     assert [queue.next_after(p) for p in (None, a, b, c, d, nothing)] == [a, c, c, a, a, a]
-    assert queue.totals == (3, 5, 2, 5)
+    assert queue.totals == (1, 3, 2, 5), "clips with nothing to decide are not among those decided"
+    failed = known("f", -1.0)
+    queue.clips[failed] = replace(queue.clips[failed], state=ClipState.FAILED)
+    panel = ClipsPanel(queue, Document(), LIGHT)
+    told = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 not checked; 1 failed"
+    assert panel.status.text() == told
+    queue.clips[b] = replace(queue.clips[b], waits=True)  # decisions of it are to be restored first
+    queue.changed.emit()
+    assert panel.status.text() == told.replace("1 of 3", "0 of 3")
+    panel.deleteLater()
     assert [queue.clips[p].clean for p in (a, b, c, d, nothing)] == [False] * 3 + [True, False]
 
 

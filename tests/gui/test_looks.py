@@ -6,15 +6,24 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PySide6.QtCore import QPoint, QRect
+from PySide6.QtGui import QGuiApplication, QTextTable
 from PySide6.QtWidgets import QWidget
 
+from inspector.app import make_application
+from inspector.panels.position_line import PlaceLine
 from inspector.session.settings import Settings
 from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.widgets import theme as themes
+from inspector.widgets.keyed_list import KeyedList
+from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import DARK, LIGHT
+from inspector.window.keyboard_page import KeyboardPage
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
+from twistcore.detection import Kind
 
 CHECK = Path(__file__).with_name("layout_check.py")
 
@@ -47,6 +56,159 @@ def test_every_text_fits_and_no_two_widgets_overlap(tmp_path, width, height, sca
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == ""
+
+
+LAPTOP = (948, 500)  # of a window on 1920×1080 at 200 %
+
+
+def whole(widget, area):
+    """Whether all of a widget is in what is seen of the area that scrolls it."""
+    place = QRect(widget.mapTo(area.viewport(), QPoint(0, 0)), widget.size())
+    return area.viewport().rect().contains(place)
+
+
+def rows_seen(table):
+    return table.viewport().height() // table.rowHeight(0)
+
+
+def resize(qtbot, window, size):
+    window.resize(*size)
+    qtbot.waitUntil(lambda: (window.width(), window.height()) == size)
+    qtbot.wait(50)
+
+
+@pytest.mark.parametrize("kind", list(Kind), ids=str)
+def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window, tmp_path, kind):
+    window = show_window(Settings())
+    resize(qtbot, window, LAPTOP)
+    clip = "walk_injected.bvh" if kind == Kind.COUNTER_TWIST else "kick.bvh"
+    open_clip(qtbot, window, shutil.copy(ASSETS / clip, tmp_path))
+    judged = next(j for j in window.document.intervals if j.interval.kind == kind)
+    window.document.select_interval(judged.id, jump=True)
+    area, table, card = window.docks["intervals"].widget(), window.intervals.table, window.detail
+    qtbot.waitUntil(lambda: rows_seen(table) >= 4)
+    for part in (card.title, card.why, card.start, card.reason, *card.buttons.values()):
+        assert whole(part, area), part
+    assert not any(
+        bar.isVisible()
+        for bar in (area.verticalScrollBar(), area.horizontalScrollBar(),
+                    table.horizontalScrollBar())
+    )  # fmt: skip
+    assert table.visualRect(table.currentIndex()).bottom() < table.viewport().height()
+    # What a line has no room for is in its tip.
+    assert card.why.height() < 1.5 * card.fontMetrics().height()
+    assert "…" in card.why.label.text()
+    assert card.why.text() in card.why.label.toolTip()
+    resize(qtbot, window, (1440, 900))
+    qtbot.waitUntil(lambda: "…" not in card.why.label.text())
+    assert card.why.label.text() == card.why.text()
+    assert not card.why.label.toolTip()
+
+
+def titles(window):
+    return {name for name, dock in window.docks.items() if dock.titleBarWidget() is None}
+
+
+def test_titles_are_away_where_tabs_say_the_same_and_in_a_presentation(qtbot, show_window):
+    window = show_window(Settings())
+    everywhere, tabs = set(window.docks), {"intervals", "history", "tuning", "teaching", "quality"}
+    assert titles(window) == everywhere
+    resize(qtbot, window, LAPTOP)
+    assert titles(window) == everywhere - tabs
+    act(window, "presentation")
+    assert "curves" not in titles(window)
+    act(window, "presentation")
+    qtbot.waitUntil(lambda: (window.width(), window.height()) == LAPTOP)
+    assert titles(window) == everywhere - tabs
+    window.docks["tuning"].setFloating(True)
+    assert "tuning" in titles(window), "a panel that floats is moved and closed by it"
+    window.docks["tuning"].setFloating(False)
+    resize(qtbot, window, (1440, 900))
+    assert titles(window) == everywhere
+
+
+def test_the_program_has_a_sign_of_its_own(qtbot, show_window):
+    window = show_window(Settings())
+    make_application()
+    sign = window.windowIcon().pixmap(16, 16).toImage()
+    inks = [sign.pixelColor(x, y) for x in range(16) for y in range(16)]
+    assert sum(c.alpha() > 200 for c in inks) > 128
+    assert any(c.red() > 200 and c.blue() < 120 and c.alpha() > 200 for c in inks), "no arrow"
+    assert any(min(c.red(), c.green(), c.blue()) > 200 for c in inks), "no bone"
+    assert QGuiApplication.desktopFileName() == "twist-inspector"
+
+
+def test_frame_and_interval_are_said_on_every_tab(qtbot, show_window, tmp_path):
+    window = show_window(Settings(first_frame=1))
+    open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
+    act(window, "next_interval")
+    window.statusBar().clearMessage()
+    line, judged = window.statusBar().findChild(PlaceLine), window.document.interval
+    start, stop = judged.interval.start + 1, judged.interval.stop + 1
+    for tab in ("show_tuning", "show_teaching", "show_quality"):
+        act(window, tab)
+        assert line.isVisible()
+        assert f"frame {window.document.frame + 1} of 344 " in line.text()
+        assert line.text().endswith(f"interval {start} to {stop}, undecided")
+    act(window, "accept")
+    window.document.select_interval(judged.id)
+    assert line.text().endswith("accepted")
+    window.document.go_to(7)
+    assert "frame 8 of 344   0.058 s" in line.text()
+
+
+def test_a_lone_jump_says_how_far_it_goes(qtbot, show_window, tmp_path):
+    window = show_window(Settings())
+    open_clip(qtbot, window, shutil.copy(ASSETS / "kick.bvh", tmp_path))
+    jump = next(j for j in window.document.intervals if j.interval.kind == Kind.LONE_JUMP)
+    window.document.select_interval(jump.id, jump=True)
+    legend = window.viewport.overlays.legend
+    size = signed(float(np.degrees(jump.interval.residual)))
+    qtbot.waitUntil(lambda: f"jumps by {size}°" in legend.text().replace("&nbsp;", " "))
+    window.document.go_to(jump.interval.stop)
+    qtbot.waitUntil(lambda: "jumps" not in legend.text())
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+def test_the_page_of_keys_has_one_title_and_soft_lines(show_window, theme):
+    window = show_window(Settings(theme="dark" if theme.dark else "light"))
+    act(window, "show_shortcuts")
+    page = window.findChild(KeyboardPage).page
+    assert "Keyboard and mouse\nFile" not in page.toPlainText()
+    assert page.toPlainText().startswith("File")
+    tables = [f for f in page.document().rootFrame().childFrames() if isinstance(f, QTextTable)]
+    assert tables
+    for table in tables:
+        assert table.format().border() == 0
+        under = table.cellAt(1, 0).format().toTableCellFormat().bottomBorderBrush().color().name()
+        assert under == theme.line
+
+
+@pytest.mark.parametrize(
+    ("keys_first", "rows"),
+    [
+        (True, [("natural", "1"), ("natural", "W")]),
+        (False, [("Go", "Ctrl+K"), ("Leave", "Ctrl+K")]),
+    ],
+)
+def test_keys_of_a_list_stand_in_a_column(qtbot, keys_first, rows):
+    shown = KeyedList(keys_first=keys_first)
+    qtbot.addWidget(shown)
+    for words, key in rows:
+        shown.add(words, key)
+    shown.resize(300, 120)
+    shown.show()
+    qtbot.waitExposed(shown)
+    boxes = [shown.visualItemRect(shown.item(k)) for k in range(2)]
+    key_wide = 24 if keys_first else shown.fontMetrics().horizontalAdvance("Ctrl+K") + 10
+    for box in boxes:
+        if keys_first:
+            box.setLeft(box.left() + key_wide)
+        else:
+            box.setLeft(box.right() - key_wide)
+    first, second = (shown.viewport().grab(box).toImage() for box in boxes)
+    assert first == second
+    assert len({first.pixel(x, y) for x in range(first.width()) for y in range(first.height())}) > 4
 
 
 def luminance(colour):
