@@ -6,7 +6,7 @@ mouse of the X server. Half of the clips are judged by keys alone, the other hal
 alone. On the way the program is killed three times, another program writes over a file, and one
 clip changes on disk. Printed: keys and clicks a decision, boxes that stood in the way, keys that
 went elsewhere, and whether every decision is in the sessions at the end. --log: a line of JSON for
-each event.
+each event. --look: the theme, and whether there is a compositor.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
+from tests.gui.looks import LOOKS
 from tests.gui.real_screen import RealScreen, WatchedProgram, real_screen, watched
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
 from twistcore.chain import find_chains
@@ -298,6 +299,8 @@ def main() -> int:
     parser.add_argument("--clips", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--log", type=Path)
+    looks = {str(look): look for look in LOOKS}
+    parser.add_argument("--look", choices=looks, default=str(LOOKS[0]))
     arguments = parser.parse_args()
     with contextlib.ExitStack() as stack:
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -308,7 +311,7 @@ def main() -> int:
         for source in sources:
             with_errors(source, folder / source.name)
         day = Day(log, random.Random(arguments.seed))
-        screen = stack.enter_context(real_screen(scratch, size=_SIZE))
+        screen = stack.enter_context(real_screen(scratch, size=_SIZE, look=looks[arguments.look]))
         review(day, screen, scratch, folder, len(sources))
         held = kept(folder, day)
         day.tell("end")

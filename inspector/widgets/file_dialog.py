@@ -6,7 +6,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtGui import QIcon, QPainter, QPalette
+from PySide6.QtWidgets import QFileDialog, QToolButton, QWidget
+
+_ARROWS = ("backButton", "forwardButton", "toParentButton")
 
 
 def ask_files(
@@ -49,4 +52,26 @@ def _dialog(parent: QWidget, title: str, pattern: str, mode: QFileDialog.FileMod
     dialog = QFileDialog(parent, title, "", pattern)
     dialog.setFileMode(mode)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    _draw_arrows_as_text(dialog)
     return dialog
+
+
+def _draw_arrows_as_text(dialog: QFileDialog) -> None:
+    """Qt's own dialog, where the desktop has none, draws them black: not to be seen on dark."""
+    for name in _ARROWS:
+        button = dialog.findChild(QToolButton, name)
+        if button is None:  # the desktop's dialog
+            return
+        drawn = QIcon()
+        for mode, group in (
+            (QIcon.Mode.Normal, QPalette.ColorGroup.Active),
+            (QIcon.Mode.Disabled, QPalette.ColorGroup.Disabled),
+        ):
+            picture = button.icon().pixmap(button.iconSize(), dialog.devicePixelRatioF())
+            painter = QPainter(picture)
+            painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceIn)
+            colour = dialog.palette().color(group, QPalette.ColorRole.ButtonText)
+            painter.fillRect(picture.rect(), colour)
+            painter.end()
+            drawn.addPixmap(picture, mode)
+        button.setIcon(drawn)

@@ -19,12 +19,21 @@ from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK
 from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
+from tests.gui.looks import looks_of
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
 from tests.gui.programs import Program
 from tests.gui.windows import close_window, open_clip, wait_until_active
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.rotation import multiply, quaternion_from_axis_angle
+
+
+def pytest_generate_tests(metafunc):
+    """Give a test by hand the look, or looks, it runs in; one for all that share a program."""
+    if "look" in metafunc.fixturenames:
+        test = "" if "one_program" in metafunc.fixturenames else metafunc.function.__name__
+        looks = looks_of(metafunc.module, test)
+        metafunc.parametrize("look", looks, ids=str, scope="module")
 
 
 @pytest.fixture(autouse=True)

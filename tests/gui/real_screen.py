@@ -1,6 +1,6 @@
 """A screen of its own with a window manager, and a person's mouse, keys and eyes for it.
 
-The program is started as a person starts it: fresh settings, the theme of the system, no test's
+The program is started as a person starts it: fresh settings, the look of the screen, no test's
 hand on its focus. Mouse and keys go through the X server (XTEST); what is on the screen is read
 from the X server's own memory; where a widget is and what the review says can be asked.
 """
@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 
 import dev
+from tests.gui.looks import Look
 
 needs_real_screen = pytest.mark.skipif(
     not all(shutil.which(program) for program in dev.TEST_PROGRAMS),
@@ -32,6 +33,8 @@ _WATCHED = Path(__file__).with_name("watched_program.py")
 _MARK = "watched: "
 _STEP = 0.05  # seconds between two looks
 _XWD_FIELDS = 25  # of a header that a colour table and the picture follow
+_PLAIN = Look()
+_TO_START = 60.0  # seconds that a program has on a machine with much to do: most need two
 FULL_HD = (1920, 1080)
 
 
@@ -42,6 +45,7 @@ class RealScreen:
     env: dict[str, str]
     folder: Path
     size: tuple[int, int] = FULL_HD
+    look: Look = _PLAIN
 
     # -- eyes ---------------------------------------------------------------------------------
 
@@ -136,9 +140,13 @@ class RealScreen:
         done = self._asked("getactivewindow")
         return done.stdout.strip() if done.returncode == 0 else None
 
-    def shown(self, title):
+    def shown(self, title, seconds=20.0):
         """The window with this in its title, once it gets the keys."""
-        wait_until(lambda: self.active() in self.windows(title))
+        try:
+            wait_until(lambda: self.active() in self.windows(title), seconds)
+        except AssertionError:
+            told = f"{self.windows('')}, of which {self.active()} has the keys"
+            raise AssertionError(f"no {title!r} with the keys; windows: {told}") from None
         return self.active()
 
     def managed(self):
@@ -167,15 +175,15 @@ def differing(a, b):
 
 
 @contextlib.contextmanager
-def real_screen(folder, *, size=FULL_HD, compositor=False):
-    """Xvfb and openbox as long as it lasts, with a compositor if that is wanted."""
+def real_screen(folder, *, size=FULL_HD, look=_PLAIN):
+    """Xvfb and openbox as long as it lasts, with the look's desktop and compositor."""
     options = ("-screen", "0", f"{size[0]}x{size[1]}x24", "-fbdir", str(folder))
     with contextlib.ExitStack() as stack:
         env = stack.enter_context(dev.virtual_screen(*options))
-        screen = RealScreen(env, folder, size)
+        screen = RealScreen({**env, **look.desktop_env(folder)}, folder, size, look)
         stack.enter_context(_beside(["openbox"], env))
         wait_until(screen.managed)
-        if compositor:
+        if look.compositor:
             stack.enter_context(_beside(["xcompmgr", "-n"], env))
         yield screen
 
@@ -184,7 +192,8 @@ def real_screen(folder, *, size=FULL_HD, compositor=False):
 def _beside(words, env):
     process = subprocess.Popen(words, env=env, stderr=subprocess.DEVNULL)
     try:
-        yield process
+        yield
+        assert process.poll() is None, f"{words[0]} ended before the test did"
     finally:
         process.kill()
         process.wait()
@@ -270,10 +279,12 @@ class WatchedProgram:
 def watched(screen, folder, *words, settings=None, scale=1):
     """The program on a screen, when its window has the keys; a clip among the words is open then.
 
-    settings: what the file of settings says; None: a new user, without one.
+    settings: what the file of settings says beside the screen's look; None: what it said before,
+    or a new user's.
     """
-    if settings is not None:
-        (folder / "settings.json").write_text(json.dumps(settings))
+    file, of_look = folder / "settings.json", screen.look.settings()
+    if settings is not None or (of_look and not file.exists()):
+        file.write_text(json.dumps(of_look | (settings or {})))
     env = person_env(screen.env, folder)
     env["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(_WATCHED.parents[2])])
     if scale != 1:
@@ -292,10 +303,14 @@ def watched(screen, folder, *words, settings=None, scale=1):
     reader = threading.Thread(target=_read, args=(seen,), daemon=True)
     reader.start()
     try:
-        screen.shown("Twist Inspector$")
+        screen.shown("Twist Inspector$", _TO_START)
         if any(str(word).lower().endswith((".bvh", ".json")) for word in words):
             seen.until("window.document.data is not None")
         seen.settle()
+        desktop = seen.ask("app.styleHints().colorScheme() == Qt.ColorScheme.Dark")
+        assert desktop == (screen.look.desktop == "dark"), "Qt does not see the desktop's theme"
+        dark = seen.ask("app.palette().window().color().lightness() < 128")
+        assert dark == screen.look.dark, "the program has another theme"
         yield seen
     finally:
         process.kill()

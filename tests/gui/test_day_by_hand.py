@@ -8,9 +8,9 @@ from tests.gui.real_screen import needs_real_screen
 
 
 @needs_real_screen
-def test_a_folder_by_keys_and_by_mouse_through_three_kills(tmp_path, monkeypatch, capsys):
+def test_a_folder_by_keys_and_by_mouse_through_three_kills(tmp_path, look, monkeypatch, capsys):
     log = tmp_path / "log.jsonl"
-    words = ["day", str(ASSETS), "--clips", "5", "--log", str(log)]
+    words = ["day", str(ASSETS), "--clips", "5", "--log", str(log), "--look", str(look)]
     monkeypatch.setattr(sys, "argv", words)
     wrong = main()
     told = capsys.readouterr().out

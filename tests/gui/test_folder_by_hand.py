@@ -53,10 +53,10 @@ def kept(folder):
 
 
 @needs_real_screen
-def test_a_folder_from_its_worst_clip_to_the_next(tmp_path, takes):
+def test_a_folder_from_its_worst_clip_to_the_next(tmp_path, takes, look):
     """Opened, counted, exported, gone on with, gone back, and no box in the way."""
     with (
-        real_screen(tmp_path, size=(1440, 900)) as screen,
+        real_screen(tmp_path, size=(1440, 900), look=look) as screen,
         watched(screen, tmp_path, takes, settings={}) as p,
     ):
         p.until("window.document.data is not None")
@@ -118,9 +118,9 @@ def test_a_folder_from_its_worst_clip_to_the_next(tmp_path, takes):
 
 
 @needs_real_screen
-def test_after_a_crash_the_program_offers_what_was_not_saved(tmp_path, takes):
+def test_after_a_crash_the_program_offers_what_was_not_saved(tmp_path, takes, look):
     """Started with nothing: it names the clip, counts the decisions, and goes on in the folder."""
-    with real_screen(tmp_path) as screen:
+    with real_screen(tmp_path, look=look) as screen:
         with watched(screen, tmp_path, takes, settings={"reviewer": "Kim"}) as p:
             p.until("window.document.data is not None")
             p.settle()

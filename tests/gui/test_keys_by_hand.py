@@ -14,8 +14,9 @@ POPUP = "app.activePopupWidget() is not None"
 
 
 @pytest.fixture(scope="module")
-def screen(tmp_path_factory):
-    with real_screen(tmp_path_factory.mktemp("screen"), size=(1440, 900)) as screen:
+def screen(tmp_path_factory, look):
+    folder = tmp_path_factory.mktemp("screen")
+    with real_screen(folder, size=(1440, 900), look=look) as screen:
         yield screen
 
 

@@ -11,8 +11,9 @@ UNDECIDED = "undecided"
 
 
 @pytest.fixture(scope="module")
-def screen(tmp_path_factory):
-    with real_screen(tmp_path_factory.mktemp("screen"), size=(1440, 900)) as shown:
+def screen(tmp_path_factory, look):
+    folder = tmp_path_factory.mktemp("screen")
+    with real_screen(folder, size=(1440, 900), look=look) as shown:
         yield shown
 
 
@@ -21,7 +22,7 @@ def one_program(screen, tmp_path_factory):
     """One for all: starting it takes longer than most that is done with it."""
     screen.park()
     folder = tmp_path_factory.mktemp("program")
-    with watched(screen, folder, INJECTED, settings={"theme": "light"}) as started:
+    with watched(screen, folder, INJECTED) as started:
         yield started
 
 

@@ -28,11 +28,11 @@ def inside(part, room):
 
 
 @needs_real_screen
-def test_the_teaching_tab_of_a_folder_shows_all_its_buttons(tmp_path, clips):
+def test_the_teaching_tab_of_a_folder_shows_all_its_buttons(tmp_path, clips, look):
     """Equations give way to sliders, buttons and the sentence below them."""
     with (
-        real_screen(tmp_path, size=(1440, 900)) as screen,
-        watched(screen, tmp_path, clips, settings={"theme": "dark"}) as p,
+        real_screen(tmp_path, size=(1440, 900), look=look) as screen,
+        watched(screen, tmp_path, clips) as p,
     ):
         p.until("window.document.data is not None")
         screen.key("ctrl+l")
@@ -46,12 +46,12 @@ def test_the_teaching_tab_of_a_folder_shows_all_its_buttons(tmp_path, clips):
 
 
 @needs_real_screen
-def test_a_laptop_at_200_percent(tmp_path, clips):
+def test_a_laptop_at_200_percent(tmp_path, clips, look):
     """Begin, decide, and the preferences with their buttons, in 960×540."""
     whole = (0, 0, 1920, 1080)
     with (
-        real_screen(tmp_path) as screen,
-        watched(screen, tmp_path, settings={"theme": "dark"}, scale=2) as p,
+        real_screen(tmp_path, look=look) as screen,
+        watched(screen, tmp_path, scale=2) as p,
     ):
         start = "window.start_page"
         room = p.rect(f"{start}.viewport()")
@@ -67,8 +67,8 @@ def test_a_laptop_at_200_percent(tmp_path, clips):
         screen.key("Escape")
         p.until("QApplication.activeModalWidget() is None")
     with (
-        real_screen(tmp_path) as screen,
-        watched(screen, tmp_path, clips / "kick.bvh", settings={"theme": "dark"}, scale=2) as p,
+        real_screen(tmp_path, look=look) as screen,
+        watched(screen, tmp_path, clips / "kick.bvh", scale=2) as p,
     ):
         screen.key("n", "a")
         p.until("window.reviewer_line.isVisible()")

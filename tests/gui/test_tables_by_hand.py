@@ -60,9 +60,12 @@ def marks(picture):
 
 
 @needs_real_screen
-def test_a_review_in_the_tables(tmp_path):
+def test_a_review_in_the_tables(tmp_path, look):
     clip = renamed(tmp_path)
-    with real_screen(tmp_path, size=(1440, 900)) as screen, watched(screen, tmp_path, clip) as p:
+    with (
+        real_screen(tmp_path, size=(1440, 900), look=look) as screen,
+        watched(screen, tmp_path, clip) as p,
+    ):
         # The file's own names, and a real minus, in the status bar.
         screen.key("n", "n")
         p.until("window.document.interval is window.document.intervals[1]")

@@ -7,6 +7,7 @@ import time
 import pytest
 
 from tests.conftest import ASSETS
+from tests.gui.looks import EVERY, LOOKS, Look
 from tests.gui.real_screen import (
     differing,
     middle,
@@ -35,6 +36,7 @@ KEYS = {
 COMBOS = ("window.transport.speed", "window.transport.show_box", "window.intervals.filter")
 A_FEW = ("a menu", "Recent", "palette", "export", "filter", "tip")
 PARKED = (1439, 899)
+TWO = (Look(), Look(theme="dark", compositor=True))
 
 
 def openings(p):
@@ -75,19 +77,19 @@ def openings(p):
 
 
 @needs_real_screen
-@pytest.mark.parametrize(
-    ("compositor", "first"), [(False, "system"), (True, "dark")], ids=["plain", "compositor"]
-)
-def test_nothing_stays_of_what_lay_over_the_window(tmp_path, compositor, first):
+@pytest.mark.parametrize("seen_in", LOOKS if EVERY else TWO, ids=str)
+def test_nothing_stays_of_what_lay_over_the_window(tmp_path, seen_in):
+    """In a look of its own, and in the other theme, chosen in a menu."""
     clip = shutil.copy(ASSETS / "walk_injected.bvh", tmp_path / "walk.bvh")
-    settings = None if first == "system" else {"theme": first}
+    first = seen_in.theme
+    all_of_them = (first,) if EVERY or first == "system" else ()
     with (
-        real_screen(tmp_path, size=(1440, 900), compositor=compositor) as screen,
-        watched(screen, tmp_path, clip, settings=settings) as p,
+        real_screen(tmp_path, size=(1440, 900), look=seen_in) as screen,
+        watched(screen, tmp_path, clip) as p,
     ):
         known = openings(p)
         left = {}
-        for theme in (first, "light" if compositor else "dark"):
+        for theme in (first, "light" if seen_in.dark else "dark"):
             known["a menu"]()
             p.until("window._menus['View'].isVisible()")
             screen.click(p.ask(f"entry('theme_{theme}')"))
@@ -96,7 +98,7 @@ def test_nothing_stays_of_what_lay_over_the_window(tmp_path, compositor, first):
             p.until(
                 f"window.settings.theme == '{theme}' and not window.statusBar().currentMessage()"
             )
-            for name in known if theme == "system" else A_FEW:
+            for name in known if theme in all_of_them else A_FEW:
                 if lost := stays(p, known[name]):
                     left[theme, name] = lost
                     screen.save(tmp_path / f"{theme}, {name}.png")

@@ -49,9 +49,9 @@ def maximised(p):
 
 @needs_real_screen
 @pytest.mark.parametrize(("size", "scale"), [((1024, 700), 1), ((1920, 1080), 2)])
-def test_the_first_window_is_whole_on_a_small_screen(tmp_path, walk, size, scale):
+def test_the_first_window_is_whole_on_a_small_screen(tmp_path, walk, look, size, scale):
     with (
-        real_screen(tmp_path, size=size) as screen,
+        real_screen(tmp_path, size=size, look=look) as screen,
         watched(screen, tmp_path, walk, scale=scale) as p,
     ):
         left, top, wide, high = p.ask("window.frameGeometry().getRect()")
@@ -71,8 +71,8 @@ def test_the_first_window_is_whole_on_a_small_screen(tmp_path, walk, size, scale
 
 
 @needs_real_screen
-def test_sizes_come_back_and_panels_that_float_stay_in_front(tmp_path, walk):
-    with real_screen(tmp_path, size=(1600, 1000)) as screen:
+def test_sizes_come_back_and_panels_that_float_stay_in_front(tmp_path, walk, look):
+    with real_screen(tmp_path, size=(1600, 1000), look=look) as screen:
         with watched(screen, tmp_path, walk) as p:
             azimuth = "window.chains.table.columnViewportPosition(4) + window.chains.table"
             assert p.ask(f"{azimuth}.columnWidth(4) <= window.chains.table.viewport().width()")
@@ -125,10 +125,10 @@ def chains_seen(p):
 
 
 @needs_real_screen
-def test_one_begins_in_the_middle_and_finds_help_by_f1(tmp_path, walk):
+def test_one_begins_in_the_middle_and_finds_help_by_f1(tmp_path, walk, look):
     recent = {"recent": [str(walk)]}
     with (
-        real_screen(tmp_path, size=(1440, 900)) as screen,
+        real_screen(tmp_path, size=(1440, 900), look=look) as screen,
         watched(screen, tmp_path, settings=recent) as p,
     ):
         off = [
