@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
 _LOW = 640  # pixels of a window's height
@@ -34,27 +35,38 @@ class LowWindow:
         """`parts`: what can do with less height."""
         self._window, self._docks, self._parts = window, docks, parts
         self.low = False
+        # Once a change is through: in the midst of it a dock still has the neighbours it had.
+        self._soon = QTimer(window, singleShot=True, interval=0)
+        self._soon.timeout.connect(self._name_docks)
         for dock in docks.values():
-            dock.topLevelChanged.connect(self._name_docks)
-            dock.dockLocationChanged.connect(self._name_docks)
+            for changed in (dock.topLevelChanged, dock.dockLocationChanged, dock.visibilityChanged):
+                changed.connect(lambda _: self._soon.start())
 
-    def follow(self) -> bool:
-        """The window has a size; whether it is low now and was not, or the reverse."""
+    def follow(self) -> None:
+        """The window has a size."""
         low = self._window.height() < _LOW
         if low == self.low:
-            return False
+            return
         self.low = low
         self._window.setStyleSheet(_STYLE if low else "")
         for part in self._parts:
             part.set_low(low)
         self._name_docks()
-        return True
 
     def _name_docks(self) -> None:
         """A dock behind a tab has its name on it: a title says it again."""
         for dock in self._docks.values():
             tabbed = not dock.isFloating() and bool(self._window.tabifiedDockWidgets(dock))
             show_title(dock, "low", shown=not (self.low and tabbed))
+
+
+def is_seen(dock: QDockWidget) -> bool:
+    """Whether it is in sight: behind another's tab it is 'visible', too, but beside the window.
+
+    Its visible region does not tell: what it holds may cover all of it.
+    """
+    within = dock.window().rect().intersects(dock.geometry())
+    return dock.isVisible() and (dock.isFloating() or within)
 
 
 def show_title(dock: QDockWidget, by: str, *, shown: bool) -> None:

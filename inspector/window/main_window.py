@@ -339,7 +339,7 @@ class MainWindow(Parts):
     def showEvent(self, event: QShowEvent) -> None:
         """Panels that float come after the window: shown before, they would lie behind it."""
         super().showEvent(event)
-        self.usual_layout.show_floating()
+        self.usual_layout.window_shown()
 
     def changeEvent(self, event: QEvent) -> None:
         """Coming to the front, look what other programs have done to the clip and its lock."""

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QStatusBar, QToolBar
 from inspector.panels.reviewer_line import ReviewerLine
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
-from inspector.window.low_window import show_title
+from inspector.window.low_window import is_seen, show_title
 
 _KEPT = ("curves", "teaching")  # docks that stay if they are seen
 _SCALE = 1.7  # of type and lines
@@ -46,8 +46,7 @@ class Presentation:
         window = self._window
         self._layout, self._full = window.saveState(), window.isFullScreen()
         for name, dock in self._docks.items():
-            # A dock behind the tab of another is 'visible' too; only its region tells.
-            if name not in _KEPT or dock.visibleRegion().isEmpty():
+            if name not in _KEPT or not is_seen(dock):
                 dock.hide()
         self._show_titles(shown=False)
         for kind in (QToolBar, QStatusBar, ReviewerLine):

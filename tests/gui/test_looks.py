@@ -77,6 +77,20 @@ def resize(qtbot, window, size):
     qtbot.wait(50)
 
 
+def test_a_dock_alone_in_a_low_window_has_its_title(qtbot, show_window):
+    window = show_window(Settings())
+    window.resize(1024, 600)
+    intervals, others = window.docks["intervals"], ("history", "tuning", "teaching", "quality")
+    qtbot.waitUntil(lambda: intervals.titleBarWidget() is not None)
+    for name in others:
+        window.docks[name].hide()
+    qtbot.waitUntil(lambda: intervals.titleBarWidget() is None)
+    window.docks["tuning"].show()
+    qtbot.waitUntil(lambda: intervals.titleBarWidget() is not None)
+    window.docks["tuning"].setFloating(True)
+    qtbot.waitUntil(lambda: intervals.titleBarWidget() is None)
+
+
 @pytest.mark.parametrize("kind", list(Kind), ids=str)
 def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window, tmp_path, kind):
     window = show_window(Settings())

@@ -15,7 +15,10 @@ from tests.gui.real_screen import (
     watched,
 )
 
-SEEN = "{k: rect(d) for k, d in window.docks.items() if not d.visibleRegion().isEmpty()}"
+SEEN = (
+    "{k: rect(d) for k, d in window.docks.items()"
+    " if d.isVisible() and (d.isFloating() or window.rect().intersects(d.geometry()))}"
+)
 
 
 @pytest.fixture
@@ -113,6 +116,35 @@ def test_sizes_come_back_and_panels_that_float_stay_in_front(tmp_path, walk, loo
                 p.settle()
                 assert maximised(p), f"{there}, {back}"
                 assert p.rect("window") == large, f"{there}, {back}"
+
+
+@needs_real_screen
+def test_a_size_given_by_hand_is_kept_and_others_follow_the_window(tmp_path, walk, look):
+    height = "window.docks['curves'].height()"
+    with real_screen(tmp_path, size=(1600, 1000), look=look) as screen:
+        with watched(screen, tmp_path, walk) as p:
+            usual = p.ask(height)
+            to_size(p, 1300, 600)
+            assert p.ask(height) < 0.4 * p.ask("window.height()"), "curves take too much of it"
+            screen.key("ctrl+q")
+            p.process.wait(10)
+        with watched(screen, tmp_path, walk) as p:  # low, as it was left: nobody sized a panel
+            to_size(p, 1400, 900)
+            assert p.ask(height) == usual
+            left, top, wide, _ = p.rect("window.docks['curves']")
+            screen.drag((left + wide // 2, top - 2), (left + wide // 2, top - 102))
+            p.until(f"{height} > {usual} + 60")
+            given = p.ask(height)
+            to_size(p, 1400, 600)
+            to_size(p, 1400, 900)
+            assert p.ask(height) > usual + 15, f"{given} was given"
+
+
+def to_size(p, wide, high):
+    """As a window manager does it."""
+    p.screen.use("windowsize", p.screen.active(), wide, high)
+    p.until(f"abs(window.height() - {high}) < 3")
+    p.settle()
 
 
 def chains_seen(p):
