@@ -98,7 +98,7 @@ def _say(window: MainWindow, complaint: str) -> None:
     """Say it now and, since a clip that is opened has sentences of its own, behind these."""
     print(complaint, file=sys.stderr)
     window.bar.show_message(complaint, True)
-    again = partial(window.bar.show_message, complaint, True)
+    again = partial(window.bar.add_error, complaint)
     later = partial(QTimer.singleShot, 0, window, again)
     window.document.opened.connect(later, Qt.ConnectionType.SingleShotConnection)
 

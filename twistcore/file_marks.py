@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-_LONG = 4_000_000  # bytes: what a person would wait for
+_LONG = 50_000_000  # bytes, some 50 ms: less is read before a person notices
 _MOST = 1000  # files; those looked at first go first
 
 _State = tuple[int, int, int]

@@ -66,6 +66,8 @@ class Recovery(QObject):
             if not self._keeper.read_only:
                 self._keeper.may_change()
             path = self._data.clip.path
+            if self._look.running:
+                return
             if stamp_of(path) != self._stamp and takes_long(path):
                 self._look.run(lambda _: file_mark(path), self._looked, self._looked)
             else:

@@ -46,6 +46,11 @@ class MessageBar(QFrame):
         else:
             self._timer.start(_SHOWN_MS)
 
+    def add_error(self, text: str) -> None:
+        """Show an error, behind the one that is shown if one is."""
+        if not (self.isVisible() and text in self.label.text()):
+            self.show_message(self._behind_error(text), True)
+
     @property
     def asks(self) -> bool:
         """Whether a question is seen that waits for its answer."""

@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QFormLayout,
     QLineEdit,
     QPushButton,
@@ -17,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.widgets.building import hbox, vbox
+from inspector.widgets.file_dialog import ask_where
 
 
 class WriteDialog(QDialog):
@@ -54,7 +54,8 @@ class WriteDialog(QDialog):
 
     def _browse(self) -> None:
         title = f"{self.windowTitle()} to"
-        name, _ = QFileDialog.getSaveFileName(self, title, self.path.text(), self.pattern())
-        if name:
-            self.path.setText(name)
-            self.replace.setChecked(Path(name).exists())  # the file dialog has asked already
+        ask_where(self, title, self.pattern(), self._take, wanted=Path(self.path.text()))
+
+    def _take(self, path: Path) -> None:
+        self.path.setText(str(path))
+        self.replace.setChecked(path.exists())  # the file dialog has asked already

@@ -99,9 +99,14 @@ class ExportDialog(WriteDialog):
         else:
             self._seen()
 
+    @property
+    def looking(self) -> bool:
+        """Whether long files that are there are still being read."""
+        return self._look.running
+
     def when_seen(self, then: Callable[[], object]) -> None:
         """Do it once it is known what is there."""
-        if self._look.running:
+        if self.looking:
             self._then = then
         else:
             then()

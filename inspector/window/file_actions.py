@@ -10,14 +10,14 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QApplication, QDockWidget, QFileDialog, QMenu
+from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
 from inspector.session.export_files import Export, ExportChoice
 from inspector.session.exporter import Exporter
 from inspector.session.leftovers import unsaved_among
 from inspector.session.session_files import SESSION_SUFFIX, is_session, written
 from inspector.widgets.background import OneTask
-from inspector.widgets.file_dialog import ask_files
+from inspector.widgets.file_dialog import ask_files, ask_folder
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
@@ -46,6 +46,7 @@ class FileActions(Saving):
     _under_way: str = field(default="", init=False)
     _wait_for_first: bool = field(default=False, init=False)  # it opens by itself
     _since: ReviewState | None = field(default=None, init=False)  # the review as it waits
+    _at_once: ExportDialog | None = field(default=None, init=False)  # while it looks what is there
     _visited: list[Path] = field(default_factory=list, init=False)  # clips, the open one last
     _when_open: tuple[Path, Callable[[], object]] | None = field(default=None, init=False)
     _back_to: Path | None = field(default=None, init=False)
@@ -94,8 +95,7 @@ class FileActions(Saving):
 
     def open_folder(self) -> None:
         """Ask for a folder and queue its clips."""
-        if name := QFileDialog.getExistingDirectory(self.window, "Open folder"):
-            self.open_path(Path(name))
+        ask_folder(self.window, "Open folder", self.open_path)
 
     def open_queue(self, folder: Path) -> None:
         """Analyse the clips of a folder in the background.
@@ -112,7 +112,9 @@ class FileActions(Saving):
             heights = {"clips": self.clips_dock.widget().sizeHint().height(), "chains": _CHAINS}
             docks = [d for d in self.window.findChildren(QDockWidget) if d.objectName() in heights]
             wanted = [heights[d.objectName()] for d in docks]
-            self.window.resizeDocks(docks, wanted, Qt.Orientation.Vertical)
+            upright = Qt.Orientation.Vertical
+            resize = partial(self.window.resizeDocks, docks, wanted, upright)
+            QTimer.singleShot(0, self.window, resize)  # once the panel has its place
         stopped_at = self.queue.clips.get(folder / Path(kept["clip"]).name)
         if stopped_at is not None and (stopped_at.waits or not stopped_at.done):
             self.open_path(stopped_at.path)
@@ -245,7 +247,24 @@ class FileActions(Saving):
         if not at_once:
             dialog.open()
             return
-        dialog.when_seen(lambda: dialog.accept() if dialog.do_it.isEnabled() else dialog.open())
+        if self._at_once is not None:
+            self._at_once.reject()  # pressed again: as the review is now
+        self._at_once = dialog
+        dialog.finished.connect(self._at_once_over)
+
+        def decide() -> None:
+            if dialog.do_it.isEnabled():
+                dialog.accept()
+            else:  # in a form of its own: this one says what there was when it began to look
+                dialog.reject()
+                self.export_dialog()
+
+        if dialog.looking:
+            self.bar.show_message("Looking at what the export would replace …", False)
+        dialog.when_seen(decide)
+
+    def _at_once_over(self, _: int) -> None:
+        self._at_once = None
 
     def export(self, choice: ExportChoice) -> None:
         """Write what was chosen in the background; the message bar says what changed."""
@@ -294,7 +313,8 @@ class FileActions(Saving):
         OneTask(self.window).run(lambda _: unsaved_among(clips), self._offer)
 
     def _offer(self, unsaved: Sequence[tuple[Path, Path, int]]) -> None:
-        if not unsaved or self.document.data is not None or self.document.opener.busy:
+        busy = self.document.opener.busy or self.bar.asks
+        if not unsaved or self.document.data is not None or busy:
             return  # of a clip that is opened all this is asked by itself
         (clip, journal, count), *others = unsaved
         when = datetime.fromtimestamp(written(journal) / 1e9)

@@ -141,7 +141,7 @@ class Saving:
             self._tell(told)
             return
         once = Qt.ConnectionType.SingleShotConnection
-        later = partial(QTimer.singleShot, 0, self.window, partial(self._tell, told))
+        later = partial(QTimer.singleShot, 0, self.window, partial(self.bar.add_error, told))
         opener.over.connect(later, once)
 
     def _wait_to_save(self) -> None:

@@ -7,6 +7,7 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QFileDialog, QToolButton
 
 from inspector.session.settings import Settings
+from inspector.widgets.write_dialog import WriteDialog
 from tests.gui.looks import EVERY, LOOKS
 from tests.gui.windows import act
 
@@ -36,10 +37,15 @@ def test_the_tests_by_hand_meet_every_look_between_them():
     assert {len(looks) for looks in by_hand.looks.values()} == {len(LOOKS) if EVERY else 1}
 
 
+@pytest.mark.parametrize("asks", ["open_dialog", "open_folder", "browse"])
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_the_arrows_of_qts_own_file_dialog_are_seen(show_window, theme):
+def test_the_arrows_of_qts_own_file_dialog_are_seen(show_window, theme, asks):
     window = show_window(Settings(theme=theme))
-    act(window, "open_dialog")
+    if asks == "browse":
+        form = WriteDialog("Write", Path("clip.bvh"), window)
+        form._browse()
+    else:
+        act(window, asks)
     (dialog,) = window.findChildren(QFileDialog)
     for name in ("backButton", "forwardButton", "toParentButton"):
         button = dialog.findChild(QToolButton, name)

@@ -70,6 +70,15 @@ def test_what_was_not_saved_when_a_clip_was_left_is_read_in_the_next(
     assert decided.bar.property("wrong")
 
 
+def test_it_takes_nothing_away_that_the_next_one_has_to_say(qtbot, decided, clip, full_disk):
+    broken = clip.with_name("broken.bvh")
+    broken.write_bytes(b"HIERARCHY\nROOT")
+    with qtbot.waitSignal(decided.document.opener.over, timeout=20_000):
+        decided.open_path(broken)
+    qtbot.waitUntil(lambda: "No space left" in decided.bar.label.text())
+    assert "broken.bvh" in decided.bar.label.text()
+
+
 def test_what_was_saved_needs_no_word(qtbot, decided, other):
     mine = decided.document.data.clip.path
     with qtbot.waitSignal(decided.document.opened, timeout=20_000):

@@ -10,6 +10,7 @@ from inspector.widgets.background import wait_for_tasks
 from inspector.window.export_dialog import ExportDialog
 from tests.gui.windows import act, export, open_clip
 from twistcore import file_marks
+from twistcore.review import Decision
 
 
 @pytest.fixture
@@ -46,7 +47,7 @@ def dialog_of(window):
     return window.findChild(ExportDialog)
 
 
-def test_a_file_is_read_once_however_much_is_typed(exported, reads):
+def test_a_file_is_hashed_once_however_much_is_typed(exported, reads):
     act(exported, "export_dialog")
     dialog = dialog_of(exported)
     once = sorted(name for name, _ in reads)
@@ -82,6 +83,31 @@ def test_an_export_at_once_waits_until_long_files_were_read(qtbot, exported, rea
     with qtbot.waitSignal(exported.exporter.written, timeout=20_000):
         act(exported, "export_at_once")
     assert {where for _, where in reads}.isdisjoint({threading.main_thread()})
+
+
+def test_at_once_pressed_twice_exports_once_and_as_the_review_is_then(
+    qtbot, exported, all_are_long, monkeypatch
+):
+    started = []
+    monkeypatch.setattr(exported.exporter, "start", started.append)
+    act(exported, "export_at_once")
+    assert "Looking at" in exported.bar.label.text()
+    act(exported, "export_at_once")
+    assert wait_for_tasks(10_000)
+    qtbot.waitUntil(lambda: bool(started))
+    qtbot.wait(50)
+    assert len(started) == 1
+
+    target = started[0].path
+    target.write_bytes(b"not ours")  # now something is in the way
+    act(exported, "export_at_once")
+    document = exported.document
+    undecided = next(j for j in document.intervals if j.decision == Decision.UNDECIDED)
+    document.decide(Decision.REJECTED, [undecided.id])
+    qtbot.waitUntil(lambda: any(d.isVisible() for d in exported.findChildren(ExportDialog)))
+    (dialog,) = [d for d in exported.findChildren(ExportDialog) if d.isVisible()]
+    assert "1 rejected" in dialog.count.text()
+    dialog.reject()
 
 
 def test_an_export_at_once_is_not_of_a_clip_that_is_opened_meanwhile(
