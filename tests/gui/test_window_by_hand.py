@@ -2,6 +2,7 @@
 
 import shutil
 
+import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
@@ -153,7 +154,22 @@ def chains_seen(p):
     p.screen.click((low[0] + 300, low[1] + 8))
     p.screen.park()
     p.settle()
-    return p.screen.picture(p.rect("window.chains.table"))
+    table = "window.chains.table"
+
+    def framed():
+        """Its border is where Qt says: a panel that was let go is placed by the window manager."""
+        seen = p.screen.picture(p.rect(table))
+        edges = np.concatenate([seen[0], seen[-1], seen[:, 0], seen[:, -1]])
+        return not differing(edges, seen[0, 0]) and differing(seen, seen[0, 0])
+
+    try:
+        wait_until(framed)
+    except AssertionError:
+        where = {name: p.rect(name) for name in ("window", "window.docks['chains']", table)}
+        raise AssertionError(
+            f"the panel is not to be seen where it is said to be: {where}"
+        ) from None
+    return p.screen.picture(p.rect(table))
 
 
 @needs_real_screen
