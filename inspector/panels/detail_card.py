@@ -77,7 +77,7 @@ class DetailCard(QWidget):
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         self._form = form
-        edges = hbox((self.start, 1), "to", (self.stop, 1), 8, "δ", (self.delta, 1))
+        edges = hbox((self.start, 1), "to", (self.stop, 1), "δ", (self.delta, 1))
         form.addRow("Frames", edges)
         form.addRow("Notes", hbox((self.reason, 2), (self.note, 3)))
         buttons = QHBoxLayout()

@@ -128,17 +128,17 @@ def test_titles_are_away_where_tabs_say_the_same_and_in_a_presentation(qtbot, sh
     everywhere, tabs = set(window.docks), {"intervals", "history", "tuning", "teaching", "quality"}
     assert titles(window) == everywhere
     resize(qtbot, window, LAPTOP)
-    assert titles(window) == everywhere - tabs
+    qtbot.waitUntil(lambda: titles(window) == everywhere - tabs)
     act(window, "presentation")
     assert "curves" not in titles(window)
     act(window, "presentation")
     qtbot.waitUntil(lambda: (window.width(), window.height()) == LAPTOP)
-    assert titles(window) == everywhere - tabs
+    qtbot.waitUntil(lambda: titles(window) == everywhere - tabs)
     window.docks["tuning"].setFloating(True)
-    assert "tuning" in titles(window), "a panel that floats is moved and closed by it"
+    qtbot.waitUntil(lambda: "tuning" in titles(window))  # it is moved and closed by it
     window.docks["tuning"].setFloating(False)
     resize(qtbot, window, (1440, 900))
-    assert titles(window) == everywhere
+    qtbot.waitUntil(lambda: titles(window) == everywhere)
 
 
 def test_the_program_has_a_sign_of_its_own(qtbot, show_window):
