@@ -10,8 +10,9 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 from inspector.session import keeper
 from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import session_path
+from inspector.window import saving
 from tests.gui.folders import two_takes
-from tests.gui.windows import act, export, open_clip
+from tests.gui.windows import export, open_clip
 from twistcore.review import Decision
 
 Button = QMessageBox.StandardButton
@@ -115,9 +116,9 @@ def test_closing_says_what_cannot_be_saved_and_may_be_given_up(decided, full_dis
     assert journal.exists()
 
 
-def test_the_sample_is_left_without_a_word(qtbot, window):
-    with qtbot.waitSignal(window.document.opened, timeout=20_000):
-        act(window, "open_sample")
-    window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
-    assert close_and_answer(window, Button.Cancel) == ""
-    assert not window.isVisible()
+def test_what_comes_with_the_program_is_left_without_a_word(decided, clip, monkeypatch):
+    monkeypatch.setattr(saving, "ASSETS", clip.parent)
+    assert close_and_answer(decided, Button.Cancel) == ""
+    assert not decided.isVisible()
+    assert not session_path(clip).exists()
+    assert list(clip.parent.glob("*.journal")), "what was decided is kept"
