@@ -12,7 +12,7 @@ from inspector.widgets.signed_numbers import signed
 _LONGEST_JOINTS = 26  # letters; the rest is in the tip
 
 
-class PlaceLine(ElidedLine):
+class FrameLine(ElidedLine):
     """Frame, time and the selected interval; another message may cover it for a while."""
 
     def __init__(self, document: Document) -> None:
@@ -25,9 +25,9 @@ class PlaceLine(ElidedLine):
             document.frame_changed,
             document.numbering_changed,
         ):
-            signal.connect(self._show_place)
+            signal.connect(self._show_frame)
 
-    def _show_place(self, *_: object) -> None:
+    def _show_frame(self, *_: object) -> None:
         document = self._document
         data, first = document.data, document.first_frame
         if data is None:

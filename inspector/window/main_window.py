@@ -22,7 +22,7 @@ from inspector.panels.clips_panel import ClipsPanel
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.intervals_panel import IntervalsPanel
-from inspector.panels.position_line import PlaceLine, PositionLine
+from inspector.panels.position_line import FrameLine, PositionLine
 from inspector.panels.reviewer_line import ReviewerLine
 from inspector.panels.start_page import StartPage
 from inspector.panels.transport import Transport
@@ -165,7 +165,7 @@ class MainWindow(Parts):
             view.addAction(dock.toggleViewAction())
         self.recent_menu = QMenu("Recent", self)
         self._menus["File"].insertMenu(self.actions_by_id["save_session"], self.recent_menu)
-        self.statusBar().addWidget(PlaceLine(self.document), 1)
+        self.statusBar().addWidget(FrameLine(self.document), 1)
         self.position = PositionLine(self.document)
         self.decided = SteadyLabel()
         for widget in (RecordingBar(self.recorder), self.position, self.decided):

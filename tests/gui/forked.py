@@ -57,7 +57,7 @@ class Forked:
         return self.returncode is not None
 
 
-class _Stem:
+class _Parent:
     """The process that programs are forked off."""
 
     def __init__(self):
@@ -90,17 +90,17 @@ class _Stem:
         self._process.communicate()
 
 
-_stems: dict[int, _Stem] = {}
+_parents: dict[int, _Parent] = {}
 
 
-def start(words, environment, stem=0):
+def start(words, environment, parent=0):
     """Run `python WORDS`, a script and what it is told, with pipes to its input and output.
 
-    What is forked off one stem orders its sets alike; where that could matter, take two.
+    What is forked off one parent orders its sets alike; where that could matter, take two.
     """
-    if stem not in _stems:
-        _stems[stem] = _Stem()
-    return _stems[stem].start([os.fspath(word) for word in words], environment)
+    if parent not in _parents:
+        _parents[parent] = _Parent()
+    return _parents[parent].start([os.fspath(word) for word in words], environment)
 
 
 def _request(asked):

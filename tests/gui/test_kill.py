@@ -22,9 +22,9 @@ COMMANDS = 27
 
 
 @contextlib.contextmanager
-def reviewer(clip, seed, state_home, stem):
+def reviewer(clip, seed, state_home, parent):
     words = [REVIEWER, clip, str(seed), str(COMMANDS)]
-    process = forked.start(words, {**os.environ, "XDG_STATE_HOME": str(state_home)}, stem)
+    process = forked.start(words, {**os.environ, "XDG_STATE_HOME": str(state_home)}, parent)
     try:
         yield process
         process.wait(30)
@@ -38,7 +38,7 @@ def whole_run(clip, seed, folder):
     """Hashes of all states that a run makes; the folder is afterwards as it was."""
     kept = folder.with_name("kept")
     shutil.copytree(folder, kept)
-    with reviewer(clip, seed, folder, stem=0) as process:
+    with reviewer(clip, seed, folder, parent=0) as process:
         told = process.stdout.read().split()
     assert process.returncode == 0
     shutil.rmtree(folder)
@@ -48,7 +48,7 @@ def whole_run(clip, seed, folder):
 
 def killed_run(clip, seed, folder, moment):
     """Hashes told by a run that was killed at a random moment."""
-    with reviewer(clip, seed, folder, stem=1) as process:
+    with reviewer(clip, seed, folder, parent=1) as process:
         told = [process.stdout.readline().strip()]
         commands = moment.randint(2, COMMANDS - 2)
         while len(told) < commands:

@@ -13,7 +13,7 @@ from PySide6.QtGui import QGuiApplication, QTextTable
 from PySide6.QtWidgets import QWidget
 
 from inspector.app import make_application
-from inspector.panels.position_line import PlaceLine
+from inspector.panels.position_line import FrameLine
 from inspector.session.settings import Settings
 from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.widgets import theme as themes
@@ -157,7 +157,7 @@ def test_frame_and_interval_are_said_on_every_tab(qtbot, show_window, tmp_path):
     open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
     act(window, "next_interval")
     window.statusBar().clearMessage()
-    line, judged = window.statusBar().findChild(PlaceLine), window.document.interval
+    line, judged = window.statusBar().findChild(FrameLine), window.document.interval
     start, stop = judged.interval.start + 1, judged.interval.stop + 1
     for tab in ("show_tuning", "show_teaching", "show_quality"):
         act(window, tab)

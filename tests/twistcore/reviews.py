@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from twistcore.analysis import detect
@@ -12,7 +13,19 @@ from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import own_axis
 from twistcore.limb import find_limbs
 from twistcore.refinement import refine
-from twistcore.review import Review, start_review
+from twistcore.review import (
+    Annotate,
+    CarryOver,
+    Decide,
+    Decision,
+    Edit,
+    Insert,
+    Redetect,
+    Review,
+    Sign,
+    start_review,
+)
+from twistcore.review.model import constant, levelled, resized
 from twistcore.rotation import multiply, quaternion_from_axis_angle
 
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")
@@ -83,3 +96,41 @@ def find_flips(monkeypatch, *found):
     monkeypatch.setattr("twistcore.analysis.analyse_limbs", analyse_limbs)
     monkeypatch.setattr("twistcore.analysis.lone_jumps", lone_jumps)
     return made
+
+
+BY = st.sampled_from(["", "me"])
+
+
+def redetect(chain, degrees, drag=0):
+    tau = float(np.radians(degrees))
+    found = detect(CLIP.motion, [c for c in CHAINS if c.name == chain], tau_radians=tau)
+    return Redetect({chain: tau}, found, drag=drag)
+
+
+def signing(state):
+    ids = st.sampled_from([j.id for j in state.intervals])
+    return st.builds(Sign, st.tuples(ids, ids), st.sampled_from(["me", "you"]))
+
+
+def commands(state):
+    ids = st.sampled_from([j.id for j in state.intervals])
+    return st.one_of(
+        st.builds(Decide, st.tuples(ids), st.sampled_from(list(Decision)), BY),
+        st.builds(Annotate, ids, st.text(max_size=8), st.text(max_size=3)),
+        st.builds(
+            lambda i, grow: Edit(
+                i,
+                resized(
+                    state.find(i).interval,
+                    state.find(i).interval.start,
+                    state.find(i).interval.stop + grow,
+                ),
+            ),
+            ids,
+            st.integers(0, 5),
+        ),
+        st.builds(lambda i, d: Edit(i, levelled(state.find(i).interval, d)), ids, st.floats(-3, 3)),
+        st.builds(lambda s: Insert(constant("LeftArm", s, s + 4, 0.5)), st.integers(0, 300)),
+        st.just(CarryOver(fresh().state.intervals[:3])),
+        st.builds(redetect, st.sampled_from(["LeftForeArm", "RightUpLeg"]), st.floats(0.5, 150)),
+    )
