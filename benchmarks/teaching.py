@@ -24,7 +24,7 @@ from benchmarks._frames import Figures, run
 from inspector.app import make_application
 from inspector.session.document import Document
 from inspector.session.opening import analyse
-from inspector.teaching.lesson import Lesson
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
 from inspector.viewport import opengl
@@ -45,8 +45,8 @@ def measure(clip: Path, frames: int) -> Figures:
     document = Document()
     document.show_clip(analyse(clip))
     viewport, timeline = Viewport(document, DARK), Timeline(document, DARK)
-    lesson = Lesson(document)
-    panel = TeachingPanel(lesson, viewport, timeline, [])
+    taught = TaughtFrame(document)
+    panel = TeachingPanel(taught, viewport, timeline, [])
     panel.set_theme(DARK)
     for widget, size in ((viewport, (1280, 411)), (panel, (545, 640))):
         widget.resize(*size)

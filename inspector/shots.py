@@ -53,12 +53,12 @@ def main() -> int:
         wait_for(lambda: window.teaching.typesetter.done)
         window.document.select_chain("RightUpLeg")
         window.document.go_to(100)
-        window.lesson.set_what_if(WhatIf(twist=1.1, counter=True, bend=0.9))
+        window.taught.set_what_if(WhatIf(twist=1.1, counter=True, bend=0.9))
         act(window, "focus_chain")
 
     def lit(window: MainWindow) -> None:
         teaching(window)
-        window.lesson.light("theta_p")
+        window.taught.light("theta_p")
 
     def tuning(window: MainWindow) -> None:
         act(window, "show_tuning")
@@ -143,11 +143,11 @@ def main() -> int:
             wait(50)
     window = MainWindow(Settings(turn_ms=0, reviewer_asked=True), None)
     act(window, "why_quaternions")
-    lesson = window.teaching_actions.five_trackers
-    assert lesson is not None
+    trackers = window.lesson_actions.five_trackers
+    assert trackers is not None
     wait(_SETTLE_MS)
-    keep(lesson.grab().toImage(), "why-quaternions")
-    lesson.close()
+    keep(trackers.grab().toImage(), "why-quaternions")
+    trackers.close()
     window.resize(*_TOUR_SIZE)
     window.show()
     lead(window)
@@ -157,7 +157,7 @@ def main() -> int:
 
 def lead(window: MainWindow) -> None:
     """Pictures of every step of the tour, done, and of an exercise with its score."""
-    tour, exercise = window.teaching_actions.guided_tour, window.teaching_actions.hidden_errors
+    tour, exercise = window.lesson_actions.guided_tour, window.lesson_actions.hidden_errors
     act(window, "tour")
     wait_for(lambda: tour.at >= 0)
     while not window.teaching.typesetter.done:
@@ -180,7 +180,7 @@ def lead(window: MainWindow) -> None:
         act(window, "accept" if real else "reject")
     exercise.score_button.click()
     save(window, "exercise", small=True)
-    window.teaching_actions.leave_guide()
+    window.lesson_actions.leave_guide()
 
 
 def act(window: MainWindow, *names: str) -> None:

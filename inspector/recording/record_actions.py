@@ -12,7 +12,7 @@ from inspector.recording.record_dialog import RecordDialog
 from inspector.recording.recorder import RecordChoice, Recorder, save_picture
 from inspector.recording.stage import Stage
 from inspector.session.document import Document
-from inspector.teaching.lesson import Lesson
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.message_bar import MessageBar
@@ -27,7 +27,7 @@ class RecordActions:
     recorder: Recorder
     viewport: Viewport
     timeline: Timeline
-    lesson: Lesson
+    taught: TaughtFrame
     typesetter: Typesetter
     bar: MessageBar
     window: QWidget
@@ -56,7 +56,7 @@ class RecordActions:
             self.bar.show_message("Without the 3D view there is nothing to record.", True)
             return
         size, curves = QSize(*choice.size), choice.curves
-        stage = Stage(self.lesson, self.viewport, self.typesetter, size, curves=curves)
+        stage = Stage(self.taught, self.viewport, self.typesetter, size, curves=curves)
         if choice.film:
             self.recorder.start(stage, choice)
             return

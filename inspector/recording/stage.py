@@ -11,7 +11,7 @@ from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QFrame, QWidget
 
 from inspector.teaching.gizmo_drawing import GizmoGuest
-from inspector.teaching.lesson import Lesson
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import vbox
@@ -25,7 +25,7 @@ class Stage(QWidget):
 
     def __init__(
         self,
-        lesson: Lesson,
+        taught: TaughtFrame,
         viewport: Viewport,
         typesetter: Typesetter,
         size: QSize,
@@ -36,12 +36,12 @@ class Stage(QWidget):
         super().__init__()
         theme = viewport.theme
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
-        self.document = lesson.document.snapshot(self)
+        self.document = taught.document.snapshot(self)
         self.viewport = Viewport(self.document, theme)
         self.viewport.look_like(viewport)
-        if lesson.active:
-            mirrored = Lesson(self.document, self)
-            mirrored.active, mirrored.what_if, mirrored.lit = True, lesson.what_if, lesson.lit
+        if taught.active:
+            mirrored = TaughtFrame(self.document, self)
+            mirrored.active, mirrored.what_if, mirrored.lit = True, taught.what_if, taught.lit
             self.viewport.invite(GizmoGuest(self.viewport, mirrored, typesetter))
         layout = vbox((self.viewport, _SHARE), owner=self, margins=(0, 0, 0, 0), spacing=0)
         self.timeline: Timeline | None = None

@@ -1,1 +1,1 @@
-"""The teaching tab: the paper's section 3 at the selected joint, a tour, an exercise."""
+"""The teaching tab: the paper's section 3 at the selected joint."""

@@ -8,8 +8,8 @@ from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QAbstractButton, QGridLayout, QLabel, QSizePolicy, QWidget
 
-from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import SECTIONS, SYMBOLS, Equation, colour
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.widgets.building import RIGHT, hbox, soft
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Theme, figures_font
@@ -108,13 +108,13 @@ class RightSide(QWidget):
 
 
 class Equations(QWidget):
-    """All rows; a click on a symbol is told, and lit when the lesson says so."""
+    """All rows; a click on a symbol is told, and lit when the taught frame says so."""
 
     clicked = Signal(str)
 
-    def __init__(self, lesson: Lesson, typesetter: Typesetter) -> None:
+    def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
         super().__init__()
-        self._lesson = lesson
+        self._taught = taught
         self.values: dict[str, QLabel] = {}
         self.buttons: dict[str, SymbolButton] = {}
         self._rights: list[RightSide] = []

@@ -1,4 +1,4 @@
-"""One joint that turns through ±180°, and five trackers that follow it: the lesson's numbers."""
+"""One joint that turns through ±180°, and five trackers that follow it: the numbers."""
 
 from __future__ import annotations
 

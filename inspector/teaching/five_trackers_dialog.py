@@ -1,4 +1,4 @@
-"""The lesson 'why quaternions': one joint through ±180° and five trackers, side by side."""
+"""Why quaternions: one joint through ±180° and five trackers, side by side."""
 
 from __future__ import annotations
 

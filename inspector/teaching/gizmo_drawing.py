@@ -11,8 +11,8 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.open_clip import Show
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Part, Sketch, sketch
-from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import MARKS, colour
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.viewport.bone_colours import rgb
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.frame_drawing import altered_pose
@@ -49,8 +49,8 @@ def lit_parts(symbol: str) -> frozenset[str]:
 class GizmoGuest:
     """What the teaching tab draws into a 3D view; a guest of it while the tab is shown."""
 
-    def __init__(self, viewport: Viewport, lesson: Lesson, typesetter: Typesetter) -> None:
-        self._viewport, self._lesson = viewport, lesson
+    def __init__(self, viewport: Viewport, taught: TaughtFrame, typesetter: Typesetter) -> None:
+        self._viewport, self._taught = viewport, taught
         self.labels = Labels(viewport, typesetter)
         self._pieces: dict[str, Piece] = {}
         self._parts: list[Part] = []  # their symbols and sizes are the same in every frame
@@ -62,14 +62,14 @@ class GizmoGuest:
 
     def pose(self, scene: Scene, show: Show) -> Pose:
         """The captured figure; with a what-if that one, the captured one as its ghost."""
-        what_if = None if show == Show.BEFORE else self._lesson.pose()
-        return altered_pose(self._lesson.document, scene, what_if)
+        what_if = None if show == Show.BEFORE else self._taught.pose()
+        return altered_pose(self._taught.document, scene, what_if)
 
     def legend(self) -> str:
         """Rich text for the corner."""
-        theme, chain = self._viewport.theme, self._lesson.chain
+        theme, chain = self._viewport.theme, self._taught.chain
         name = f"<b>{chain.label}</b>&nbsp;&nbsp; " if chain is not None else ""
-        if not self._lesson.what_if.changes:
+        if not self._taught.what_if.changes:
             return f"{name}as captured"
         captured = f"{inked('□', theme.before)}&nbsp;as captured"
         return f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;what if"
@@ -88,12 +88,12 @@ class GizmoGuest:
         left = self._viewport.width() - width
         self.labels.show_marks(
             shapes.marks, camera, QRectF(left, 0, width, height), self._viewport.theme,
-            lit_parts(self._lesson.lit),
+            lit_parts(self._taught.lit),
         )  # fmt: skip
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
         """All of the gizmo, from where the swing is seen flat and the dial at a slant."""
-        d, chain = self._lesson.quantities, self._lesson.chain
+        d, chain = self._taught.quantities, self._taught.chain
         shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
         if shapes is None or d is None or chain is None:
             return None
@@ -130,7 +130,7 @@ class GizmoGuest:
 
     def _shapes(self, scene: Scene, pose: Pose) -> Sketch | None:
         """The gizmo of a pose; nothing without a chain."""
-        d, chain = self._lesson.quantities, self._lesson.chain
+        d, chain = self._taught.quantities, self._taught.chain
         if d is None or chain is None:
             return None
         parent, child = pose.positions[chain.parent], pose.positions[chain.child]
@@ -176,7 +176,7 @@ class GizmoGuest:
             self._pieces[look] = piece.add_to(layer)
 
     def _paint(self) -> None:
-        theme, lit = self._viewport.theme, lit_parts(self._lesson.lit)
+        theme, lit = self._viewport.theme, lit_parts(self._taught.lit)
         if (theme, lit) == self._painted:
             return
         self._painted = theme, lit

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspector.teaching.lesson import degrees, numbers
+from inspector.teaching.taught_frame import degrees, numbers
 from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import Theme
 from twistcore.decomposition import Decomposition

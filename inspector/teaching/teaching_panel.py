@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QSizePolicy, QWidget
 
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
-from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import SYMBOLS, typeset_texts
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
@@ -24,22 +24,22 @@ _FEW_ROWS = 110  # pixels: of the equations, some are always seen
 
 
 class TeachingPanel(QWidget):
-    """Shows the lesson; while it is seen, the 3D view has the gizmo."""
+    """Shows the taught frame; while it is seen, the 3D view has the gizmo."""
 
     moved_far = Signal()  # a slider was let go that swings the limb: it may be out of view
 
     def __init__(
-        self, lesson: Lesson, viewport: Viewport, timeline: Timeline, actions: list[QAction]
+        self, taught: TaughtFrame, viewport: Viewport, timeline: Timeline, actions: list[QAction]
     ) -> None:
         """`actions`: shown as buttons in the head."""
         super().__init__()
-        self._lesson, self._viewport, self._timeline = lesson, viewport, timeline
+        self._taught, self._viewport, self._timeline = taught, viewport, timeline
         self.typesetter = Typesetter(self)
-        self.gizmo = GizmoGuest(viewport, lesson, self.typesetter)
+        self.gizmo = GizmoGuest(viewport, taught, self.typesetter)
         self.title = QLabel()
         self.title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.equations = Equations(lesson, self.typesetter)
-        self.what_if = WhatIfBox(lesson)
+        self.equations = Equations(taught, self.typesetter)
+        self.what_if = WhatIfBox(taught)
         buttons = [action_button(action) for action in actions]
         for button in buttons:
             button.setAutoRaise(True)
@@ -56,14 +56,14 @@ class TeachingPanel(QWidget):
         self._rule.setFixedHeight(1)
         content = head, (self.scroll_area, 1), self._rule, self.what_if
         vbox(*content, owner=self, margins=(0, 0, 0, 0), spacing=0)
-        self.equations.clicked.connect(lesson.light)
+        self.equations.clicked.connect(taught.light)
         for name in ("swing", "bend"):
             self.what_if.sliders[name].sliderReleased.connect(self.moved_far)
-        lesson.changed.connect(self.refresh)
-        lesson.document.chain_changed.connect(self._other_chain)
-        lesson.document.opened.connect(self._other_chain)
-        lesson.lit_changed.connect(self._lit)
-        lesson.document.intervals_changed.connect(self._retitled)
+        taught.changed.connect(self.refresh)
+        taught.document.chain_changed.connect(self._other_chain)
+        taught.document.opened.connect(self._other_chain)
+        taught.lit_changed.connect(self._lit)
+        taught.document.intervals_changed.connect(self._retitled)
         self.typesetter.ready.connect(self._typeset)
 
     def set_theme(self, theme: Theme) -> None:
@@ -77,8 +77,8 @@ class TeachingPanel(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the lesson's numbers, and let the views show the rest."""
-        quantities = self._lesson.quantities if self._lesson.active else None
+        """Show the frame's numbers, and let the views show the rest."""
+        quantities = self._taught.quantities if self._taught.active else None
         self.equations.show_numbers(quantities)
         self.what_if.show_state(quantities)
         self._retitled()
@@ -86,16 +86,16 @@ class TeachingPanel(QWidget):
 
     def _invite(self) -> None:
         """Let the gizmo be drawn while the tab is in front; a limb is shown as in a review."""
-        if self._lesson.active:
-            whole = selected_limb(self._lesson.document) is not None
+        if self._taught.active:
+            whole = selected_limb(self._taught.document) is not None
             self._viewport.invite(None if whole else self.gizmo)
 
     def _other_chain(self) -> None:
-        if self._lesson.active:
+        if self._taught.active:
             self._viewport.focus_chain()
 
     def _retitled(self) -> None:
-        chain, document = self._lesson.chain, self._lesson.document
+        chain, document = self._taught.chain, self._taught.document
         if chain is None:
             limb = selected_limb(document)
             self.title.setText(_WHOLE.format(limb.label) if limb is not None else _EMPTY)
@@ -104,14 +104,14 @@ class TeachingPanel(QWidget):
         self.title.setText(f"{chain.label}, frame {frame}")
 
     def _lit(self) -> None:
-        lit = self._lesson.lit
+        lit = self._taught.lit
         self.equations.show_lit(lit)
-        self._timeline.light(SYMBOLS[lit].curves if lit and self._lesson.active else ())
+        self._timeline.light(SYMBOLS[lit].curves if lit and self._taught.active else ())
         self._invite()
 
     def _typeset(self) -> None:
         if self.typesetter.trouble:
-            self._lesson.document.message.emit(self.typesetter.trouble, True)
+            self._taught.document.message.emit(self.typesetter.trouble, True)
         self.refresh()
         # Its widest row, with its numbers, decides how narrow the tab may be.
         layout = self.equations.layout()
@@ -126,9 +126,9 @@ class TeachingPanel(QWidget):
 
         Told by the dock: Qt sends no show or hide event to what lies behind another tab.
         """
-        if on == self._lesson.active:
+        if on == self._taught.active:
             return
-        self._lesson.set_active(on)
+        self._taught.set_active(on)
         if on:
             self.typesetter.start(typeset_texts())
             self._viewport.focus_chain()

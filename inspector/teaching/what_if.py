@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
-from inspector.teaching.lesson import Lesson
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.widgets.building import RIGHT, hbox, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.signed_numbers import plain, signed
@@ -28,9 +28,9 @@ _HINT = "The frame as captured. Move a slider: what if …? Nothing of it reache
 class WhatIfBox(QWidget):
     """Four sliders, what the child does, reset, and a sentence."""
 
-    def __init__(self, lesson: Lesson) -> None:
+    def __init__(self, taught: TaughtFrame) -> None:
         super().__init__()
-        self._lesson = lesson
+        self._taught = taught
         self._theme: Theme | None = None
         self._role = ""
         self.sliders: dict[str, QSlider] = {}
@@ -46,7 +46,7 @@ class WhatIfBox(QWidget):
             slider.setAccessibleName(text)
             slider.setMinimumWidth(60)
             slider.valueChanged.connect(
-                lambda v, n=name: lesson.alter(**{n: float(np.radians(v / _STEPS))})
+                lambda v, n=name: taught.alter(**{n: float(np.radians(v / _STEPS))})
             )
             number = SteadyLabel(alignment=RIGHT)
             number.setFont(figures_font())
@@ -67,10 +67,10 @@ class WhatIfBox(QWidget):
             button.setCheckable(True)
             group.addButton(button)
         self.follow.setChecked(True)
-        self.counter.toggled.connect(lambda on: lesson.alter(counter=on))
+        self.counter.toggled.connect(lambda on: taught.alter(counter=on))
         self.reset = QPushButton("Reset")
         self.reset.setToolTip("The frame as captured")
-        self.reset.clicked.connect(lesson.reset)
+        self.reset.clicked.connect(taught.reset)
         self.words = QLabel(_HINT, wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop)
         self.words.setMinimumHeight(2 * self.words.fontMetrics().lineSpacing() + 2)
         buttons = hbox(self.follow, self.counter, None, self.reset, spacing=4)
@@ -91,11 +91,11 @@ class WhatIfBox(QWidget):
             )
 
     def show_state(self, quantities: Decomposition | None) -> None:
-        """Sliders where the lesson is; an untouched one goes along with the clip."""
+        """Sliders where the taught frame is; an untouched one goes along with the clip."""
         self.setEnabled(quantities is not None)
         if quantities is None:
             return
-        what_if = self._lesson.what_if
+        what_if = self._taught.what_if
         angles = {
             "twist": what_if.twist,
             "swing": quantities.alpha if what_if.swing is None else what_if.swing,
@@ -114,7 +114,7 @@ class WhatIfBox(QWidget):
                 with QSignalBlocker(button):
                     button.setChecked(on)
         self.reset.setEnabled(what_if.changes)
-        text, role = words(quantities, what_if, self._lesson.tau)
+        text, role = words(quantities, what_if, self._taught.tau)
         if text != self.words.text() or role != self._role:
             self._role = role
             self.words.setText(text)

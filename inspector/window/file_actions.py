@@ -200,7 +200,7 @@ class FileActions(Saving):
     def _opened(self) -> None:
         data = self.document.data
         assert data is not None
-        if not self.teaching.program.aside.open:
+        if not self.lessons.program.aside.open:
             path = data.clip.path
             self.settings.remember(path)
             if path == self._back_to:

@@ -17,6 +17,10 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
 
+from inspector.lessons.guide_card import GuideCard
+from inspector.lessons.guided_program import GuidedProgram
+from inspector.lessons.interrupted_review import Aside
+from inspector.lessons.lesson_actions import LessonActions
 from inspector.panels.chains_panel import ChainsPanel
 from inspector.panels.clips_panel import ClipsPanel
 from inspector.panels.detail_card import DetailCard
@@ -34,11 +38,7 @@ from inspector.session.exporter import Exporter
 from inspector.session.player import Player
 from inspector.session.queue import FolderQueue
 from inspector.session.settings import Settings
-from inspector.teaching.guide_card import GuideCard
-from inspector.teaching.guided_program import GuidedProgram
-from inspector.teaching.interrupted_review import Aside
-from inspector.teaching.lesson import Lesson
-from inspector.teaching.teaching_actions import TeachingActions
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
 from inspector.tuning.tuning_actions import TuningActions
@@ -123,9 +123,9 @@ class MainWindow(Parts):
         self.video = VideoPanel(document, theme, self.settings, actions)
         self.clips = ClipsPanel(self.queue, document, theme)
         self.tuning = TuningPanel(document, theme, actions)
-        self.lesson = Lesson(document, self)
+        self.taught = TaughtFrame(document, self)
         shown = [actions[name] for name in ("tour", "exercise", "record_dialog")]
-        self.teaching = TeachingPanel(self.lesson, self.viewport, self.timeline, shown)
+        self.teaching = TeachingPanel(self.taught, self.viewport, self.timeline, shown)
         self.guide = GuideCard()
         self.quality = QualityPanel(document, theme, actions)
         self.viewport.accompany(self.quality.tracked)
@@ -177,7 +177,7 @@ class MainWindow(Parts):
         self.presentation = Presentation(self, docks, self.viewport, self.timeline)
         program = GuidedProgram(
             document=document,
-            lesson=self.lesson,
+            taught=self.taught,
             viewport=self.viewport,
             settings=self.settings,
             guide=self.guide,
@@ -187,14 +187,14 @@ class MainWindow(Parts):
             show_intervals=docks["intervals"].raise_,
             show_teaching=partial(bring_to_front, docks["teaching"]),
         )
-        self.teaching_actions = TeachingActions(program, docks["guide"], docks["chains"], self)
+        self.lesson_actions = LessonActions(program, docks["guide"], docks["chains"], self)
         self.files = FileActions(
             document=document,
             settings=self.settings,
             queue=self.queue,
             bar=bar,
             detail=self.detail,
-            teaching=self.teaching_actions,
+            lessons=self.lesson_actions,
             tell_saved=self._review_changed,
             window=self,
             exporter=self.exporter,
@@ -216,7 +216,7 @@ class MainWindow(Parts):
             document, self.queue, bar, self.tuning, docks["tuning"], self
         )
         self.record_actions = RecordActions(
-            document, self.recorder, self.viewport, self.timeline, self.lesson,
+            document, self.recorder, self.viewport, self.timeline, self.taught,
             self.teaching.typesetter, bar, self,
         )  # fmt: skip
         self.video_actions = VideoActions(document, self.video, docks["video"], self)
@@ -282,7 +282,7 @@ class MainWindow(Parts):
         more = (self.tuning, self.teaching, self.guide, self.video, self.quality, self.start_page)
         for view in (*views, *more):
             view.set_theme(theme)
-        if (trackers := self.teaching_actions.five_trackers) is not None:
+        if (trackers := self.lesson_actions.five_trackers) is not None:
             trackers.set_theme(theme)
 
     def _scheme_changed(self) -> None:  # of the window: Qt disconnects it when it goes
@@ -372,7 +372,7 @@ class MainWindow(Parts):
             task.cancel()
         self.player.pause()
         self.recorder.cancel()
-        if (trackers := self.teaching_actions.five_trackers) is not None:
+        if (trackers := self.lesson_actions.five_trackers) is not None:
             trackers.close()
         self.program.close_guide()
         self.actions_by_id["presentation"].setChecked(False)  # the layout to keep is the usual one

@@ -9,12 +9,12 @@ from typing import ClassVar
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
+from inspector.lessons.lesson_actions import LessonActions
 from inspector.quality.quality_panel import QualityPanel
 from inspector.recording.record_actions import RecordActions
 from inspector.session.document import Document
 from inspector.session.player import Player
 from inspector.session.settings import Settings
-from inspector.teaching.teaching_actions import TeachingActions
 from inspector.timeline.timeline import Timeline
 from inspector.tuning.tuning_actions import TuningActions
 from inspector.tuning.tuning_panel import TuningPanel
@@ -49,7 +49,7 @@ class Parts(QMainWindow):
     review_actions: ReviewActions
     chain_actions: ChainActions
     tuning_actions: TuningActions
-    teaching_actions: TeachingActions
+    lesson_actions: LessonActions
     record_actions: RecordActions
     video_actions: VideoActions
 

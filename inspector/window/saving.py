@@ -11,12 +11,12 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QMainWindow, QMessageBox
 
 from inspector.bundled import ASSETS
+from inspector.lessons.lesson_actions import LessonActions
 from inspector.panels.detail_card import DetailCard
 from inspector.session.document import Document
 from inspector.session.queue import FolderQueue
 from inspector.session.session_files import SESSION_SUFFIX, is_session, session_path
 from inspector.session.settings import Settings
-from inspector.teaching.teaching_actions import TeachingActions
 from inspector.widgets.file_dialog import ask_where
 from inspector.widgets.message_bar import MessageBar
 
@@ -35,7 +35,7 @@ class Saving:
     queue: FolderQueue
     bar: MessageBar
     detail: DetailCard
-    teaching: TeachingActions
+    lessons: LessonActions
     tell_saved: Callable[[], None]
     window: QMainWindow
 
@@ -79,7 +79,7 @@ class Saving:
 
     def leave(self, then: Callable[[], object]) -> None:
         """Go on once unsaved decisions are saved, or wait in the journal; nothing modal."""
-        self.teaching.leave_guide()
+        self.lessons.leave_guide()
         self.detail.commit()
         data = self.document.data
         if data is None or self.document.review.saved:
@@ -151,14 +151,14 @@ class Saving:
     def _save_by_itself(self) -> None:
         if self.document.data is None or self.document.review.saved:
             return
-        if self.document.opener.busy or self.teaching.program.aside.open:
+        if self.document.opener.busy or self.lessons.program.aside.open:
             self._idle.start()
         elif not self.document.keeper.read_only and self.settings.autosave:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:
         """True once unsaved decisions are saved or knowingly given up, or wait in the journal."""
-        self.teaching.leave_guide()
+        self.lessons.leave_guide()
         self.detail.commit()
         if not ask or self.document.data is None or self.document.review.saved:
             return True

@@ -77,16 +77,16 @@ class Driver:
 
     def tour(self) -> None:
         self.window.actions_by_id["tour"].trigger()
-        while self.window.teaching_actions.guided_tour.at < 0:
+        while self.window.lesson_actions.guided_tour.at < 0:
             QTest.qWait(5)
 
     def leave(self) -> None:
-        self.window.teaching_actions.leave_guide()
+        self.window.lesson_actions.leave_guide()
 
     def tour_and_leave(self) -> None:
         """Before the tour's clip is there."""
         self.window.actions_by_id["tour"].trigger()
-        self.window.teaching_actions.leave_guide()
+        self.window.lesson_actions.leave_guide()
 
     def open(self, name: str) -> None:
         clip = self.window.document.data.clip.path

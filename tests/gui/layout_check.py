@@ -79,18 +79,18 @@ def teach(window) -> None:
     while not window.teaching.typesetter.done:
         QTest.qWait(10)
     window.document.select_chain("LeftForeArm")
-    window.lesson.set_what_if(WhatIf(twist=1.2, counter=True))
+    window.taught.set_what_if(WhatIf(twist=1.2, counter=True))
     look(window, "teaching")
     act(window, "tour")
-    while window.teaching_actions.guided_tour.at < 0:
+    while window.lesson_actions.guided_tour.at < 0:
         QTest.qWait(10)
-    for step in window.teaching_actions.guided_tour.steps:
-        window.teaching_actions.guided_tour.show_me.click()
+    for step in window.lesson_actions.guided_tour.steps:
+        window.lesson_actions.guided_tour.show_me.click()
         look(window, f"tour {step.name}")
-        window.teaching_actions.guided_tour.forward.click()
+        window.lesson_actions.guided_tour.forward.click()
     act(window, "exercise")
     look(window, "exercise")
-    window.teaching_actions.leave_guide()
+    window.lesson_actions.leave_guide()
 
 
 def assess(window) -> None:
@@ -109,8 +109,8 @@ def assess(window) -> None:
         until -= 1
     look(window, "quality, tracked")
     act(window, "why_quaternions")
-    look(window.teaching_actions.five_trackers, "why quaternions")
-    window.teaching_actions.five_trackers.close()
+    look(window.lesson_actions.five_trackers, "why quaternions")
+    window.lesson_actions.five_trackers.close()
 
 
 def main() -> None:

@@ -259,13 +259,13 @@ def test_the_teaching_tab_takes_chains_apart_and_leaves_a_limb_in_view(qtbot, wi
     document.go_to(FRAME)
     act(window, "show_teaching")
     assert drawing.guest is window.teaching.gizmo
-    assert window.lesson.quantities is not None
-    window.lesson.alter(twist=1.0)
+    assert window.taught.quantities is not None
+    window.taught.alter(twist=1.0)
     document.select_chain(LEG)
     qtbot.wait(50)
     assert drawing.guest is None
     assert shown(window.viewport) == set(PARTS)
-    assert window.lesson.quantities is None
+    assert window.taught.quantities is None
     assert not window.teaching.what_if.isEnabled()
     assert window.teaching.title.text().startswith("Right leg")
     document.go_to(STRAIGHT)
@@ -273,5 +273,5 @@ def test_the_teaching_tab_takes_chains_apart_and_leaves_a_limb_in_view(qtbot, wi
     document.select_chain("RightUpLeg")
     qtbot.wait(50)
     assert drawing.guest is window.teaching.gizmo
-    assert not window.lesson.what_if.changes
+    assert not window.taught.what_if.changes
     assert shown(window.viewport) == set()

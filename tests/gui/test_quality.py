@@ -248,19 +248,19 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
 
 def test_five_trackers_follow_a_joint_through_the_seam(qtbot, window):
     act(window, "why_quaternions")
-    lesson = window.teaching_actions.five_trackers
-    wait_until_active(lesson)
-    furthest = {name: distance.max() for name, distance in lesson.found.items()}
-    assert list(furthest) == list(lesson.plots)
+    taught = window.lesson_actions.five_trackers
+    wait_until_active(taught)
+    furthest = {name: distance.max() for name, distance in taught.found.items()}
+    assert list(furthest) == list(taught.plots)
     assert furthest["Quaternion"] < 5.0
     assert furthest["Euler XYZ, wrapped"] < 5.0
     assert furthest["Euler XYZ, raw"] > 90.0
     assert furthest["axis-angle, raw"] > 90.0
-    assert f"at most {furthest['Quaternion']:.1f}°" in lesson.titles["Quaternion"].text()
-    lesson.slider.setValue(150)
+    assert f"at most {furthest['Quaternion']:.1f}°" in taught.titles["Quaternion"].text()
+    taught.slider.setValue(150)
     expected = followers(turning(1.5))
-    for name, found in lesson.found.items():
+    for name, found in taught.found.items():
         np.testing.assert_array_equal(found, expected[name])
-    lesson.at.setValue(70)
-    assert all(plot.playhead.value() == 70 for plot in lesson.plots.values())
-    lesson.close()
+    taught.at.setValue(70)
+    assert all(plot.playhead.value() == 70 for plot in taught.plots.values())
+    taught.close()

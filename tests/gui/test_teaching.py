@@ -11,12 +11,12 @@ import pytest
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QImage
 
+from inspector.lessons.guided_exercise import make_exercise
 from inspector.session.document import Document
 from inspector.session.opening import analyse
 from inspector.teaching.gizmo_shapes import CLEAR, sketch
-from inspector.teaching.guided_exercise import make_exercise
-from inspector.teaching.lesson import Lesson
 from inspector.teaching.symbols import SECTIONS, SYMBOLS, colour
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.teaching.what_if import words
 from inspector.timeline.timeline import Timeline
@@ -88,9 +88,9 @@ def test_every_number_is_the_cores(qtbot, tmp_path):
     for data in clips(tmp_path):
         document = Document()
         document.show_clip(data)
-        viewport, lesson = Viewport(document, DARK), Lesson(document)
-        panel = TeachingPanel(lesson, viewport, Timeline(document, DARK), [])
-        lesson.set_active(True)
+        viewport, taught = Viewport(document, DARK), TaughtFrame(document)
+        panel = TeachingPanel(taught, viewport, Timeline(document, DARK), [])
+        taught.set_active(True)
         for chain in data.chains[:CHAINS]:
             document.select_chain(chain.name)
             signals = twist_signals(data.motion, chain)
@@ -153,7 +153,7 @@ def test_a_what_if_leaves_no_trace(qtbot, taught):
     for name, slider in box.sliders.items():
         slider.setValue(slider.maximum() if name != "bend" else 0)
     qtbot.mouseClick(box.counter, Qt.MouseButton.LeftButton)
-    assert taught.lesson.what_if.changes
+    assert taught.taught.what_if.changes
     qtbot.wait(50)
     assert document.review.state is before
     assert document.review.saved
@@ -161,9 +161,9 @@ def test_a_what_if_leaves_no_trace(qtbot, taught):
     assert not taught.isWindowModified()
     assert {p.name for p in document.data.clip.path.parent.iterdir()} == folder
     qtbot.mouseClick(box.reset, Qt.MouseButton.LeftButton)
-    assert not taught.lesson.what_if.changes
+    assert not taught.taught.what_if.changes
     assert box.sliders["twist"].value() == 0
-    assert box.sliders["swing"].value() == round(10 * np.degrees(taught.lesson.quantities.alpha))
+    assert box.sliders["swing"].value() == round(10 * np.degrees(taught.taught.quantities.alpha))
 
 
 def test_the_what_if_pose_is_seen_while_the_tab_is_and_only_then(qtbot, taught):
@@ -175,7 +175,7 @@ def test_the_what_if_pose_is_seen_while_the_tab_is_and_only_then(qtbot, taught):
     assert np.abs(seen().rotations - captured).max() > 0.3
     assert seen().ghost is not None
     taught.docks["intervals"].raise_()
-    qtbot.waitUntil(lambda: not taught.lesson.active)
+    qtbot.waitUntil(lambda: not taught.taught.active)
     whole, _ = taught.document.pose(90, after=True)
     assert np.array_equal(seen().rotations, whole)
 
@@ -183,7 +183,7 @@ def test_the_what_if_pose_is_seen_while_the_tab_is_and_only_then(qtbot, taught):
 def test_another_chain_or_clip_starts_as_captured(taught):
     taught.teaching.what_if.sliders["swing"].setValue(1500)
     taught.document.select_chain("RightArm")
-    assert not taught.lesson.what_if.changes
+    assert not taught.taught.what_if.changes
 
 
 def test_counter_twist_shows_the_products_sign_turn(taught):
@@ -214,7 +214,7 @@ def test_each_singularity_is_met_and_told(taught, slider, at, angle, named):
 
 def test_words_fit_in_two_lines(taught):
     box, motion = taught.teaching.what_if, taught.document.data.motion
-    chain = taught.lesson.chain
+    chain = taught.taught.chain
     width = 480  # pixels, of the tab in a window 1280 wide
     for what_if in (
         WhatIf(),
@@ -257,7 +257,7 @@ def test_the_gizmo_comes_and_goes_with_the_tab(qtbot, taught):
 
 
 def test_lines_lie_where_the_vectors_say(taught):
-    data, chain = taught.document.data, taught.lesson.chain
+    data, chain = taught.document.data, taught.taught.chain
     for frame in (1, 90, 206):
         d = decompose(data.motion, chain, frame)
         parent, child = (data.positions[frame, j] for j in (chain.parent, chain.child))
@@ -279,7 +279,7 @@ def test_lines_lie_where_the_vectors_say(taught):
 
 
 def test_frames_only_move_the_points(taught):
-    data, chain = taught.document.data, taught.lesson.chain
+    data, chain = taught.document.data, taught.taught.chain
     shapes = []
     for frame in (0, 90, 206):
         for what_if in (WhatIf(), WhatIf(swing=np.pi, bend=0.0), WhatIf(swing=0.0)):
@@ -292,7 +292,7 @@ def test_frames_only_move_the_points(taught):
 
 
 def test_labels_keep_apart_and_inside(qtbot, taught):
-    taught.lesson.set_what_if(WhatIf(twist=1.0, counter=True, bend=1.2))
+    taught.taught.set_what_if(WhatIf(twist=1.0, counter=True, bend=1.2))
     taught.viewport.focus_chain()
     qtbot.wait(100)
     boxes = [box for _, box, _, _ in taught.teaching.gizmo.labels._placed]
@@ -309,7 +309,7 @@ def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
     width = pane.curves["p_after"].pen.widthF()
     other = near(picture(qtbot, taught.viewport), colour("swing", DARK))
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-    assert taught.lesson.lit == "theta_p"
+    assert taught.taught.lit == "theta_p"
     assert button.isChecked()
     assert pane.curves["p_after"].pen.widthF() > 2 * width
     assert pane.curves["c_after"].pen.widthF() == width
@@ -317,13 +317,13 @@ def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
     assert near(lit, colour("twist", DARK)) > 40
     assert near(lit, colour("swing", DARK)) < 0.3 * other
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-    assert taught.lesson.lit == ""
+    assert taught.taught.lit == ""
     assert pane.curves["p_after"].pen.widthF() == width
 
 
 def test_side_by_side_split_and_close_with_the_gizmo(qtbot, taught):
     taught.actions_by_id["side_by_side"].trigger()
-    taught.lesson.set_what_if(WhatIf(twist=1.0))
+    taught.taught.set_what_if(WhatIf(twist=1.0))
     halves = np.array_split(picture(qtbot, taught.viewport), 2, axis=1)
     ink = colour("twist", DARK)
     assert near(halves[1], ink) > 30 > near(halves[0], ink)

@@ -3,9 +3,9 @@
 from PySide6.QtCore import Qt
 
 from inspector.bundled import FLIPPED, PAGES
+from inspector.lessons.guide_card import read_page
+from inspector.lessons.guided_exercise import make_exercise
 from inspector.session.session_files import journals, session_path
-from inspector.teaching.guide_card import read_page
-from inspector.teaching.guided_exercise import make_exercise
 from tests.conftest import ASSETS
 from tests.gui.windows import act
 from twistcore.detection import Kind
@@ -21,10 +21,10 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     document.do(Decide((document.intervals[0].id,), Decision.REJECTED, "me", document.now()))
     state = document.review.state
     act(at_forearm, "tour")
-    qtbot.waitUntil(lambda: at_forearm.teaching_actions.guided_tour.at == 0, timeout=10_000)
+    qtbot.waitUntil(lambda: at_forearm.lesson_actions.guided_tour.at == 0, timeout=10_000)
     guide, tour, box = (
         at_forearm.guide,
-        at_forearm.teaching_actions.guided_tour,
+        at_forearm.lesson_actions.guided_tour,
         at_forearm.teaching.what_if,
     )
     assert document.data.clip.path != mine
@@ -96,7 +96,7 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
 
 def test_the_tour_shows_each_step_itself(qtbot, at_forearm):
     act(at_forearm, "tour")
-    tour = at_forearm.teaching_actions.guided_tour
+    tour = at_forearm.lesson_actions.guided_tour
     qtbot.waitUntil(lambda: tour.at == 0, timeout=10_000)
     for number in range(len(tour.steps)):
         assert tour.at == number
@@ -109,27 +109,27 @@ def test_the_tour_shows_each_step_itself(qtbot, at_forearm):
 
 def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
     act(window, "tour")
-    qtbot.waitUntil(lambda: window.teaching_actions.guided_tour.at == 0, timeout=10_000)
-    window.teaching_actions.guided_tour.forward.click()
-    window.teaching_actions.guided_tour.leave.click()
+    qtbot.waitUntil(lambda: window.lesson_actions.guided_tour.at == 0, timeout=10_000)
+    window.lesson_actions.guided_tour.forward.click()
+    window.lesson_actions.guided_tour.leave.click()
     assert not window.guide.isVisible()
-    assert not window.teaching_actions.program.aside.open
+    assert not window.lesson_actions.program.aside.open
     assert window.document.review.saved
 
 
 def test_the_buttons_of_the_last_tour_do_nothing_to_the_persons_clip(qtbot, at_forearm):
     act(at_forearm, "tour")
-    qtbot.waitUntil(lambda: at_forearm.teaching_actions.guided_tour.at == 0, timeout=10_000)
-    at_forearm.teaching_actions.guided_tour.leave.click()
+    qtbot.waitUntil(lambda: at_forearm.lesson_actions.guided_tour.at == 0, timeout=10_000)
+    at_forearm.lesson_actions.guided_tour.leave.click()
     mine, state = at_forearm.document.data.clip.path, at_forearm.document.review.state
     act(at_forearm, "tour")
     for button in ("show_me", "forward", "back"):
-        getattr(at_forearm.teaching_actions.guided_tour, button).click()
-        assert at_forearm.teaching_actions.guided_tour.at == -1
+        getattr(at_forearm.lesson_actions.guided_tour, button).click()
+        assert at_forearm.lesson_actions.guided_tour.at == -1
     assert at_forearm.document.data.clip.path == mine
     assert at_forearm.document.review.state == state
-    qtbot.waitUntil(lambda: at_forearm.teaching_actions.guided_tour.at == 0, timeout=10_000)
-    at_forearm.teaching_actions.guided_tour.leave.click()
+    qtbot.waitUntil(lambda: at_forearm.lesson_actions.guided_tour.at == 0, timeout=10_000)
+    at_forearm.lesson_actions.guided_tour.leave.click()
 
 
 def test_every_page_has_a_title_a_text_and_a_task():
@@ -148,10 +148,10 @@ def test_every_page_has_a_title_a_text_and_a_task():
 
 def start_exercise(qtbot, window, kind, seed):
     act(window, "exercise")
-    window.teaching_actions.hidden_errors.kind.setCurrentText(kind)
-    window.teaching_actions.hidden_errors.seed.setValue(seed)
-    qtbot.mouseClick(window.teaching_actions.hidden_errors.start, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(window.teaching_actions.hidden_errors.score_button.isEnabled, timeout=20_000)
+    window.lesson_actions.hidden_errors.kind.setCurrentText(kind)
+    window.lesson_actions.hidden_errors.seed.setValue(seed)
+    qtbot.mouseClick(window.lesson_actions.hidden_errors.start, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(window.lesson_actions.hidden_errors.score_button.isEnabled, timeout=20_000)
 
 
 def test_the_exercise_scores_and_leaves_the_persons_session_alone(qtbot, at_forearm):
@@ -162,7 +162,7 @@ def test_the_exercise_scores_and_leaves_the_persons_session_alone(qtbot, at_fore
     files = {p: p.read_bytes() for p in mine.parent.iterdir() if p.is_file()}
     start_exercise(qtbot, at_forearm, "Judge", 5)
     assert document.data.clip.path.name == "exercise_5.bvh"
-    errors = at_forearm.teaching_actions.hidden_errors._errors
+    errors = at_forearm.lesson_actions.hidden_errors._errors
     truth = {(e.chain, e.start) for e in errors}
     assert len(document.intervals) == 2 * len(errors)  # as many are natural
     wrong = 0
@@ -170,19 +170,19 @@ def test_the_exercise_scores_and_leaves_the_persons_session_alone(qtbot, at_fore
         real = (judged.interval.chain, judged.interval.start) in truth
         document.select_interval(judged.id)
         at_forearm.actions_by_id["accept" if real else "reject"].trigger()
-    at_forearm.teaching_actions.hidden_errors.score_button.click()
-    result = at_forearm.teaching_actions.hidden_errors.result
+    at_forearm.lesson_actions.hidden_errors.score_button.click()
+    result = at_forearm.lesson_actions.hidden_errors.result
     assert (len(result.hits), len(result.misses), result.false_verdicts) == (len(errors), 0, wrong)
     assert f"Hits {len(errors)}" in at_forearm.guide.body.toPlainText()
     # One verdict turned round is a miss and a false verdict.
     first = next(j for j in document.intervals if j.decision == Decision.ACCEPTED)
     document.do(Decide((first.id,), Decision.REJECTED, "", document.now()))
-    at_forearm.teaching_actions.hidden_errors.score_button.click()
-    assert len(at_forearm.teaching_actions.hidden_errors.result.misses) == 1
-    assert at_forearm.teaching_actions.hidden_errors.result.false_verdicts == 1
-    at_forearm.teaching_actions.hidden_errors.go_to(f"at:{errors[0].chain}/{errors[0].start}")
+    at_forearm.lesson_actions.hidden_errors.score_button.click()
+    assert len(at_forearm.lesson_actions.hidden_errors.result.misses) == 1
+    assert at_forearm.lesson_actions.hidden_errors.result.false_verdicts == 1
+    at_forearm.lesson_actions.hidden_errors.go_to(f"at:{errors[0].chain}/{errors[0].start}")
     assert (document.chain, document.frame) == (errors[0].chain, errors[0].start)
-    at_forearm.teaching_actions.hidden_errors.leave.click()
+    at_forearm.lesson_actions.hidden_errors.leave.click()
     assert document.data.clip.path == mine
     assert {p: p.read_bytes() for p in mine.parent.iterdir() if p.is_file()} == files
 
@@ -191,14 +191,14 @@ def test_in_find_nothing_is_listed_and_what_is_inserted_counts(qtbot, at_forearm
     start_exercise(qtbot, at_forearm, "Find", 4)
     document = at_forearm.document
     assert document.intervals == ()
-    error = max(at_forearm.teaching_actions.hidden_errors._errors, key=lambda e: e.stop - e.start)
+    error = max(at_forearm.lesson_actions.hidden_errors._errors, key=lambda e: e.stop - e.start)
     document.select_chain(error.chain)
     document.go_to((error.start + error.stop) // 2)
     act(at_forearm, "insert_interval")
     act(at_forearm, "accept")
-    at_forearm.teaching_actions.hidden_errors.show_score()
-    assert [e.start for e in at_forearm.teaching_actions.hidden_errors.result.hits] == [error.start]
-    at_forearm.teaching_actions.leave_guide()
+    at_forearm.lesson_actions.hidden_errors.show_score()
+    assert [e.start for e in at_forearm.lesson_actions.hidden_errors.result.hits] == [error.start]
+    at_forearm.lesson_actions.leave_guide()
 
 
 def test_an_exercise_is_the_same_for_its_seed(tmp_path):

@@ -128,7 +128,7 @@ def test_what_is_selected_is_listed_whatever_the_filter(qtbot, opened):
     assert panel.selected_ids() == (document.interval_id,)
     act(opened, "tour")
     assert panel.filter.currentText() == "All"
-    opened.teaching_actions.leave_guide()
+    opened.lesson_actions.leave_guide()
     assert panel.filter.currentText() == "Undecided"
 
 

@@ -21,7 +21,7 @@ def open_clip(qtbot, window, path):
 
 def close_window(qtbot, window):
     """Close it with nothing asked about decisions that are not saved."""
-    window.teaching_actions.leave_guide()
+    window.lesson_actions.leave_guide()
     if window.document.data is not None:
         window.document.review.mark_saved()
     window.close()

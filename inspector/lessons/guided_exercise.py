@@ -9,9 +9,9 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSpinBox
 
+from inspector.lessons.guide_card import leave_button
+from inspector.lessons.guided_program import GuidedProgram
 from inspector.session.opening import Analysed, analysed
-from inspector.teaching.guide_card import leave_button
-from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import OneTask
 from inspector.widgets.signed_numbers import signed
 from twistcore.bvh import read_bvh, write_bvh

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from PySide6.QtGui import QAction
 
+from inspector.lessons.guide_card import GuideCard
+from inspector.lessons.interrupted_review import Aside
 from inspector.session.document import Document
 from inspector.session.settings import Settings
-from inspector.teaching.guide_card import GuideCard
-from inspector.teaching.interrupted_review import Aside
-from inspector.teaching.lesson import Lesson
+from inspector.teaching.taught_frame import TaughtFrame
 from inspector.viewport.viewport import Viewport
 
 
@@ -24,7 +24,7 @@ class GuidedProgram:
     """
 
     document: Document
-    lesson: Lesson
+    taught: TaughtFrame
     viewport: Viewport
     settings: Settings
     guide: GuideCard

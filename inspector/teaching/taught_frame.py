@@ -21,7 +21,7 @@ from twistcore.motion import forward_kinematics
 from twistcore.rotation import Array
 
 
-class Lesson(QObject):
+class TaughtFrame(QObject):
     """State of the teaching tab; it lasts while the tab is shown."""
 
     changed = Signal()  # the quantities: another frame, chain, clip or what-if; or shown, hidden

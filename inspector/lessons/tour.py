@@ -11,9 +11,9 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QPushButton
 
+from inspector.lessons.guide_card import leave_button
+from inspector.lessons.guided_program import GuidedProgram
 from inspector.session.opening import Analysed, analysed
-from inspector.teaching.guide_card import leave_button
-from inspector.teaching.guided_program import GuidedProgram
 from inspector.widgets.background import OneTask
 from twistcore.bvh import read_bvh
 from twistcore.detection import Kind
@@ -61,10 +61,10 @@ class Tour(QObject):
             (self.leave, self.end),
         ):
             button.clicked.connect(slot)
-        document, lesson = program.document, program.lesson
-        for signal in (document.frame_changed, document.intervals_changed, lesson.changed):
+        document, taught = program.document, program.taught
+        for signal in (document.frame_changed, document.intervals_changed, taught.changed):
             signal.connect(self._check)
-        lesson.lit_changed.connect(self._check)
+        taught.lit_changed.connect(self._check)
         self.steps = self._make_steps()
 
     @property
@@ -83,8 +83,8 @@ class Tour(QObject):
         self._task.cancel()
         if self.at >= 0:
             self.at = -1
-            self._program.lesson.reset()
-            self._program.lesson.unlight()
+            self._program.taught.reset()
+            self._program.taught.unlight()
         self.ended.emit()
 
     def _ready(self, clips: list[Analysed]) -> None:
@@ -116,7 +116,7 @@ class Tour(QObject):
         if self.at < 0:  # the clip is the person's own still
             return
         self.steps[self.at].show()
-        if self._program.lesson.what_if.changes:
+        if self._program.taught.what_if.changes:
             self._program.viewport.focus_chain(self._program.settings.turn_ms)
 
     def _check(self, *_: object) -> None:
@@ -129,7 +129,7 @@ class Tour(QObject):
     # -- the steps ----------------------------------------------------------------------------
 
     def _make_steps(self) -> tuple[Step, ...]:
-        lesson, document = self._program.lesson, self._program.document
+        taught, document = self._program.taught, self._program.document
         return (
             Step(
                 "1-roll",
@@ -137,26 +137,26 @@ class Tour(QObject):
                 lambda: abs(document.frame - self._from) >= _FAR,
                 lambda: document.go_to(self._from + _FAR),
             ),
-            Step("2-axis", self._to_lesson, lambda: lesson.lit == "w", self._light),
+            Step("2-axis", self._to_lesson, lambda: taught.lit == "w", self._light),
             Step(
                 "3-swing",
                 self._to_lesson,
-                lambda: (lesson.what_if.swing or 0.0) >= np.radians(119.95),
-                lambda: lesson.alter(swing=np.radians(135.0)),
+                lambda: (taught.what_if.swing or 0.0) >= np.radians(119.95),
+                lambda: taught.alter(swing=np.radians(135.0)),
             ),
             Step(
                 "4-twist",
                 self._to_lesson,
                 lambda: (
-                    abs(lesson.what_if.twist) >= np.radians(59.95) and not lesson.what_if.counter
+                    abs(taught.what_if.twist) >= np.radians(59.95) and not taught.what_if.counter
                 ),
-                lambda: lesson.alter(twist=np.radians(75.0), counter=False),
+                lambda: taught.alter(twist=np.radians(75.0), counter=False),
             ),
             Step(
                 "5-error",
                 self._to_error,
-                lambda: lesson.what_if.counter and self._opposed(),
-                lambda: lesson.alter(counter=True),
+                lambda: taught.what_if.counter and self._opposed(),
+                lambda: taught.alter(counter=True),
             ),
             Step("6-singular", self._to_lesson, self._both_met, self._meet_both),
             Step("7-review", self._to_review, self._one_accepted, self._accept_one),
@@ -179,8 +179,8 @@ class Tour(QObject):
         program = self._program
         program.document.select_chain(chain)
         program.document.go_to(frame)
-        program.lesson.reset()
-        program.lesson.unlight()
+        program.taught.reset()
+        program.taught.unlight()
         program.viewport.focus_chain()
 
     def _show_clip(self, data: Analysed | None) -> None:
@@ -190,11 +190,11 @@ class Tour(QObject):
 
     def _to_error(self) -> None:
         self._to_lesson()
-        self._program.lesson.alter(twist=np.radians(75.0))
+        self._program.taught.alter(twist=np.radians(75.0))
 
     def _to_review(self) -> None:
         self._show_clip(self._sample)
-        self._program.lesson.reset()
+        self._program.taught.reset()
         self._program.show_intervals()
 
     def _to_limb(self) -> None:
@@ -208,16 +208,16 @@ class Tour(QObject):
         self._look_at(_LIMB, _FLIPPED_FRAME)
 
     def _light(self) -> None:
-        if self._program.lesson.lit != "w":
-            self._program.lesson.light("w")
+        if self._program.taught.lit != "w":
+            self._program.taught.light("w")
 
     def _opposed(self) -> bool:
-        quantities = self._program.lesson.quantities
+        quantities = self._program.taught.quantities
         return quantities is not None and quantities.strength >= np.radians(30.0)
 
     def _both_met(self) -> bool:
         """Each singularity was nudged, one after the other."""
-        what_if = self._program.lesson.what_if
+        what_if = self._program.taught.what_if
         if abs(what_if.nudge) >= _NUDGED:
             if what_if.swing is not None and what_if.swing >= np.radians(178.0):
                 self._met.add("swing")
@@ -226,8 +226,8 @@ class Tour(QObject):
         return self._met == {"swing", "bend"}
 
     def _meet_both(self) -> None:
-        self._program.lesson.alter(swing=np.radians(179.0), nudge=np.radians(1.0))
-        self._program.lesson.alter(swing=None, bend=np.radians(1.0))
+        self._program.taught.alter(swing=np.radians(179.0), nudge=np.radians(1.0))
+        self._program.taught.alter(swing=None, bend=np.radians(1.0))
 
     def _one_accepted(self) -> bool:
         return any(j.decision == Decision.ACCEPTED for j in self._program.document.intervals)

@@ -9,17 +9,17 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
 from inspector.bundled import EXERCISES, FLIPPED, SAMPLE
+from inspector.lessons.guided_exercise import Exercise
+from inspector.lessons.guided_program import GuidedProgram
+from inspector.lessons.tour import Tour
 from inspector.teaching.five_trackers_dialog import FiveTrackers
-from inspector.teaching.guided_exercise import Exercise
-from inspector.teaching.guided_program import GuidedProgram
-from inspector.teaching.tour import Tour
 from inspector.widgets.building import bring_to_front
 
 _GUIDE_WIDTH = 345  # pixels
 
 
 @dataclass(eq=False)
-class TeachingActions:
+class LessonActions:
     """The tour, the exercise and the five trackers.
 
     dock: the guide's, shown while it leads, below the one `above`.
