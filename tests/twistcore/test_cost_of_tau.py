@@ -10,6 +10,7 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
+from twistcore.review.left_out import joined
 from twistcore.tuning import (
     GRID,
     DrawnErrors,
@@ -20,7 +21,6 @@ from twistcore.tuning import (
     shared_tau,
     tau_curve,
 )
-from twistcore.tuning.clip_curves import joined
 from twistcore.tuning.drawn_errors import rate_band
 
 TAU = np.radians([1.0, 2.0, 4.0, 8.0])

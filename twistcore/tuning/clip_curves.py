@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from twistcore.chain import uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.motion import Motion
+from twistcore.review.left_out import joined
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.tuning.cleaning import Verdicts, cleaned
 from twistcore.tuning.injected_curve import Span, tau_curve
@@ -90,17 +91,6 @@ def capture(motion: Motion) -> Span:
     """
     first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
     return first if first > 1 else 0, stop
-
-
-def joined(spans: Iterable[Span]) -> tuple[Span, ...]:
-    """Half-open spans in order, those that meet as one."""
-    out: list[Span] = []
-    for start, stop in sorted(spans):
-        if out and start <= out[-1][1]:
-            out[-1] = out[-1][0], max(stop, out[-1][1])
-        else:
-            out.append((start, stop))
-    return tuple(out)
 
 
 def clip_curves(
