@@ -9,11 +9,11 @@ from twistcore.tuning import Cost
 DETECTORS = {"consistency": "our detector", "paper": "the paper's detector"}
 
 
-def fsr_words(cost: Cost, digits: int = 1) -> str:
+def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
     """'93.1 % (86–97)'; '–' where nothing was drawn."""
     if math.isnan(cost.fsr):
         return "–"
-    said = f"{100.0 * cost.fsr:.{digits}f} %"
+    said = f"{100.0 * cost.fsr:.{digits}f}{unit}"
     if math.isnan(cost.low):
         return said
     return f"{said} ({100.0 * cost.low:.0f}–{100.0 * cost.high:.0f})"

@@ -120,6 +120,8 @@ class CurvesPage(QWidget):
     def show_words(self, degrees: float) -> None:
         """What stands above the plots, and the line below."""
         self.strength_words.set_text(self._strength_text(degrees))
+        left = int((~self._counted).sum())
+        self.strength_words.setToolTip(f"{left} frames are left out (Suggestion)" if left else "")
         limb = self._document.limb is not None
         self.cost_words.set_text(_NO_COSTS if limb else self._cost_text())
         found = len(self._document.review.state.of_chain(self._document.chain))
@@ -141,23 +143,21 @@ class CurvesPage(QWidget):
         square = inked("■", theme.before)
         what = "jump of the limb" if limb else "strength"
         frames = int(self._counted.sum())
-        left = document.frames - frames
-        out = f", {left} left out" if left else ""
-        words = [f"Frames by {what}  {square} {reach} of {frames} reach τ{out}"]
+        words = [f"Frames by {what}  {square} {reach} of {frames} reach τ"]
         if not paper:
-            words.append(inked("■ the paper's m(t)", theme.soft))
+            words.append(_inked("■ the paper's m(t)", theme.soft))
         # The paper's detector, and that of limbs, has a fixed τ and knows no noise.
         name = "automatic τ" if paper else "noise floor"
-        words.append(inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
-        return " &nbsp; ".join(words)
+        words.append(_inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
+        return "  ".join(words)
 
     def _cost_text(self) -> str:
         theme = self._theme
-        words = [inked("━ FSR", theme.after), inked("■ false alarms", theme.rejected)]
+        words = [_inked("━ FSR", theme.after), _inked("■ false alarms", theme.rejected)]
         if (curve := self._costs.curves.get(self._document.chain)) is not None:
             suggested = np.degrees(self._wishes.suggested(curve))
-            words.append(inked(f"▼ suggested {suggested:.2f}°", theme.accepted))
-        return "Errors put into this clip  " + " &nbsp; ".join(words)
+            words.append(_inked(f"▼ suggested {suggested:.2f}°", theme.accepted))
+        return "Errors put into this clip  " + "  ".join(words)
 
     def progress(self) -> str:
         """What is being measured, or why it is not; '' when all is known."""
@@ -196,6 +196,11 @@ class CurvesPage(QWidget):
         if not words:
             self.bars.chosen = None
         self.histogram.show_choice(self.bars.chosen, words)
+
+
+def _inked(text: str, colour: str) -> str:
+    """Words that are not broken, and a gap before the next."""
+    return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 
 _STEPS = {"next_bar": "Bar ▸", "next_in_bar": "Frame ▸"}

@@ -16,10 +16,13 @@ from inspector.widgets.theme import Theme
 from twistcore.tuning import Cost, TauCurve, cost_of_all
 
 _KINDS = ("suggested", "automatic")
+_AUTOMATIC = "    automatic τ"
+_WHOSE = {"consistency": "Ours", "paper": "Paper's"}
+_HEADS = ("τ", "FSR %", "alarms")
 _TIPS = (
-    "τ of the chain for this detector",
-    "Share of injected error frames that it repaired, and where that share lies by those drawn",
-    "Its false alarms in this clip",
+    "τ of the chain",
+    "Share of injected error frames repaired, and where it lies by those drawn",
+    "False alarms in this clip",
 )
 
 
@@ -36,17 +39,9 @@ class _Line:
 class DetectorsModel(RowModel[_Line]):
     """Two rows a chain, of its suggested and its automatic τ, and at the end two of all chains."""
 
-    heads = (
-        "\nChain",
-        "\nτ is",
-        *(
-            f"{whose}\n{what}"
-            for name in DETECTORS.values()
-            for whose, what in ((name[0].upper() + name[1:], "τ"), ("", "FSR"), ("", "alarms"))
-        ),
-    )
-    head_tips = ("", "", *(tip for _ in DETECTORS for tip in _TIPS))
-    right = range(2, len(heads))
+    heads = ("\nChain", *(f"{whose}\n{what}" for whose in _WHOSE.values() for what in _HEADS))
+    head_tips = ("", *(f"{tip}: {DETECTORS[m]}" for m in _WHOSE for tip in _TIPS))
+    right = range(1, len(heads))
 
     def __init__(self, document: Document, theme: Theme, costs: Costs, wishes: Wishes) -> None:
         super().__init__(theme)
@@ -73,8 +68,8 @@ class DetectorsModel(RowModel[_Line]):
         self.show([self._line(*c, kind) for c in [*chains, ("", "All chains")] for kind in _KINDS])
 
     def _line(self, chain: str, label: str, kind: str) -> _Line:
-        texts, tips = [label if kind == _KINDS[0] else "", kind], ["", ""]
-        for method in DETECTORS:
+        texts, tips = [label if kind == _KINDS[0] else _AUTOMATIC], [f"At the {kind} τ"]
+        for method in _WHOSE:
             curves = self._costs.by(method)
             said, cost = "", None
             if chain and chain in curves:
@@ -87,7 +82,7 @@ class DetectorsModel(RowModel[_Line]):
                 texts += [unknown if chain else "", unknown, unknown]
                 tips += 3 * [""]
             else:
-                texts += [said, fsr_words(cost, 0), f"{cost.alarms:.3g}"]
+                texts += [said, fsr_words(cost, 0, unit=""), f"{cost.alarms:.3g}"]
                 tips += ["", band_words(cost), alarm_words(cost)]
         return _Line(chain, kind, tuple(texts), tuple(tips))
 

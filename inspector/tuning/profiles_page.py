@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
-from PySide6.QtCore import QModelIndex, Signal
+from PySide6.QtCore import QModelIndex, Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QMenu, QStackedWidget, QToolButton, QWidget
 
@@ -13,7 +14,7 @@ from inspector.tuning.detectors_table import DetectorsModel, rows_of
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_table import Column, ComparisonModel
 from inspector.tuning.wishes import Wishes
-from inspector.widgets.building import action_button, hbox, vbox
+from inspector.widgets.building import Wrapping, action_button, hbox, vbox
 from inspector.widgets.labels import Caption
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
@@ -26,6 +27,9 @@ _BUTTONS = {  # the words on them: it is plain what they are about
     "close_comparison": "Close",
     "both_costs": "Both detectors",
 }
+
+
+_BOTH = "Of each chain first its suggested τ. In brackets: where the FSR lies, by the errors drawn."
 
 
 class ProfilesPage(QWidget):
@@ -52,6 +56,7 @@ class ProfilesPage(QWidget):
             header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
             table.setHorizontalScrollMode(table.ScrollMode.ScrollPerPixel)
             table.clicked.connect(self._choose)
+            table.resized.connect(partial(self._fit, table))
             self._tables.addWidget(table)
         self.note = Caption(soft=True)
         files = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -61,10 +66,14 @@ class ProfilesPage(QWidget):
         menu.addActions([actions[name] for name in _OF_FILES])
         files.setMenu(menu)
         self.buttons = {name: action_button(actions[name], w) for name, w in _BUTTONS.items()}
+        always = files, self.buttons["compare_profiles"], self.buttons["both_costs"]
+        beside = self.buttons["take_profile"], self.buttons["close_comparison"]
+        rows = hbox(*always, spacing=4), hbox(*beside, None, spacing=4)
+        rows[0].setAlignment(Qt.AlignmentFlag.AlignLeft)
         vbox(
             (self._tables, 1),
             self.note,
-            hbox(files, *self.buttons.values(), None, spacing=4),
+            Wrapping(*rows, spacing=4),
             owner=self,
             margins=(0, 4, 0, 0),
             spacing=4,
@@ -104,9 +113,20 @@ class ProfilesPage(QWidget):
         """Other numbers in the rows."""
         both = self._tables.currentWidget() is self.both_table
         (self.detectors if both else self.model).refresh()
-        note = "In brackets: where the FSR lies by the errors drawn." if both else self.model.note
+        note = _BOTH if both else self.model.note
         self.note.set_text(note)
         self.note.setVisible(bool(note))
+        self._fit(self.both_table if both else self.table)
+
+    def _fit(self, table: RowTable) -> None:
+        """Chains have what room there is; where there is too little the table scrolls."""
+        header, model = table.horizontalHeader(), table.model()
+        if model.rowCount():
+            own = max(table.sizeHintForColumn(0), header.sectionSizeHint(0))
+            others = sum(header.sectionSize(k) for k in range(1, header.count()))
+            mode = QHeaderView.ResizeMode
+            wide = own + others <= table.viewport().width()
+            header.setSectionResizeMode(0, mode.Stretch if wide else mode.ResizeToContents)
 
     def show_chain(self, name: str) -> None:
         """Its row is the selected one."""

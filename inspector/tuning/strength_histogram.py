@@ -49,7 +49,7 @@ class Histogram(TauPlot):
         self.words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.words.setFont(figures_font(8.0))
         self._said, self._chosen, self._pointed = "", -1, -1
-        self.mark = pg.PlotCurveItem(_BINS, np.zeros(len(_BINS) - 1), stepMode="center")
+        self.mark = pg.PlotCurveItem(_BINS[:2], np.zeros(1), stepMode="center", fillLevel=0.0)
         self.mark.setZValue(15)
         self.addItem(self.mark)
         self.setMouseTracking(True)
@@ -92,10 +92,8 @@ class Histogram(TauPlot):
     def show_choice(self, bar: int | None, words: str) -> None:
         """Mark a bar and say what is to be said of it."""
         self._chosen, self._said = -1 if bar is None else bar, words
-        shown = np.zeros(len(_BINS) - 1)
         if bar is not None:
-            shown[bar] = np.log1p(self._counts[bar])
-        self.mark.setData(_BINS, shown)
+            self.mark.setData(_BINS[bar : bar + 2], np.log1p(self._counts[bar : bar + 1]))
         self.mark.setVisible(bar is not None)
         self._say()
 

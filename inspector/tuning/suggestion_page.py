@@ -18,7 +18,7 @@ from twistcore.tuning import Span
 
 _LEAVE_OUT = {  # the words on the buttons, behind "Leave out:"
     "leave_out_interval": "The interval",
-    "leave_out_visible": "What the plots show",
+    "leave_out_visible": "The view",
     "take_all_in": "Nothing",
 }
 
@@ -46,6 +46,7 @@ class SuggestionPage(QWidget):
         form = QFormLayout(labelAlignment=Qt.AlignmentFlag.AlignLeft)
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(3)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.FieldsStayAtSizeHint)
         boxes: tuple[tuple[str, QAbstractSpinBox], ...] = (
             ("A false alarm may cost", self.points),
             ("Errors are looked for from", self.smallest),

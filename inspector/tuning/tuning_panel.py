@@ -72,8 +72,8 @@ class TuningPanel(QWidget):
         self.set_theme(theme)
         for signal in (document.opened, document.chain_changed, document.method_changed):
             signal.connect(self._stale.mark_all)
-        document.opened.connect(self.profiles.model.reset)
-        document.chains_changed.connect(self.profiles.model.reset)
+        for signal in (document.opened, document.chains_changed, document.method_changed):
+            signal.connect(self.profiles.model.reset)
         document.intervals_changed.connect(self._stale.mark)
         self.costs.changed.connect(self._stale.mark_all)
         self.wishes.changed.connect(self._stale.mark_all)
