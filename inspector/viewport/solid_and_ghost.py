@@ -20,6 +20,7 @@ from twistcore.chain import Chain
 from twistcore.rotation import Array, geodesic_angle
 
 _GROWN = 1.09  # the ghost lies around a solid body of the same pose, not in its faces
+_FAINT = 64  # alpha of a body that only stands by
 SAME = np.radians(0.05)  # bones that differ by less are not shown apart
 
 
@@ -37,7 +38,8 @@ class Pose:
     rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,), of
     bone_colours.Role; ghost: rotations (joints, 4) of the other figure, with which of its bones are
     drawn, (bones,), or None; ghost_positions: (joints, 3), where not those of the solid one;
-    offsets: |offset| of the bones, radians, (bones,), where they give the colour.
+    offsets: |offset| of the bones, radians, (bones,), where they give the colour; faint: bones that
+    only stand by, (bones,), where some do: what is behind them is seen.
     """
 
     rotations: Array
@@ -46,6 +48,7 @@ class Pose:
     ghost: tuple[Array, NDArray[np.bool_]] | None = None
     offsets: Array | None = None
     ghost_positions: Array | None = None
+    faint: NDArray[np.bool_] | None = None
 
 
 class Shapes:
@@ -60,6 +63,7 @@ class Shapes:
         self.bodies: Soup = build_soup(bones, without=self.skin.covered)
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)
+        self._ends = [(b.parent, b.child) for b in bones]
         # A wedge turns with its own joint; skin is wrung by the joint below as well.
         self._other = self._parents.copy()
         for number in self.skin.covered:
@@ -70,6 +74,14 @@ class Shapes:
         differs = geodesic_angle(before, after) > SAME
         found: NDArray[np.bool_] = differs[self._parents] | differs[self._other]
         return found
+
+    def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which vertices belong to chosen bones (bones,) or are of a sphere at their ends, (V,)."""
+        own: NDArray[np.bool_] = (shape.bone >= 0) & chosen[shape.bone]
+        if isinstance(shape, Soup):
+            ends = {j for k in np.flatnonzero(chosen).tolist() for j in self._ends[k]}
+            own |= (shape.bone < 0) & np.isin(shape.joint, list(ends))
+        return own
 
 
 class _Figure:
@@ -107,8 +119,10 @@ class Solid(_Figure):
             if len(shape.bone)
         ]
         super().__init__(parts, renderer)
-        self._ground = ground
-        self._painted: tuple[bytes, bytes] | None = None
+        self._shapes, self._ground, self._renderer = shapes, ground, renderer
+        self._painted: tuple[bytes, ...] | None = None
+        self._faint: list[Piece] = []  # made for the first pose that has some
+        self._apart: list[NDArray[np.bool_]] = []  # their vertices
 
     def set_theme(self, theme: Theme) -> None:
         """Take over colours; the next pose is painted in them."""
@@ -121,18 +135,52 @@ class Solid(_Figure):
     def draw(self, pose: Pose) -> None:
         """Move and paint."""
         degrees = b"" if pose.offsets is None else np.round(np.degrees(pose.offsets), 1).tobytes()
-        look = pose.roles.tobytes(), degrees
-        for shape, faces, shadow in self.parts:
+        faint = b"" if pose.faint is None else pose.faint.tobytes()
+        look = pose.roles.tobytes(), degrees, faint
+        afresh = look != self._painted
+        if afresh:
+            self._set_apart(pose.faint)
+        for k, (shape, faces, shadow) in enumerate(self.parts):
             points, normals = _placed(shape, pose.rotations, pose.positions)
-            faces.move(points, normals)
             shadow.move(shadow_points(points, self._ground))
-            if look == self._painted:
-                continue
-            if pose.offsets is None:
-                faces.paint(paint(shape, self._colours, pose.roles))
-            else:
-                faces.paint(scale_paint(shape, self._theme, pose.offsets))
+            colours = None
+            if afresh and pose.offsets is None:
+                colours = paint(shape, self._colours, pose.roles)
+            elif afresh and pose.offsets is not None:
+                colours = scale_paint(shape, self._theme, pose.offsets)
+            if colours is not None:
+                faces.paint(colours)
+            if pose.faint is not None:
+                points = self._draw_faint(k, points, colours)
+            faces.move(points, normals)
         self._painted = look
+
+    def _set_apart(self, faint: NDArray[np.bool_] | None) -> None:
+        """Find what is faint of the shapes; the rest of them stays solid."""
+        if faint is not None and not self._faint:
+            self._faint = [
+                Piece(len(shape.bone), faces=shape.faces, channels=4)
+                .unlit(back_faces=False)
+                .blended()
+                .add_to(self._renderer)
+                for shape, *_ in self.parts
+            ]
+            self.pieces += self._faint
+        for piece in self._faint:
+            piece.show(faint is not None)
+        if faint is not None:
+            self._apart = [~self._shapes.belonging(shape, ~faint) for shape, *_ in self.parts]
+
+    def _draw_faint(self, k: int, points: Array, colours: Array | None) -> Array:
+        """Draw what is faint of a part; the points (V, 3) of what is not. No area: not drawn."""
+        apart = self._apart[k][:, None]
+        nowhere = points[0]
+        self._faint[k].move(np.where(apart, points, nowhere))
+        if colours is not None:
+            alpha = np.full((len(colours), 1), _FAINT, np.uint8)
+            self._faint[k].paint(np.hstack([colours, alpha]))
+        solid: Array = np.where(apart, nowhere, points)
+        return solid
 
 
 class Ghost(_Figure):
