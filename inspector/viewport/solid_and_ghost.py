@@ -11,7 +11,15 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from inspector.viewport import opengl
 from inspector.viewport.bodies import JOINT, STRIPE, Bone, Soup, build_soup, place
-from inspector.viewport.bone_colours import ghost_paint, mix, paint, palette, rgb, scale_paint
+from inspector.viewport.bone_colours import (
+    Colours,
+    ghost_paint,
+    mix,
+    paint,
+    palette,
+    rgb,
+    scale_paint,
+)
 from inspector.viewport.ground import Ground, shadow_points
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.striped_skin import Skin, build_skin, drape
@@ -171,7 +179,7 @@ class Solid(_Figure):
         if faint is not None:
             self._apart = [~self._shapes.belonging(shape, ~faint) for shape, *_ in self.parts]
 
-    def _draw_faint(self, k: int, points: Array, colours: Array | None) -> Array:
+    def _draw_faint(self, k: int, points: Array, colours: Colours | None) -> Array:
         """Draw what is faint of a part; the points (V, 3) of what is not. No area: not drawn."""
         apart = self._apart[k][:, None]
         nowhere = points[0]
