@@ -22,7 +22,7 @@ _CONE = np.array([(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in r
 _SIDES = np.sort(TRIANGLES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
 _WIRES = np.unique(_SIDES, axis=0)  # of a sphere
 _SEEN = np.radians(1.0)  # a smaller difference is not drawn apart
-_UNDEFINED = 1e-6  # reliability below which an angle has no value
+UNDEFINED = 1e-6  # reliability below which an angle has no value
 W_LONG = 0.92  # where the arrow of w ends, of the bone's length
 DIAL_AT, DIAL_SIZE = 0.60, 0.25  # where along w the dial is, and its radius, likewise
 HAND_LONG = 1.12  # of the dial's hand, of its radius
@@ -139,11 +139,11 @@ def sketch(
 
 def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
     """The quantities with no angle where there is none: neither fills a dial nor has a label."""
-    if d.swing_reliability < _UNDEFINED:
+    if d.swing_reliability < UNDEFINED:
         d = replace(d, theta_p=0.0)
-    if staged or d.swing_reliability < _UNDEFINED:
+    if staged or d.swing_reliability < UNDEFINED:
         d = replace(d, theta_p_before=d.theta_p, dtheta_p=0.0)
-    if staged or d.azimuth_reliability < _UNDEFINED:
+    if staged or d.azimuth_reliability < UNDEFINED:
         d = replace(d, across_before=d.across, v_ideal=d.v, dtheta_c=0.0)
     return d
 
