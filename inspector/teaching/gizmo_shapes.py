@@ -143,7 +143,8 @@ def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
         d = replace(d, theta_p=0.0)
     if staged or d.swing_reliability < UNDEFINED:
         d = replace(d, theta_p_before=d.theta_p, dtheta_p=0.0)
-    if staged or d.azimuth_reliability < UNDEFINED:
+    azimuths = d.azimuth_reliability, float(np.linalg.norm(d.across_before))
+    if staged or min(azimuths) < UNDEFINED:
         d = replace(d, across_before=d.across, v_ideal=d.v, dtheta_c=0.0)
     return d
 
@@ -155,8 +156,10 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
     out.mark("a", parent + 0.92 * unit * bone, parent)
     out.arrow("w", parent, W_LONG * unit * along)
     out.mark("w", parent + 0.80 * unit * along, parent + 0.80 * unit * bone)
-    out.arrow("n", parent, 0.5 * unit * normal)
-    out.mark("n", parent + 0.5 * unit * normal, parent, shown=bool(d.n.any()))
+    # At 180° no normal is better than another: then it has no arrow of its own.
+    arrow = normal if d.swing_reliability >= UNDEFINED else np.zeros(3)
+    out.arrow("n", parent, 0.5 * unit * arrow)
+    out.mark("n", parent + 0.5 * unit * arrow, parent, shown=bool(arrow.any()))
     arc = 0.46 * unit * fan(bone, normal, d.alpha)
     out.sector("alpha", parent, parent + arc, 0.24)
     out.line("alpha", parent + arc)
