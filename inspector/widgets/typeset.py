@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 from PySide6.QtCore import QObject, QRectF, Qt, Signal
@@ -12,6 +13,7 @@ from PySide6.QtGui import QPainterPath
 from inspector.widgets.background import Task
 
 EM = 100.0  # of the outlines: units an em
+_one_at_a_time = Lock()  # matplotlib's parser of TeX is one for all threads
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,7 @@ class Typesetter(QObject):
         """Set these; `ready` tells when. Asked again it does nothing."""
         if self._task is None:
             wanted = tuple(texts)
-            self._task = Task(lambda _: _outlines(wanted), self)
+            self._task = Task(lambda _: outlines(wanted), self)
             self._task.finished.connect(self._take)
             self._task.failed.connect(self._fail)
             self._task.start()
@@ -68,17 +70,18 @@ class Typesetter(QObject):
         self.ready.emit()
 
 
-def _outlines(texts: tuple[str, ...]) -> dict[str, Any]:
-    """Vertices and codes of every text; runs in a thread, the only one that uses matplotlib."""
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import TextPath
+def outlines(texts: Iterable[str]) -> dict[str, Any]:
+    """Vertices, y up, and codes of every text; safe in any thread. ValueError: no TeX we set."""
+    with _one_at_a_time:
+        from matplotlib.font_manager import FontProperties
+        from matplotlib.textpath import TextPath
 
-    font = FontProperties(math_fontfamily="stix")
-    out = {}
-    for tex in texts:
-        path = TextPath((0, 0), f"${tex}$", size=EM, prop=font)
-        out[tex] = (path.vertices.copy(), path.codes.copy())
-    return out
+        font = FontProperties(math_fontfamily="stix")
+        out = {}
+        for tex in texts:
+            path = TextPath((0, 0), f"${tex}$", size=EM, prop=font)
+            out[tex] = (path.vertices.copy(), path.codes.copy())
+        return out
 
 
 def _formula(vertices: Any, codes: Any) -> Formula:

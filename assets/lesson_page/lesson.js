@@ -1,0 +1,348 @@
+// The page: what is shown now, and what a student's hand does to it.
+(function () {
+  "use strict";
+
+  const S = SwingTwist;
+  const lesson = ClipData.read(JSON.parse(document.getElementById("lesson-data").textContent));
+  const one = (selector) => document.querySelector(selector);
+  const all = (selector) => Array.from(document.querySelectorAll(selector));
+  const radians = (degrees) => (Math.PI / 180) * degrees;
+  const dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const SLIDERS = { twist: Labels.signed, swing: Labels.plain, bend: Labels.plain, nudge: Labels.signed };
+
+  const formulas = {};
+  Object.keys(lesson.marks).forEach((symbol) => {
+    const { d, box } = lesson.marks[symbol];
+    formulas[symbol] = { path: new Path2D(d), box };
+  });
+
+  const view = new FigureView.View(one("#scene"), lesson);
+  const plot = new Curves.Plot(one("#curves canvas"), goTo);
+  const state = { at: -1, frame: 0, whatIf: null, stage: null, lit: "", playing: 0, met: new Set() };
+  let page = null, camera = null, shown = null, waiting = false;
+
+  document.documentElement.classList.add("live");
+  one("#no-3d").hidden = view.renderer !== null;
+
+  // -- what is shown ----------------------------------------------------------------------------
+
+  const theme = () => (dark.matches ? "dark" : "light");
+
+  function look() {
+    const colours = lesson.themes[theme()], fontSize = parseFloat(getComputedStyle(document.body).fontSize);
+    return {
+      roles: colours.roles,
+      paper: colours.roles.surface,
+      colourOf: (symbol) => colours.families[(lesson.marks[symbol] || {}).family] || colours.roles.text,
+      lit: new Set(state.lit ? lesson.together[state.lit] : []),
+      formulas, fontSize, smallFont: `12px ${getComputedStyle(document.body).fontFamily}`,
+    };
+  }
+
+  function compute() { // the frame, captured and as it is shown
+    const { span, chain } = page, frame = state.frame, before = Math.max(frame - 1, span.first);
+    const captured = span.rotations(frame, null);
+    const ghost = span.pose(frame, captured);
+    if (!chain || !page.taught) {
+      const solid = page.after ? span.pose(frame, span.rotations(frame, page.after)) : ghost;
+      return { d: null, solid, ghost };
+    }
+    const at = chain.at(frame), was = span.rotations(before, null), earlier = chain.at(before);
+    const quantities = (rotations) => S.decompose(
+      { q: rotations[at.parent], qChild: rotations[at.child], axis: at.axis, arm: at.arm },
+      { q: was[at.parent], qChild: was[at.child], axis: earlier.axis, arm: earlier.arm });
+    const bare = Object.assign({}, state.whatIf, { applied: 0 });
+    const error = S.errorOf(quantities(S.altered(captured, at, bare, 0, null)), chain.tau);
+    const offset = (frame > 0 ? chain.running[before - span.first] : 0) + error;
+    const rotations = S.altered(captured, at, state.whatIf, offset, state.stage);
+    return { d: quantities(rotations), solid: span.pose(frame, rotations), ghost, error, offset };
+  }
+
+  const altered = () => S.changes(state.whatIf) || state.stage !== null;
+
+  function draw() {
+    waiting = false;
+    shown = compute();
+    const { d, solid, ghost } = shown, figure = page.span.figure, style = look();
+    const differs = FigureView.differing(figure, solid, ghost);
+    const shape = d ? gizmoOf(d, solid) : null;
+    if (camera === null) camera = firstCamera(solid, shape);
+    const strong = figure.bones.map((_, k) => page.strong.includes(k));
+    // A bone that keeps its place leaves its captured self behind; of one that is moved there
+    // would be two.
+    const left = figure.bones.map((bone, k) => differs[k] && S.length(S.minus(
+      solid.positions[bone.parent], ghost.positions[bone.parent])) < 1e-4 * figure.room.height);
+    view.draw(camera, { solid, ghost, strong, differs, left }, (context, project) => {
+      if (shape) Gizmo.draw(context, shape, project, style);
+    });
+    const what = d && altered() ? d : null;
+    plot.draw({
+      frame: state.frame,
+      theta_p: what && what.theta_p,
+      theta_c: what && page.chain.theta_c[Math.max(state.frame - 1, page.span.first) - page.span.first]
+        + what.dtheta_c,
+      m: what && what.strength,
+    }, style.lit, style);
+    showNumbers(d);
+    showSliders(d);
+    check(d);
+  }
+
+  function redraw() { // once a picture of the screen
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(draw);
+  }
+
+  function gizmoOf(d, solid) {
+    const { parent, child, grandchild } = page.chain;
+    const far = grandchild >= 0
+      ? S.length(S.minus(solid.positions[grandchild], solid.positions[child])) : 0;
+    return Gizmo.sketch(d, solid.rotations[parent], solid.positions[parent],
+      solid.positions[child], far, 0.06 * page.span.figure.room.height);
+  }
+
+  function firstCamera(solid, shape) { // as the page says, else from where the limb shows best
+    const out = new OrbitCamera.Camera(page.span.figure.room.up, page.ahead);
+    const bones = page.span.figure.bones.filter((_, k) => page.strong.includes(k));
+    let points = bones.flatMap((bone) => [
+      solid.positions[bone.parent],
+      S.plus(solid.positions[bone.parent], S.rotate(solid.rotations[bone.parent], bone.tip)),
+    ]);
+    if (shape) points = shape.parts.filter((p) => p.kind !== "face").flatMap((p) => p.points);
+    if (!points.length) points = solid.positions;
+    const [wide, high] = view.size;
+    if (page.camera) {
+      out.azimuth = page.camera.azimuth;
+      out.elevation = page.camera.elevation;
+      out.orbit(0, 0);
+    } else {
+      const { parent, child } = page.chain || page.limb || { parent: 0, child: 0 };
+      const middle = S.scaled(solid.positions.reduce((s, p) => S.plus(s, p)), 1 / solid.positions.length);
+      const outward = S.minus(solid.positions[child], middle);
+      const along = S.direction(S.minus(solid.positions[child], solid.positions[parent]));
+      const normal = shown.d ? S.rotate(S.multiply(
+        solid.rotations[parent], S.conjugate(shown.d.q)), shown.d.n) : page.ahead;
+      out.lookFrom(OrbitCamera.bestDirection(out, along, normal, outward));
+    }
+    out.frame(points, wide / Math.max(high, 1), 1.3);
+    out.zoom(page.camera ? page.camera.zoom : 1);
+    return out;
+  }
+
+  // -- numbers, sliders, words ------------------------------------------------------------------
+
+  function showNumbers(d) {
+    all("#equations .row").forEach((row) => {
+      const symbol = row.dataset.symbol;
+      row.hidden = !d || (page.show.length > 0 && !page.show.includes(symbol));
+      row.querySelector(".value").textContent = d ? Labels.ROWS[symbol](d) : "";
+      row.querySelector("button").setAttribute("aria-pressed", String(state.lit === symbol));
+    });
+    all("#equations section").forEach((section) => {
+      section.hidden = !Array.from(section.querySelectorAll(".row")).some((row) => !row.hidden);
+    });
+    one("#equations").hidden = !d;
+    one("#frame-number").textContent = `Frame ${state.frame}`;
+    one("#frame").value = state.frame;
+  }
+
+  function showSliders(d) {
+    one("#what-if").hidden = !d;
+    if (!d) return;
+    const { whatIf } = state;
+    const angles = {
+      twist: whatIf.twist, swing: whatIf.swing === null ? d.alpha : whatIf.swing,
+      bend: whatIf.bend === null ? d.bend : whatIf.bend, nudge: whatIf.nudge,
+    };
+    Object.keys(angles).forEach((name) => setSlider(
+      name, Labels.inDegrees(angles[name]), `${SLIDERS[name](Labels.inDegrees(angles[name]), 1)}°`));
+    setSlider("applied", 100 * whatIf.applied, `${Math.round(100 * whatIf.applied)} %`);
+    const stage = state.stage === null ? 2 : state.stage;
+    setSlider("stage", stage, Labels.plain(stage, 2));
+    one("#applied").disabled = Math.abs(shown.offset) < 1e-9 && whatIf.applied === 0;
+    one("#offset").textContent = `err ${Labels.degrees(shown.error)}, offset ${Labels.degrees(shown.offset)}`;
+    one("#along").setAttribute("aria-pressed", String(!whatIf.counter));
+    one("#counter").setAttribute("aria-pressed", String(whatIf.counter));
+    one("#reset").disabled = !altered();
+    one("#words").textContent = words(d);
+  }
+
+  function setSlider(name, value, text) {
+    const slider = one(`#${name}`);
+    if (document.activeElement !== slider || Math.abs(slider.value - value) > slider.step) {
+      slider.value = value;
+    }
+    slider.setAttribute("aria-valuetext", text);
+    one(`output[for=${name}]`).textContent = text;
+  }
+
+  function words(d) {
+    const turned = d.swing_reliability < 0.1, straight = d.azimuth_reliability < 0.17;
+    if (turned && straight) {
+      return "Both singularities: w points against a, so θp is arbitrary; v lies along the bone, so θc is too.";
+    }
+    if (turned) return "Singularity of θp: w points against a. One pose has many n and θp; nudge, and θp jumps.";
+    if (straight) return "Singularity of θc: the limb is straight, v⊥ has hardly a direction. Nudge, and Δθc jumps.";
+    if (page.chain.tau > 0 && d.strength >= page.chain.tau) {
+      return "Parent and child twist against each other, and m exceeds τ: a twist error.";
+    }
+    return altered() ? "No twist error: m is below τ." : "The frame as captured. Move a slider: what if …?";
+  }
+
+  // -- the task ---------------------------------------------------------------------------------
+
+  const CONDITIONS = {
+    moved: (c) => Math.abs(state.frame - page.frame) >= c.amount,
+    lit: (c) => state.lit === c.words[0],
+    swing: (c) => state.whatIf.swing !== null && state.whatIf.swing >= radians(c.amount - 0.05),
+    twist: (c) => Math.abs(state.whatIf.twist) >= radians(c.amount - 0.05),
+    counter: () => state.whatIf.counter,
+    nudged: (c) => c.words.every((word) => state.met.has(word)),
+    applied: (c) => state.whatIf.applied >= c.amount,
+    accepted: () => false, // nothing is decided in the page
+  };
+
+  function check(d) {
+    const { whatIf } = state;
+    if (d && Math.abs(whatIf.nudge) >= radians(0.5)) {
+      if (whatIf.swing !== null && whatIf.swing >= radians(178)) state.met.add("swing");
+      if (whatIf.bend !== null && whatIf.bend <= radians(2)) state.met.add("bend");
+    }
+    if (page.done.length && page.done.every((c) => CONDITIONS[c.name](c))) {
+      all("article")[state.at].classList.add("done");
+    }
+  }
+
+  // -- what a hand does -------------------------------------------------------------------------
+
+  function turnTo(at) {
+    stop();
+    state.at = at;
+    page = lesson.pages[at];
+    Object.assign(state, {
+      frame: page.frame, whatIf: Object.assign({}, page.whatIf), stage: page.stage,
+      lit: page.lit, met: new Set(),
+    });
+    camera = null;
+    all("article").forEach((article, k) => { article.hidden = k !== at; });
+    all("article")[at].classList.remove("done");
+    one("#text").scrollTop = 0;
+    one("#back").disabled = at === 0;
+    one("#next").disabled = at + 1 === lesson.pages.length;
+    one("#page-number").textContent = `${at + 1} / ${lesson.pages.length}`;
+    one("#staged").hidden = page.stage === null;
+    one("#legend").innerHTML = "";
+    legend();
+    const slider = one("#frame");
+    slider.min = page.first;
+    slider.max = page.last;
+    one("#curves").classList.toggle("empty", !page.chain);
+    dress();
+    try {
+      history.replaceState(null, "", `#${at + 1}`);
+    } catch (error) { /* a page inside another one may not */ }
+  }
+
+  function legend() {
+    const out = one("#legend"), add = (text, role) => {
+      const item = document.createElement("span");
+      item.textContent = text;
+      if (role) item.className = role;
+      out.append(item);
+    };
+    if (page.label) add(page.label, "name");
+    if (page.taught) {
+      add("□ as captured", "before");
+      add("■ what if", "after");
+    } else if (page.after) {
+      add("□ before", "before");
+      add("■ after", "after");
+    }
+  }
+
+  function dress() { // sizes and colours, and a picture
+    view.resize();
+    view.enter(page.span.figure, theme());
+    plot.resize();
+    plot.show(page);
+    draw();
+  }
+
+  function alter(change) {
+    Object.assign(state.whatIf, change);
+    redraw();
+  }
+
+  function goTo(frame) {
+    state.frame = Math.min(Math.max(frame, page.first), page.last);
+    redraw();
+  }
+
+  function reset() {
+    state.whatIf = Object.assign({}, S.AS_CAPTURED);
+    state.stage = page.stage === null ? null : 2;
+    redraw();
+  }
+
+  function stop() {
+    cancelAnimationFrame(state.playing);
+    state.playing = 0;
+    one("#play").textContent = "Play";
+  }
+
+  function play() { // round and round the frames of the page, a fourth as fast as they were
+    if (state.playing) return stop();
+    one("#play").textContent = "Stop";
+    const from = state.frame, began = performance.now(), count = page.last - page.first + 1;
+    const step = (now) => {
+      const passed = Math.floor(((now - began) / 4000) * page.span.fps);
+      goTo(page.first + ((from - page.first + Math.max(passed, 0)) % count));
+      state.playing = requestAnimationFrame(step);
+    };
+    state.playing = requestAnimationFrame(step);
+    return undefined;
+  }
+
+  function light(symbol) {
+    state.lit = state.lit === symbol ? "" : symbol;
+    redraw();
+  }
+
+  Object.keys(SLIDERS).forEach((name) => {
+    one(`#${name}`).addEventListener("input", (event) => alter({ [name]: radians(+event.target.value) }));
+  });
+  one("#applied").addEventListener("input", (event) => alter({ applied: event.target.value / 100 }));
+  one("#stage").addEventListener("input", (event) => {
+    state.stage = +event.target.value;
+    redraw();
+  });
+  one("#frame").addEventListener("input", (event) => {
+    stop();
+    goTo(+event.target.value);
+  });
+  one("#along").addEventListener("click", () => alter({ counter: false }));
+  one("#counter").addEventListener("click", () => alter({ counter: true }));
+  one("#reset").addEventListener("click", reset);
+  one("#play").addEventListener("click", play);
+  one("#back").addEventListener("click", () => turnTo(state.at - 1));
+  one("#next").addEventListener("click", () => turnTo(state.at + 1));
+  one("#home").addEventListener("click", () => {
+    camera = null;
+    redraw();
+  });
+  all("#equations button").forEach((button) => button.addEventListener(
+    "click", () => light(button.closest(".row").dataset.symbol)));
+  document.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && state.lit) light(state.lit);
+  });
+  Hand.orbits(one("#scene"), () => camera, redraw, () => {
+    camera = null;
+    redraw();
+  });
+  window.addEventListener("resize", () => dress());
+  dark.addEventListener("change", dress);
+
+  const asked = Number(location.hash.slice(1));
+  turnTo(asked >= 1 && asked <= lesson.pages.length ? Math.floor(asked) - 1 : 0);
+})();
