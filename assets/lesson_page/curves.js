@@ -93,8 +93,14 @@ var Curves = (function () {
         if (angle === null) return;
         const turned = centre === null ? angle : centre + wrap(angle - centre);
         const at = Math.min(Math.max(y(pane, inDegrees(turned)), pane.top), pane.bottom);
+        const beyond = Math.sign(at - y(pane, inDegrees(turned))); // 1: above what is shown
         context.beginPath();
-        context.arc(head, at, 5, 0, 2 * Math.PI);
+        if (beyond) {
+          context.moveTo(head, at - 6 * beyond);
+          context.lineTo(head - 6, at + 4 * beyond);
+          context.lineTo(head + 6, at + 4 * beyond);
+          context.closePath();
+        } else context.arc(head, at, 5, 0, 2 * Math.PI);
         context.fillStyle = look.colourOf(symbol);
         context.strokeStyle = look.paper;
         context.lineWidth = 2;
@@ -104,7 +110,7 @@ var Curves = (function () {
     }
 
     _grid(context, pane, y, wide, look) {
-      const step = stepOf(pane.high - pane.low, (pane.bottom - pane.top) / 24);
+      const step = stepOf(pane.high - pane.low, (pane.bottom - pane.top) / 18);
       context.font = look.smallFont;
       context.textAlign = "right";
       context.textBaseline = "middle";

@@ -68,10 +68,10 @@
     const shape = d ? gizmoOf(d, solid) : null;
     if (camera === null) camera = firstCamera(solid, shape);
     const strong = figure.bones.map((_, k) => page.strong.includes(k));
-    // A bone that keeps its place leaves its captured self behind; of one that is moved there
-    // would be two.
-    const left = figure.bones.map((bone, k) => differs[k] && S.length(S.minus(
-      solid.positions[bone.parent], ghost.positions[bone.parent])) < 1e-4 * figure.room.height);
+    // Of a what-if, a bone that keeps its place leaves its captured self behind: of all that it
+    // moves there would be two.
+    const left = figure.bones.map((bone, k) => differs[k] && (!d || S.length(S.minus(
+      solid.positions[bone.parent], ghost.positions[bone.parent])) < 1e-4 * figure.room.height));
     view.draw(camera, { solid, ghost, strong, differs, left }, (context, project) => {
       if (shape) Gizmo.draw(context, shape, project, style);
     });
@@ -343,6 +343,10 @@
   window.addEventListener("resize", () => dress());
   dark.addEventListener("change", dress);
 
-  const asked = Number(location.hash.slice(1));
-  turnTo(asked >= 1 && asked <= lesson.pages.length ? Math.floor(asked) - 1 : 0);
+  const asked = () => { // the page that the address names, else the first
+    const at = Number(location.hash.slice(1));
+    return lesson.pages[at - 1] ? at - 1 : 0;
+  };
+  window.addEventListener("hashchange", () => turnTo(asked()));
+  turnTo(asked());
 })();

@@ -82,10 +82,11 @@ class Browser:
 
     def open(self, address: str) -> None:
         """Load a page, and wait until it is there."""
-        self._events.clear()
-        self.call("Page.navigate", url=address)
-        while "Page.loadEventFired" not in self._events:
-            self._hear()
+        for place in ("about:blank", address):  # one that is open already is loaded again
+            self._events.clear()
+            self.call("Page.navigate", url=place)
+            while "Page.loadEventFired" not in self._events:
+                self._hear()
         self.settle()
 
     def tell(self, script: str) -> object:
