@@ -34,8 +34,10 @@ class WhatIf:
     """How a frame is altered; angles in radians, None: as captured.
 
     twist: by which P is twisted about its bone; counter: C turns back by as much, else it goes
-    along; swing: the angle α between a and w; bend: the angle between v and a; nudge: by which the
-    bone and v are tipped sideways, out of the planes in which α and the bend are measured.
+    along; toward: the unit vector w that the bone is pointed to, in the coordinates that P's
+    rotation is given in; swing: the angle α between a and w, set after `toward`; bend: the angle
+    between v and a; nudge: by which the bone and v are tipped sideways, out of the planes in which
+    α and the bend are measured; applied: the share, 0…1, of offset(t) that is taken off (Eq. 15).
     """
 
     twist: float = 0.0
@@ -43,6 +45,8 @@ class WhatIf:
     swing: float | None = None
     bend: float | None = None
     nudge: float = 0.0
+    toward: tuple[float, float, float] | None = None
+    applied: float = 0.0
 
     @property
     def changes(self) -> bool:
@@ -91,15 +95,25 @@ class Decomposition:
 
 
 def decompose(
-    motion: Motion, chain: Chain, frame: int, what_if: WhatIf | None = None
+    motion: Motion,
+    chain: Chain,
+    frame: int,
+    what_if: WhatIf | None = None,
+    *,
+    offset: float = 0.0,
+    stage: float | None = None,
 ) -> Decomposition:
     """The quantities of a chain at a frame, altered or as captured, against the frame before.
 
-    Frame 0 is compared with itself as captured, so that its increments are 0.
+    offset, stage: see :func:`altered`. Frame 0 is compared with itself as captured, so that its
+    increments are 0.
     """
     before = max(frame - 1, 0)
-    now = motion if what_if is None else altered(motion, chain, frame, what_if)
-    at = frame if what_if is None else 0
+    captured = what_if is None and stage is None
+    now = motion
+    if not captured:
+        now = altered(motion, chain, frame, what_if or WhatIf(), offset=offset, stage=stage)
+    at = frame if captured else 0
     q, q_child = now.rotations[at, chain.parent], now.rotations[at, chain.child]
     a, a_before = _at(chain.axis, frame), _at(chain.axis, before)
     swing, twist = swing_twist(q, a)
@@ -138,11 +152,21 @@ def decompose(
     )
 
 
-def altered(motion: Motion, chain: Chain, frame: int, what_if: WhatIf) -> Motion:
+def altered(
+    motion: Motion,
+    chain: Chain,
+    frame: int,
+    what_if: WhatIf,
+    *,
+    offset: float = 0.0,
+    stage: float | None = None,
+) -> Motion:
     """One frame of the motion, altered; a Motion of length 1.
 
     First bend, swing and nudge, which leave the twist's own quaternion alone, then the twist. With
-    `counter` every child of P turns back, which is what a twist error does (Eq. 14).
+    `counter` every child of P turns back, which is what a twist error does (Eq. 14). Then as much
+    of `offset`, radians, is taken off as the what-if applies. stage: how much of P's rotation is
+    there, the children carried: 0 none, 1 the whole swing, 2 the whole twist on top of it.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=_at(chain.axis, frame), arm=_at(chain.arm, frame))
@@ -150,23 +174,47 @@ def altered(motion: Motion, chain: Chain, frame: int, what_if: WhatIf) -> Motion
     q, q_child = rotations[0, chain.parent], rotations[0, chain.child]
     rotations[0, chain.parent] = normalise(_swung(q, here.axis, what_if))
     rotations[0, chain.child] = normalise(_bent(q_child, here, what_if))
-    one = one.with_rotations(rotations)
-    if what_if.counter:
-        return remove_twist(one, [here], {chain.name: np.array([-what_if.twist])})
-    rotations[0, chain.parent] = normalise(
-        multiply(rotations[0, chain.parent], quaternion_from_axis_angle(here.axis, what_if.twist))
-    )
-    return one
+    if not what_if.counter:
+        along = quaternion_from_axis_angle(here.axis, what_if.twist)
+        rotations[0, chain.parent] = normalise(multiply(rotations[0, chain.parent], along))
+    back = what_if.applied * offset - (what_if.twist if what_if.counter else 0.0)
+    one = remove_twist(one.with_rotations(rotations), [here], {chain.name: np.array([back])})
+    if stage is None:
+        return one
+    rotations = one.rotations.copy()
+    rotations[0, chain.parent] = staged(rotations[0, chain.parent], here.axis, stage)
+    return one.with_rotations(rotations)
+
+
+def staged(q: Array, axis: Array, stage: float) -> Array:
+    """A rotation on its way from none, by its swing (stage 0…1), to all of it (1…2), (4,)."""
+    swing, twist = swing_twist(q, axis)
+    normal, angle = _swing_turn(swing)
+    part = quaternion_from_axis_angle(normal, float(np.clip(stage, 0.0, 1.0)) * angle)
+    rolled = float(np.clip(stage - 1.0, 0.0, 1.0)) * float(twist_angle(twist, axis))
+    return normalise(multiply(part, quaternion_from_axis_angle(axis, rolled)))
+
+
+def _swing_turn(swing: Array) -> tuple[Array, float]:
+    """The unit normal of a swing, zeros where it has none, and its angle in [0, π]."""
+    vector = swing[1:] * (1.0 if swing[0] >= 0.0 else -1.0)
+    return _direction(vector), float(2.0 * np.arctan2(np.linalg.norm(vector), abs(swing[0])))
 
 
 def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
     """P's rotation with another swing and the same twist, tipped by the nudge."""
     swing, twist = swing_twist(q, axis)
-    normal = _direction(swing[1:] * (1.0 if swing[0] >= 0.0 else -1.0))
+    normal, angle = _swing_turn(swing)
+    if what_if.toward is not None:
+        w = normalise(what_if.toward)
+        across, angle = np.cross(axis, w), _angle(axis, w)
+        normal = _direction(across) if _direction(across).any() else normal
     if not normal.any():
         normal = _beside(axis)
     if what_if.swing is not None:
-        q = multiply(quaternion_from_axis_angle(normal, what_if.swing), twist)
+        angle = what_if.swing
+    if what_if.swing is not None or what_if.toward is not None:
+        q = multiply(quaternion_from_axis_angle(normal, angle), twist)
     return multiply(_tip(rotate(q, axis), normal, what_if.nudge), q)
 
 

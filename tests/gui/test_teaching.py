@@ -180,6 +180,29 @@ def test_the_what_if_pose_is_seen_while_the_tab_is_and_only_then(qtbot, taught):
     assert np.array_equal(seen().rotations, whole)
 
 
+def test_a_stage_and_what_is_taken_off_are_seen_in_the_pose(taught):
+    frame = taught.taught
+    assert frame.pose() is None
+    told = []
+    frame.changed.connect(lambda: told.append(frame.stage))
+    frame.set_stage(0.0)
+    assert told == [0.0]
+    parent = frame.chain.parent
+    above = taught.document.data.motion.skeleton.parents[parent]
+    rotations, _ = frame.pose()
+    # None of its rotation yet: it stands as its own parent does.
+    assert np.abs(rotations[parent] @ rotations[above]) == pytest.approx(1.0)
+    frame.reset()
+    assert frame.stage is None
+    frame.set_what_if(WhatIf(twist=1.0, counter=True))
+    wrong, places = frame.pose()
+    assert frame.offset == pytest.approx(1.0, abs=0.2)
+    frame.alter(applied=1.0)
+    right, same = frame.pose()
+    assert same == pytest.approx(places, abs=1e-6)
+    assert np.abs(right[parent] @ wrong[parent]) < 0.9
+
+
 def test_another_chain_or_clip_starts_as_captured(taught):
     taught.teaching.what_if.sliders["swing"].setValue(1500)
     taught.document.select_chain("RightArm")

@@ -1,5 +1,7 @@
 """One frame's quantities: equal to those of the whole clip, and what altering a frame does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from twistcore.decomposition import WhatIf, altered, decompose
 from twistcore.detection import Interval
 from twistcore.motion import forward_kinematics
 from twistcore.review import Decision, Judged
-from twistcore.rotation import geodesic_angle, multiply, quaternion_from_axis_angle, rotate
+from twistcore.rotation import geodesic_angle, multiply, quaternion_from_axis_angle, rotate, wrap
 from twistcore.signals import twist_signals
 from twistcore.study.exercise import decoys, hide_errors, score
 
@@ -123,6 +125,55 @@ def test_both_singularities_are_met_and_nothing_is_nan(clip, chain):
         for x in (0.0, 1.0)
     ]
     assert abs(far[0].theta_p - far[1].theta_p) < np.radians(2.0)
+
+
+def test_the_bone_is_pointed_and_its_twist_stays(clip, chain):
+    still = decompose(clip.motion, chain, 100)
+    w = np.array([0.48, -0.6, 0.64])
+    moved = decompose(clip.motion, chain, 100, WhatIf(toward=tuple(w)))
+    assert moved.w == pytest.approx(w, abs=EXACT)
+    assert moved.twist == pytest.approx(still.twist, abs=EXACT)
+    further = decompose(clip.motion, chain, 100, WhatIf(toward=tuple(w), swing=0.3))
+    assert further.alpha == pytest.approx(0.3)
+    assert further.n == pytest.approx(moved.n, abs=1e-8)
+    for way in (still.a, -still.a):
+        there = decompose(clip.motion, chain, 100, WhatIf(toward=tuple(way)))
+        assert there.w == pytest.approx(way, abs=EXACT)
+
+
+def test_taking_an_offset_off_takes_a_counter_twist_back(clip, chain):
+    frame = 100
+    wrong = WhatIf(twist=TURN, counter=True)
+    still = decompose(clip.motion, chain, frame)
+    dirty = altered(clip.motion, chain, frame, wrong)
+    for share in (0.5, 1.0):
+        applied = replace(wrong, applied=share)
+        d = decompose(clip.motion, chain, frame, applied, offset=TURN)
+        assert wrap(d.theta_p - still.theta_p) == pytest.approx((1.0 - share) * TURN)
+        right = altered(clip.motion, chain, frame, applied, offset=TURN)
+        places = forward_kinematics(right)[1] - forward_kinematics(dirty)[1]
+        assert np.abs(places).max() < 1e-9
+    assert right.rotations[0] == pytest.approx(
+        clip.motion.rotations[frame]
+        * np.sign(np.sum(right.rotations[0] * clip.motion.rotations[frame], axis=1))[:, None],
+        abs=1e-12,
+    )
+
+
+def test_a_stage_is_part_of_the_swing_then_part_of_the_twist(clip, chain):
+    whole = decompose(clip.motion, chain, 100)
+    for stage, swing, twist in ((0, 0, 0), (0.4, 0.4, 0), (1, 1, 0), (1.25, 1, 0.25), (2, 1, 1)):
+        d = decompose(clip.motion, chain, 100, stage=stage)
+        assert d.alpha == pytest.approx(swing * whole.alpha, abs=1e-7)
+        assert d.theta_p == pytest.approx(twist * whole.theta_p, abs=EXACT)
+        if swing > 0.0:
+            assert d.n == pytest.approx(whole.n, abs=1e-7)
+    assert d.q == pytest.approx(whole.q, abs=EXACT)
+    # The children are carried: their own rotations are as they were.
+    part = altered(clip.motion, chain, 100, WhatIf(), stage=0.5)
+    others = np.arange(len(clip.motion.skeleton)) != chain.parent
+    still = clip.motion.rotations[100, others]
+    assert part.rotations[0, others] == pytest.approx(still, abs=1e-15)
 
 
 def test_altering_a_frame_touches_no_other(clip, chain):

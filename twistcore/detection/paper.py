@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from twistcore.chain import Chain
 from twistcore.detection.interval import Interval
@@ -54,8 +55,13 @@ def running_offset(signals: TwistSignals, tau: float) -> Array:
 
     Raw: it is not wrapped and, as errors of estimation add up, never returns to zero for sure.
     """
-    event = signals.strength >= tau
-    return np.cumsum(np.where(event, np.sign(signals.dtheta_p) * signals.strength, 0.0))
+    return np.cumsum(error_of(signals.dtheta_p, signals.strength, tau))
+
+
+def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
+    """err(t) = sign(Δθp)·m where m ≥ τ, else 0; radians, the inputs' shape [Choi26 §3.3.1]."""
+    found: Array = np.where(np.asarray(strength) >= tau, np.sign(dtheta_p) * strength, 0.0)
+    return found
 
 
 def intervals_of_offset(chain: str, offset: Array, tau: float) -> tuple[Interval, ...]:
