@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +50,7 @@ class Place:
     camera: Camera | None = None
     show: tuple[str, ...] = ()
     lit: str = ""
-    what_if: WhatIf = WhatIf()  # frozen
+    what_if: WhatIf = field(default_factory=WhatIf)
     stage: float | None = None
     tab: str = "teaching"
     look: str = "both"
@@ -136,7 +136,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
         closed = next((k for k in range(at + 1, stop) if lines[k].strip() == "```"), None)
         if closed is None:
             raise _error(path, at + 1, "'```' after the settings that begin here")
-        settings = _pairs(path, lines, at + 1, closed, tuple(KEYS))
+        settings = _pairs(path, lines, at + 1, closed, KEYS)
         text = lines[start + 1 : at] + lines[closed + 1 : stop]
     # Where a page stands goes on to the next, what is looked at there does not.
     place = Place(before.clip, before.frame, before.chain, before.camera)
@@ -148,7 +148,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
             elif key == "clip":
                 place = replace(place, clip=_clip(path, line, value))
             else:
-                place = replace(place, **KEYS[key](value))
+                place = replace(place, **_FIELDS[key](value))
         except ValueError as error:
             raise _error(path, line, str(error), value) from None
     body, task = _body_and_task(text)
@@ -211,7 +211,8 @@ def _camera(text: str) -> dict[str, Any]:
     numbers = _numbers(text, 3, "'limb', or azimuth and elevation in degrees and a zoom")
     if numbers[2] <= 0.0:
         raise ValueError("a zoom above 0")
-    return {"camera": Camera(*np.radians(numbers[:2]).tolist(), numbers[2])}
+    azimuth, elevation = np.radians(numbers[:2])
+    return {"camera": Camera(float(azimuth), float(elevation), numbers[2])}
 
 
 def _symbol(text: str) -> str:
@@ -284,7 +285,7 @@ def _direction(text: str) -> tuple[float, ...]:
     return (x / length, y / length, z / length)
 
 
-_VALUES: Mapping[str, Callable[[str], Any]] = {
+_ALTERED: Mapping[str, Callable[[str], Any]] = {
     "twist": _degrees,
     "counter": _switch,
     "swing": _degrees,
@@ -293,11 +294,8 @@ _VALUES: Mapping[str, Callable[[str], Any]] = {
     "toward": _direction,
     "applied": _share,
 }
-_ALTERED = {f.name: _VALUES[f.name] for f in fields(WhatIf) if f.name in _VALUES}
 
-# The settings of a page: key → the fields of its place. `clip` and `done` are read by the page.
-KEYS: Mapping[str, Callable[[str], dict[str, Any]]] = {
-    "clip": lambda name: {},
+_FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {  # of a Place, by the key
     "frame": _frame,
     "chain": lambda name: {"chain": name},
     "camera": _camera,
@@ -306,5 +304,5 @@ KEYS: Mapping[str, Callable[[str], dict[str, Any]]] = {
     "what-if": _what_if,
     "tab": _tab,
     "look": _look,
-    "done": lambda text: {},
 }
+KEYS = ("clip", *_FIELDS, "done")  # of the settings of a page
