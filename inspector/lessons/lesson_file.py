@@ -3,58 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from inspector.bundled import ASSETS
 from inspector.lessons.lesson_conditions import Condition, read_conditions
-from inspector.teaching.symbols import SYMBOLS
-from twistcore.decomposition import WhatIf
+from inspector.lessons.lesson_place import FIELDS
+from inspector.lessons.lesson_place import Place as Place
 from twistcore.errors import FormatError
 
 FENCE = "```lesson"
-TABS = ("teaching", "intervals")
-LOOKS = ("before", "after", "both")
+KEYS = ("clip", *FIELDS, "done")  # of the settings of a page
 _HEAD = ("title", "clip")
 _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
-
-
-@dataclass(frozen=True)
-class Camera:
-    """Where the limb is seen from: azimuth 0 is the figure's front, radians.
-
-    zoom: 1 shows the limb as large as the program does itself, 2 twice as large.
-    """
-
-    azimuth: float
-    elevation: float
-    zoom: float
-
-
-@dataclass(frozen=True)
-class Place:
-    """What a page shows.
-
-    frame: from 0; chain: '' for none; camera: None where the program chooses it for the limb;
-    show: symbols whose rows are listed, () for all; lit: a symbol or ''; stage: as TaughtFrame's;
-    tab: one of TABS; look: one of LOOKS; skin: the striped skin instead of bones.
-    """
-
-    clip: Path
-    frame: int = 0
-    chain: str = ""
-    camera: Camera | None = None
-    show: tuple[str, ...] = ()
-    lit: str = ""
-    what_if: WhatIf = WhatIf()  # frozen
-    stage: float | None = None
-    tab: str = "teaching"
-    look: str = "both"
-    skin: bool = False
 
 
 @dataclass(frozen=True)
@@ -136,7 +97,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
         closed = next((k for k in range(at + 1, stop) if lines[k].strip() == "```"), None)
         if closed is None:
             raise _error(path, at + 1, "'```' after the settings that begin here")
-        settings = _pairs(path, lines, at + 1, closed, tuple(KEYS))
+        settings = _pairs(path, lines, at + 1, closed, KEYS)
         text = lines[start + 1 : at] + lines[closed + 1 : stop]
     # Where a page stands goes on to the next, what is looked at there does not.
     place = Place(before.clip, before.frame, before.chain, before.camera)
@@ -148,14 +109,14 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
             elif key == "clip":
                 place = replace(place, clip=_clip(path, line, value))
             else:
-                place = replace(place, **KEYS[key](value))
+                place = replace(place, **FIELDS[key](value))
         except ValueError as error:
             raise _error(path, line, str(error), value) from None
-    body, task = _body_and_task(text)
+    body, task = body_and_task(text)
     return LessonPage(lines[start][2:].strip(), body, task, place, done)
 
 
-def _body_and_task(lines: list[str]) -> tuple[str, str]:
+def body_and_task(lines: list[str]) -> tuple[str, str]:
     """The text, and the quoted paragraph that ends it, in one line."""
     text = "\n".join(lines).strip().split("\n")
     at = len(text)
@@ -194,117 +155,3 @@ def _clip(path: Path, line: int, name: str) -> Path:
 def _error(path: Path, line: int, expected: str, found: str = "") -> FormatError:
     found = f", found {found.strip()!r}" if found.strip() else ""
     return FormatError(f"{path}, line {line}: expected {expected}{found}")
-
-
-# -- values of the settings ------------------------------------------------------------------------
-
-
-def _frame(text: str) -> dict[str, Any]:
-    if not text.isdecimal():
-        raise ValueError("a frame, counted from 0")
-    return {"frame": int(text)}
-
-
-def _camera(text: str) -> dict[str, Any]:
-    if text == "limb":
-        return {"camera": None}
-    numbers = _numbers(text, 3, "'limb', or azimuth and elevation in degrees and a zoom")
-    if numbers[2] <= 0.0:
-        raise ValueError("a zoom above 0")
-    return {"camera": Camera(*np.radians(numbers[:2]).tolist(), numbers[2])}
-
-
-def _symbol(text: str) -> str:
-    if text not in SYMBOLS:
-        raise ValueError(f"a symbol of {', '.join(SYMBOLS)}")
-    return text
-
-
-def _look(text: str) -> dict[str, Any]:
-    words = [word.strip() for word in text.split(",")]
-    figures = [word for word in words if word in LOOKS]
-    if len(figures) > 1 or any(word not in (*LOOKS, "skin") for word in words):
-        raise ValueError(f"one of {', '.join(LOOKS)}, and 'skin' where the skin is shown")
-    return {"look": figures[0] if figures else "both", "skin": "skin" in words}
-
-
-def _tab(text: str) -> dict[str, Any]:
-    if text not in TABS:
-        raise ValueError(f"one of {', '.join(TABS)}")
-    return {"tab": text}
-
-
-def _what_if(text: str) -> dict[str, Any]:
-    altered: dict[str, Any] = {}
-    stage: float | None = None
-    for part in text.split(","):
-        name, _, value = part.strip().partition(" ")
-        if name == "stage":
-            (stage,) = _numbers(value, 1, "a number from 0 to 2 after 'stage'")
-        elif name in _ALTERED:
-            altered[name] = _ALTERED[name](value)
-        else:
-            raise ValueError(f"{', '.join((*_ALTERED, 'stage'))}, each with its value")
-    return {"what_if": WhatIf(**altered), "stage": stage}
-
-
-def _numbers(text: str, count: int, expected: str) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(word.rstrip("°")) for word in text.split())
-    except ValueError:
-        raise ValueError(expected) from None
-    if len(numbers) != count or not np.isfinite(numbers).all():
-        raise ValueError(expected)
-    return numbers
-
-
-def _degrees(text: str) -> float:
-    (degrees,) = _numbers(text, 1, "an angle in degrees")
-    return float(np.radians(degrees))
-
-
-def _switch(text: str) -> bool:
-    if text:
-        raise ValueError("'counter' without a value")
-    return True
-
-
-def _share(text: str) -> float:
-    (share,) = _numbers(text, 1, "a share from 0 to 1 after 'applied'")
-    if not 0.0 <= share <= 1.0:
-        raise ValueError("a share from 0 to 1 after 'applied'")
-    return share
-
-
-def _direction(text: str) -> tuple[float, ...]:
-    x, y, z = _numbers(text, 3, "a direction x y z after 'toward'")
-    length = float(np.linalg.norm((x, y, z)))
-    if length < 1e-9:
-        raise ValueError("a direction other than 0 0 0 after 'toward'")
-    return (x / length, y / length, z / length)
-
-
-_VALUES: Mapping[str, Callable[[str], Any]] = {
-    "twist": _degrees,
-    "counter": _switch,
-    "swing": _degrees,
-    "bend": _degrees,
-    "nudge": _degrees,
-    "toward": _direction,
-    "applied": _share,
-}
-_ALTERED = {f.name: _VALUES[f.name] for f in fields(WhatIf) if f.name in _VALUES}
-
-# The settings of a page: key → the fields of its place. `clip` and `done` are read by the page.
-KEYS: Mapping[str, Callable[[str], dict[str, Any]]] = {
-    "clip": lambda name: {},
-    "frame": _frame,
-    "chain": lambda name: {"chain": name},
-    "camera": _camera,
-    "show": lambda text: {"show": tuple(_symbol(s) for s in re.split(r"[,\s]+", text))},
-    "lit": lambda text: {"lit": _symbol(text)},
-    "what-if": _what_if,
-    "tab": _tab,
-    "look": _look,
-    "done": lambda text: {},
-}

@@ -1,13 +1,18 @@
 """Lesson files: what they say is read, and what is wrong in one is told in a sentence."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from inspector.bundled import ASSETS, SAMPLE
 from inspector.lessons.lesson_conditions import Condition
-from inspector.lessons.lesson_file import Camera, read_lesson
+from inspector.lessons.lesson_file import read_lesson
+from inspector.lessons.lesson_place import Camera, Place, settings
+from twistcore.decomposition import WhatIf
 from twistcore.errors import FormatError
 
+HEAD = "---\ntitle: A lesson\nclip: walk_injected.bvh\n---\n\n"
 LESSON = """---
 title: A lesson
 clip: walk_injected.bvh
@@ -132,3 +137,30 @@ def test_what_is_no_lesson_is_told(tmp_path, content):
         read_lesson(path)
     with pytest.raises(FormatError, match=r"absent\.md: expected a lesson"):
         read_lesson(tmp_path / "absent.md")
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        Place(SAMPLE),
+        Place(
+            SAMPLE, 66, "RightUpLeg", Camera(np.radians(-30.5), np.radians(12.0), 0.75),
+            ("m", "product"), "m",
+            WhatIf(twist=np.radians(-60.0), counter=True, swing=np.radians(179.0), applied=0.25),
+            1.5, "teaching", "after", True,
+        ),
+        Place(SAMPLE, what_if=WhatIf(bend=0.0, nudge=np.radians(1.5), toward=(0.0, 0.6, -0.8))),
+    ],
+)  # fmt: skip
+def test_a_place_that_is_written_is_read_again(tmp_path, place):
+    block = settings(place)
+    (page,) = read_lesson(written(tmp_path, f"{HEAD}# Page\n\n{block}\n")).pages
+    again = page.place
+    assert replace(again, what_if=WhatIf(), camera=None) == replace(
+        place, what_if=WhatIf(), camera=None
+    )
+    for one, other in ((again.what_if, place.what_if), (again.camera, place.camera)):
+        if other is not None:
+            theirs, mine = vars(other), vars(one)
+            for name, value in theirs.items():
+                assert mine[name] == (pytest.approx(value) if value is not None else None)
