@@ -5,6 +5,8 @@ var Curves = (function () {
   const { wrap } = SwingTwist;
   const { inDegrees, signed, plain } = Labels;
   const LEFT = 44, RIGHT = 10, TOP = 16, BETWEEN = 20, BOTTOM = 18; // pixels
+  const STEP = 45; // degrees by which a plot grows until a dot is in it
+  const TICKS = 17; // pixels, at least, between two of them
   const TWIST_SHARE = 0.56; // of the height for θ, the rest for m
 
   class Plot {
@@ -49,15 +51,28 @@ var Curves = (function () {
       context.clearRect(0, 0, wide, high);
       if (!this.page.chain) return;
       const split = TOP + TWIST_SHARE * (high - TOP - BETWEEN - BOTTOM);
+      const dots = [
+        { pane: 0, symbol: "theta_p", angle: turnedTo(state.theta_p, this.lines.p.centre) },
+        { pane: 0, symbol: "across", angle: turnedTo(state.theta_c, this.lines.c.centre) },
+        { pane: 1, symbol: "m", angle: state.m === null ? null : inDegrees(state.m) },
+      ].filter((dot) => dot.angle !== null);
       const panes = [
         { top: TOP, bottom: split, low: this.range[0], high: this.range[1] },
         { top: split + BETWEEN, bottom: high - BOTTOM, low: 0, high: this.top },
       ];
+      dots.forEach((dot) => { // in steps, so that a plot stands still while a slider moves
+        const pane = panes[dot.pane];
+        while (dot.angle > pane.high) pane.high += STEP;
+        while (dot.angle < pane.low) pane.low -= STEP;
+      });
       const faint = (...symbols) => (lit.size && !symbols.some((s) => lit.has(s)) ? 0.25 : 1);
       const { first, last } = this.page;
       this.x = (frame) => LEFT + ((frame - first) / (last - first)) * (wide - LEFT - RIGHT);
-      const y = (pane, v) =>
-        pane.bottom - ((v - pane.low) / (pane.high - pane.low)) * (pane.bottom - pane.top);
+      const y = (pane, v) => { // m by its root, as the program does: τ and a half turn are both seen
+        const share = (v - pane.low) / (pane.high - pane.low);
+        const up = pane.low === 0 ? Math.sqrt(Math.max(share, 0)) : share;
+        return pane.bottom - up * (pane.bottom - pane.top);
+      };
       panes.forEach((pane) => this._grid(context, pane, y, wide, look));
       this._title(context, state, look, panes);
       const tau = inDegrees(this.page.chain.tau), level = y(panes[1], tau);
@@ -84,24 +99,10 @@ var Curves = (function () {
         line(context, points, look.colourOf(symbol), 1.8, dash);
         context.globalAlpha = 1;
       });
-      const dots = [
-        [panes[0], state.theta_p, "theta_p", this.lines.p.centre],
-        [panes[0], state.theta_c, "across", this.lines.c.centre],
-        [panes[1], state.m, "m", null],
-      ];
-      dots.forEach(([pane, angle, symbol, centre]) => {
-        if (angle === null) return;
-        const turned = centre === null ? angle : centre + wrap(angle - centre);
-        const at = Math.min(Math.max(y(pane, inDegrees(turned)), pane.top), pane.bottom);
-        const beyond = Math.sign(at - y(pane, inDegrees(turned))); // 1: above what is shown
+      dots.forEach((dot) => {
         context.beginPath();
-        if (beyond) {
-          context.moveTo(head, at - 6 * beyond);
-          context.lineTo(head - 6, at + 4 * beyond);
-          context.lineTo(head + 6, at + 4 * beyond);
-          context.closePath();
-        } else context.arc(head, at, 5, 0, 2 * Math.PI);
-        context.fillStyle = look.colourOf(symbol);
+        context.arc(head, y(panes[dot.pane], dot.angle), 5, 0, 2 * Math.PI);
+        context.fillStyle = look.colourOf(dot.symbol);
         context.strokeStyle = look.paper;
         context.lineWidth = 2;
         context.stroke();
@@ -110,20 +111,23 @@ var Curves = (function () {
     }
 
     _grid(context, pane, y, wide, look) {
-      const step = stepOf(pane.high - pane.low, (pane.bottom - pane.top) / 18);
       context.font = look.smallFont;
       context.textAlign = "right";
       context.textBaseline = "middle";
-      for (let v = Math.ceil(pane.low / step) * step; v <= pane.high + 1e-9; v += step) {
-        line(context, [[LEFT, y(pane, v)], [wide - RIGHT, y(pane, v)]], look.roles.line, 1);
+      let last = Infinity;
+      ticksOf(pane).forEach((v) => {
+        const level = y(pane, v);
+        if (last - level < TICKS) return;
+        last = level;
+        line(context, [[LEFT, level], [wide - RIGHT, level]], look.roles.line, 1);
         context.fillStyle = look.roles.soft;
-        context.fillText(`${plain(v, step < 1 ? 1 : 0)}°`, LEFT - 6, y(pane, v));
-      }
+        context.fillText(`${plain(v, v % 1 ? 1 : 0)}°`, LEFT - 6, level);
+      });
       context.textBaseline = "alphabetic";
       if (pane.low !== 0) return;
-      const { first, last } = this.page, ticks = stepOf(last - first, (wide - LEFT) / 70);
+      const page = this.page, ticks = stepOf(page.last - page.first, (wide - LEFT) / 70);
       context.textAlign = "center";
-      for (let f = Math.ceil(first / ticks) * ticks; f <= last; f += ticks) {
+      for (let f = Math.ceil(page.first / ticks) * ticks; f <= page.last; f += ticks) {
         context.fillStyle = look.roles.soft;
         context.fillText(String(f), this.x(f), pane.bottom + 13);
       }
@@ -169,10 +173,21 @@ var Curves = (function () {
     return { y, seams, centre };
   }
 
+  // An angle, radians or null, in degrees within half a turn of a line's centre.
+  const turnedTo = (angle, centre) =>
+    (angle === null ? null : inDegrees(centre + wrap(angle - centre)));
+
   function rangeOf(values) {
     const low = Math.min(...values), high = Math.max(...values);
     const more = Math.max(0.08 * (high - low), 3);
     return [low - more, high + more];
+  }
+
+  function ticksOf(pane) { // from the lowest up
+    if (pane.low === 0) return [0, 0.5, 1, 2, 5, 10, 20, 45, 90, 180].filter((v) => v <= pane.high);
+    const step = stepOf(pane.high - pane.low, (pane.bottom - pane.top) / TICKS), out = [];
+    for (let v = Math.ceil(pane.low / step) * step; v <= pane.high; v += step) out.push(v);
+    return out;
   }
 
   function stepOf(range, count) { // 1, 2 or 5 times a power of ten

@@ -18,7 +18,7 @@
 
   const view = new FigureView.View(one("#scene"), lesson);
   const plot = new Curves.Plot(one("#curves canvas"), goTo);
-  const state = { at: -1, frame: 0, whatIf: null, stage: null, lit: "", playing: 0, met: new Set() };
+  const state = { at: -1, frame: 0, whatIf: null, stage: null, lit: "", look: "both", playing: 0, met: new Set() };
   let page = null, camera = null, shown = null, waiting = false;
 
   document.documentElement.classList.add("live");
@@ -44,7 +44,8 @@
     const captured = span.rotations(frame, null);
     const ghost = span.pose(frame, captured);
     if (!chain || !page.taught) {
-      const solid = page.after ? span.pose(frame, span.rotations(frame, page.after)) : ghost;
+      const after = page.after && state.look !== "before";
+      const solid = after ? span.pose(frame, span.rotations(frame, page.after)) : ghost;
       return { d: null, solid, ghost };
     }
     const at = chain.at(frame), was = span.rotations(before, null), earlier = chain.at(before);
@@ -70,8 +71,10 @@
     const strong = figure.bones.map((_, k) => page.strong.includes(k));
     // Of a what-if, a bone that keeps its place leaves its captured self behind: of all that it
     // moves there would be two.
-    const left = figure.bones.map((bone, k) => differs[k] && (!d || S.length(S.minus(
-      solid.positions[bone.parent], ghost.positions[bone.parent])) < 1e-4 * figure.room.height));
+    const stays = (bone) => S.length(S.minus(
+      solid.positions[bone.parent], ghost.positions[bone.parent])) < 1e-4 * figure.room.height;
+    const left = figure.bones.map(
+      (bone, k) => differs[k] && (d ? stays(bone) : state.look === "both"));
     view.draw(camera, { solid, ghost, strong, differs, left }, (context, project) => {
       if (shape) Gizmo.draw(context, shape, project, style);
     });
@@ -194,12 +197,15 @@
 
   const CONDITIONS = {
     moved: (c) => Math.abs(state.frame - page.frame) >= c.amount,
-    lit: (c) => state.lit === c.words[0],
-    swing: (c) => state.whatIf.swing !== null && state.whatIf.swing >= radians(c.amount - 0.05),
+    seen: (c) => c.words.includes(state.look),
+    lit: (c) => c.words.includes(state.lit),
+    swing: (c, d) => (state.whatIf.swing !== null || state.whatIf.toward !== null)
+      && d !== null && d.alpha >= radians(c.amount - 0.05),
     twist: (c) => Math.abs(state.whatIf.twist) >= radians(c.amount - 0.05),
-    counter: () => state.whatIf.counter,
+    along: () => !state.whatIf.counter,
+    counter: (c, d) => state.whatIf.counter && d !== null && d.strength >= page.chain.tau,
     nudged: (c) => c.words.every((word) => state.met.has(word)),
-    applied: (c) => state.whatIf.applied >= c.amount,
+    applied: (c) => state.whatIf.applied >= c.amount - 1e-9,
     accepted: () => false, // nothing is decided in the page
   };
 
@@ -209,7 +215,7 @@
       if (whatIf.swing !== null && whatIf.swing >= radians(178)) state.met.add("swing");
       if (whatIf.bend !== null && whatIf.bend <= radians(2)) state.met.add("bend");
     }
-    if (page.done.length && page.done.every((c) => CONDITIONS[c.name](c))) {
+    if (page.done.length && page.done.every((c) => CONDITIONS[c.name](c, d))) {
       all("article")[state.at].classList.add("done");
     }
   }
@@ -222,7 +228,7 @@
     page = lesson.pages[at];
     Object.assign(state, {
       frame: page.frame, whatIf: Object.assign({}, page.whatIf), stage: page.stage,
-      lit: page.lit, met: new Set(),
+      lit: page.lit, look: page.look, met: new Set(),
     });
     camera = null;
     all("article").forEach((article, k) => { article.hidden = k !== at; });
@@ -232,7 +238,7 @@
     one("#next").disabled = at + 1 === lesson.pages.length;
     one("#page-number").textContent = `${at + 1} / ${lesson.pages.length}`;
     one("#staged").hidden = page.stage === null;
-    one("#legend").innerHTML = "";
+    one("#looks").hidden = !page.after;
     legend();
     const slider = one("#frame");
     slider.min = page.first;
@@ -245,20 +251,19 @@
   }
 
   function legend() {
-    const out = one("#legend"), add = (text, role) => {
+    const words = { name: page.label };
+    if (page.taught) Object.assign(words, { before: "□ as captured", after: "■ what if" });
+    else if (page.after && state.look === "both") {
+      Object.assign(words, { before: "□ before", after: "■ after" });
+    } else if (page.after) words.name += ` · ${state.look}`;
+    one("#legend").replaceChildren(...Object.keys(words).map((role) => {
       const item = document.createElement("span");
-      item.textContent = text;
-      if (role) item.className = role;
-      out.append(item);
-    };
-    if (page.label) add(page.label, "name");
-    if (page.taught) {
-      add("□ as captured", "before");
-      add("■ what if", "after");
-    } else if (page.after) {
-      add("□ before", "before");
-      add("■ after", "after");
-    }
+      item.className = role;
+      item.textContent = words[role];
+      return item;
+    }));
+    all("#looks button").forEach(
+      (button) => button.setAttribute("aria-pressed", String(button.value === state.look)));
   }
 
   function dress() { // sizes and colours, and a picture
@@ -331,6 +336,11 @@
     camera = null;
     redraw();
   });
+  all("#looks button").forEach((button) => button.addEventListener("click", () => {
+    state.look = button.value;
+    legend();
+    redraw();
+  }));
   all("#equations button").forEach((button) => button.addEventListener(
     "click", () => light(button.closest(".row").dataset.symbol)));
   document.addEventListener("keydown", (event) => {

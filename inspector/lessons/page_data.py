@@ -199,7 +199,8 @@ class PageData:
             "lit": place.lit,
             "whatIf": asdict(place.what_if),
             "stage": place.stage,
-            "after": None if taught or place.look == "before" else self._after(data, span),
+            "look": place.look,
+            "after": None if taught else self._after(data, span),
             "done": [asdict(condition) for condition in page.done],
         }
 

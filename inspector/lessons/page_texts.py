@@ -7,10 +7,8 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from markdown_it import MarkdownIt
-from markdown_it.renderer import RendererHTML
 from markdown_it.rules_inline import StateInline
 from markdown_it.token import Token
-from markdown_it.utils import EnvType, OptionsDict
 from markupsafe import Markup, escape
 
 from inspector.widgets.typeset import EM, outlines
@@ -76,9 +74,7 @@ def _take_tex(state: StateInline, silent: bool) -> bool:
 
 
 def _tex_rule(formulas: Formulas) -> Any:
-    def rule(
-        renderer: RendererHTML, tokens: Sequence[Token], at: int, options: OptionsDict, env: EnvType
-    ) -> str:
+    def rule(_renderer: object, tokens: Sequence[Token], at: int, *_: object) -> str:
         tex = tokens[at].content
         try:
             return str(formulas.svg(tex))

@@ -9,8 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from functools import cache
-from importlib.resources import files
-from io import BytesIO
+from importlib.util import find_spec
 from itertools import chain as chained
 from pathlib import Path
 from typing import Any
@@ -62,20 +61,22 @@ def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
 
 def three_js() -> str:
     """three.js as it lies in the package trimesh, with its licence; TwistError if it does not."""
-    why = "its viewer is not where it was"
+    package = find_spec("trimesh")
+    if package is None or package.origin is None:
+        raise _without_library("it is not installed")
     try:
-        packed = files("trimesh").joinpath("resources/templates/viewer.zip").read_bytes()
-        with ZipFile(BytesIO(packed)) as viewer:
+        with ZipFile(Path(package.origin).parent / "resources/templates/viewer.zip") as viewer:
             text = viewer.read("viewer.html.template").decode("utf-8")
         start, stop = text.index("/**\n * @license"), text.index(_LIBRARY_ENDS)
-        return text[start : stop + len(_LIBRARY_ENDS)]
-    except (ModuleNotFoundError, OSError, KeyError, BadZipFile) as error:
-        why = str(error)
-    except ValueError:
-        why = "its viewer is another one"
-    raise TwistError(
-        f"The page needs three.js, which the Python package trimesh brings, but: {why}. "
-        "Install the version of trimesh that pyproject.toml names."
+    except (OSError, KeyError, ValueError, BadZipFile):
+        raise _without_library("in the installed version it is not where it was") from None
+    return text[start : stop + len(_LIBRARY_ENDS)]
+
+
+def _without_library(why: str) -> TwistError:
+    return TwistError(
+        f"A lesson's page draws with three.js, which the Python package trimesh brings, but {why}. "
+        "Install the version of trimesh that this program asks for."
     )
 
 
@@ -101,9 +102,7 @@ def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: 
     )
     return environment.get_template("page.html").render(
         title=lesson.title,
-        pages=[
-            page | {"elsewhere": e} for page, e in zip(pages, done_elsewhere, strict=True)
-        ],
+        pages=[page | {"elsewhere": e} for page, e in zip(pages, done_elsewhere, strict=True)],
         sections=SECTIONS,
         symbols=SYMBOLS,
         formula=formulas.svg,

@@ -81,13 +81,23 @@ class Browser:
                 return said["result"]
 
     def open(self, address: str) -> None:
-        """Load a page, and wait until it is there."""
+        """Load a page, and wait until it is there and drawn."""
+        self.load(address)
+        self.settle()
+
+    def load(self, address: str) -> None:
+        """Load a page; where scripts are off nobody can tell when it is drawn."""
         for place in ("about:blank", address):  # one that is open already is loaded again
             self._events.clear()
             self.call("Page.navigate", url=place)
             while "Page.loadEventFired" not in self._events:
                 self._hear()
-        self.settle()
+
+    def words(self) -> str:
+        """The text of the page's elements that are laid out; no script of ours tells it."""
+        tree = self.call("Accessibility.getFullAXTree")["nodes"]
+        texts = (n for n in tree if n["role"]["value"] == "StaticText")
+        return " ".join(str(n["name"]["value"]) for n in texts)
 
     def tell(self, script: str) -> object:
         """The value of an expression in the page."""

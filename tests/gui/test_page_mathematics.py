@@ -1,5 +1,6 @@
 """The mathematics of a lesson's page, in JavaScript, gives the numbers of twistcore."""
 
+import itertools
 import json
 from dataclasses import asdict, fields
 
@@ -8,6 +9,7 @@ import pytest
 from PySide6.QtQml import QJSEngine
 
 from inspector.bundled import ASSETS
+from inspector.teaching.symbols import SECTIONS
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.decomposition import Decomposition, WhatIf, altered, decompose
@@ -117,3 +119,21 @@ def test_two_hundred_frames_and_what_ifs(engine):
 def translations(motion, frame):
     places = [motion.translation(j) for j in range(len(motion.skeleton))]
     return [(p if p.ndim == 1 else p[frame]).tolist() for p in places]
+
+
+def test_rows_say_what_the_program_says(engine):
+    result = engine.evaluate(
+        (ASSETS / "lesson_page" / "labels.js").read_text("utf-8")
+        + "function said(text) { const d = JSON.parse(text), out = {};"
+        "Object.keys(Labels.ROWS).forEach((name) => { out[name] = Labels.ROWS[name](d); });"
+        "return JSON.stringify(out); }"
+    )
+    assert not result.isError(), result.toString()
+    equations = list(itertools.chain(*SECTIONS.values()))
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    for own in find_chains(motion):
+        for frame in range(0, motion.frames, 23):
+            d = decompose(motion, own, frame)
+            told = {f.name: np.asarray(getattr(d, f.name)).tolist() for f in fields(d)}
+            rows = called(engine, "said", json.dumps(told | {"product": d.product}))
+            assert rows == {e.symbol: e.value(d) for e in equations}
