@@ -76,6 +76,9 @@ var ClipData = (function () {
     lesson.figures.forEach((figure) => {
       ["vertices", "joint", "bone", "part", "faces", "edges", "ground", "strength"]
         .forEach((name) => { figure[name] = unpacked(figure[name]); });
+      if (!figure.skin) return; // no page shows it
+      ["bone", "part", "faces", "edges"]
+        .forEach((name) => { figure.skin[name] = unpacked(figure.skin[name]); });
     });
     lesson.spans = lesson.spans.map((told) => new Span(told, lesson.figures[told.figure]));
     lesson.chains = lesson.chains.map((told) => new Chain(told, lesson.spans[told.span]));

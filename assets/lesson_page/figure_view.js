@@ -5,6 +5,7 @@ var FigureView = (function () {
 
   const { rotate, plus, dot, minus, scaled } = SwingTwist;
   const FAINT = 0.62; // of the background's colour in bones that are not taught
+  const GROWN = 1.09; // the ghost lies around a solid body of the same pose, not in its faces
   const PLAIN = 0, CHOSEN = 1, AFTER = 3; // roles, as in bone_colours.Role
   const JOINT = 4; // the part of spheres at joints
 
@@ -22,41 +23,94 @@ var FigureView = (function () {
     }
   }
 
-  class Body { // a figure's faces, their corners moved with the joints
-    constructor(figure, ghost) {
-      this.figure = figure;
-      const count = figure.joint.length;
-      this.points = new Float32Array(3 * count);
-      this.colours = new Float32Array((ghost ? 4 : 3) * count);
-      this.geometry = new THREE.BufferGeometry();
-      this.geometry.setAttribute("position", new THREE.BufferAttribute(this.points, 3));
-      this.geometry.setAttribute("color", new THREE.BufferAttribute(this.colours, ghost ? 4 : 3));
-      this.geometry.setIndex(new THREE.BufferAttribute(figure.faces, 1));
-      const material = ghost
-        ? new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false })
-        : new THREE.MeshPhongMaterial({
-          vertexColors: true, flatShading: true, specular: 0, side: THREE.DoubleSide });
-      this.mesh = new THREE.Mesh(this.geometry, material);
-      this.mesh.frustumCulled = false;
-    }
-
-    place(pose, shown) { // shown: bone → whether it is; what is not falls into one point
-      const { vertices, joint, bone } = this.figure;
+  // What bodies are made of: { bone, part } of every vertex, faces, edges, and place(pose, points,
+  // normals), which fills three numbers a vertex.
+  function wedgesOf(figure, covered, grown) { // flat bones; none where a skin covers them
+    const { joint, bone, part, edges } = figure, vertices = thicker(figure, grown);
+    const kept = (cells, corners) => {
+      const out = [];
+      for (let k = 0; k < cells.length; k += corners) {
+        if (!covered.has(bone[cells[k]])) out.push(...cells.subarray(k, k + corners));
+      }
+      return out;
+    };
+    const place = (pose, points) => {
       const matrices = pose.rotations.map(columns);
       for (let k = 0; k < joint.length; k++) {
         const m = matrices[joint[k]], at = pose.positions[joint[k]], i = 3 * k;
-        const hidden = shown && !(bone[k] >= 0 && shown[bone[k]]);
-        const x = hidden ? 0 : vertices[i], y = hidden ? 0 : vertices[i + 1];
-        const z = hidden ? 0 : vertices[i + 2];
-        this.points[i] = m[0] * x + m[3] * y + m[6] * z + at[0];
-        this.points[i + 1] = m[1] * x + m[4] * y + m[7] * z + at[1];
-        this.points[i + 2] = m[2] * x + m[5] * y + m[8] * z + at[2];
+        const x = vertices[i], y = vertices[i + 1], z = vertices[i + 2];
+        points[i] = m[0] * x + m[3] * y + m[6] * z + at[0];
+        points[i + 1] = m[1] * x + m[4] * y + m[7] * z + at[1];
+        points[i + 2] = m[2] * x + m[5] * y + m[8] * z + at[2];
       }
-      this.geometry.attributes.position.needsUpdate = true;
+    };
+    return { bone, part, faces: kept(figure.faces, 3), edges: kept(edges, 2), place };
+  }
+
+  function thicker(figure, grown) { // vertices across their bones so many times as far out
+    const { vertices, bone, bones } = figure, out = Float32Array.from(vertices);
+    for (let k = 0; grown !== 1 && k < bone.length; k++) {
+      if (bone[k] < 0) continue;
+      const tip = bones[bone[k]].tip, v = [0, 1, 2].map((c) => vertices[3 * k + c]);
+      const along = scaled(tip, dot(v, tip) / dot(tip, tip));
+      out.set(plus(along, scaled(minus(v, along), grown)), 3 * k);
+    }
+    return out;
+  }
+
+  function skinOf(figure, grown) {
+    const { skin } = figure;
+    const place = (pose, points, normals) =>
+      StripedSkin.drape(skin, pose, points, normals, grown);
+    return {
+      bone: skin.bone, part: skin.part, faces: Array.from(skin.faces), edges: Array.from(skin.edges),
+      place, smooth: true,
+    };
+  }
+
+  class Body { // a figure's faces, moved with its joints; ghost: a thin shell with an outline
+    constructor(shape, ghost, colour) {
+      this.shape = shape;
+      this.ghost = ghost;
+      const count = shape.bone.length;
+      this.points = new Float32Array(3 * count);
+      this.normals = new Float32Array(3 * count);
+      this.colours = new Float32Array((ghost ? 4 : 3) * count);
+      this.geometry = new THREE.BufferGeometry();
+      this.geometry.setAttribute("position", new THREE.BufferAttribute(this.points, 3));
+      this.geometry.setAttribute("normal", new THREE.BufferAttribute(this.normals, 3));
+      this.geometry.setAttribute("color", new THREE.BufferAttribute(this.colours, ghost ? 4 : 3));
+      this.geometry.setIndex(shape.faces);
+      const material = ghost
+        ? new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false })
+        : new THREE.MeshPhongMaterial({
+          vertexColors: true, flatShading: !shape.smooth, specular: 0, side: THREE.DoubleSide });
+      this.meshes = [new THREE.Mesh(this.geometry, material)];
+      if (ghost) this.meshes.push(this._outline(colour));
+      this.meshes.forEach((mesh) => { mesh.frustumCulled = false; });
     }
 
+    _outline(colour) {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", this.geometry.attributes.position);
+      geometry.setIndex(this.shape.edges);
+      return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour }));
+    }
+
+    place(pose, shown) { // shown: bone → whether it is; what is not falls into one point
+      const { bone } = this.shape, points = this.points;
+      this.shape.place(pose, points, this.normals);
+      for (let k = 0; shown && k < bone.length; k++) {
+        if (bone[k] < 0 || !shown[bone[k]]) points.fill(0, 3 * k, 3 * k + 3);
+      }
+      this.geometry.attributes.position.needsUpdate = true;
+      this.geometry.attributes.normal.needsUpdate = true;
+    }
+
+    show(on) { this.meshes.forEach((mesh) => { mesh.visible = on; }); }
+
     paint(colourOf) { // colourOf(bone, part) → numbers 0…255
-      const { bone, part } = this.figure, channels = this.colours.length / bone.length;
+      const { bone, part } = this.shape, channels = this.ghost ? 4 : 3;
       for (let k = 0; k < bone.length; k++) {
         const colour = colourOf(bone[k], part[k]);
         for (let c = 0; c < channels; c++) this.colours[channels * k + c] = colour[c] / 255;
@@ -89,30 +143,28 @@ var FigureView = (function () {
       this.renderer.setSize(width, height, false);
     }
 
-    enter(figure, theme) { // another clip, or other colours
-      this.theme = theme;
+    enter(figure, theme, skin) { // another clip, other bodies or colours
       this.colours = this.lesson.themes[theme];
       this.figure = figure;
       if (!this.renderer) return;
       if (this.room) this.room.traverse((x) => { if (x.geometry) x.geometry.dispose(); });
-      const surface = fromHex(this.colours.roles.surface);
+      const { roles } = this.colours;
+      this.surface = fromHex(roles.surface);
       this.room = new THREE.Scene();
-      this.room.background = new THREE.Color(this.colours.roles.surface);
-      this.room.add(new THREE.AmbientLight(0xffffff, 0.55), groundOf(figure, this.colours));
+      this.room.background = new THREE.Color(roles.surface);
       this.light = new THREE.DirectionalLight(0xffffff, 0.55);
-      this.room.add(this.light);
-      this.body = new Body(figure, false);
-      this.ghost = new Body(figure, true);
-      const before = fromHex(this.colours.roles.before);
-      this.ghost.paint((_, part) => [...before, this.lesson.ghost[part]]);
-      this.outline = new THREE.LineSegments(
-        new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: this.colours.roles.before }));
-      this.outline.geometry.setAttribute("position", this.ghost.geometry.attributes.position);
-      this.outline.geometry.setIndex(new THREE.BufferAttribute(figure.edges, 1));
-      this.outline.frustumCulled = false;
-      this.shadow = shadowOf(this.body, this.colours);
-      this.room.add(this.shadow, this.body.mesh, this.ghost.mesh, this.outline);
-      this.surface = surface;
+      this.room.add(
+        new THREE.AmbientLight(0xffffff, 0.55), this.light, groundOf(figure, this.colours));
+      const covered = new Set(skin ? figure.skin.bone : []);
+      const shapes = (grown) =>
+        [wedgesOf(figure, covered, grown), ...(skin ? [skinOf(figure, grown)] : [])];
+      this.solids = shapes(1).map((shape) => new Body(shape, false));
+      this.ghosts = shapes(GROWN).map((shape) => new Body(shape, true, roles.before));
+      this.shadows = this.solids.map((body) => shadowOf(body, this.colours));
+      const before = fromHex(roles.before);
+      this.ghosts.forEach((body) => body.paint((_, part) => [...before, this.lesson.ghost[part]]));
+      [...this.solids, ...this.ghosts].forEach((body) => this.room.add(...body.meshes));
+      this.room.add(...this.shadows);
       this.lens = new THREE.PerspectiveCamera(1, 1, 1, 10);
     }
 
@@ -131,15 +183,19 @@ var FigureView = (function () {
 
     _render(camera, { solid, ghost, strong, differs, left }) {
       const palette = this.colours.palette;
-      this.body.place(solid, null);
-      this.body.paint((bone, part) => {
-        if (bone < 0) return mixed(palette[PLAIN][part], this.surface, FAINT);
-        if (differs[bone]) return palette[AFTER][part];
-        return strong[bone]
-          ? palette[CHOSEN][part] : mixed(palette[PLAIN][part], this.surface, FAINT);
+      this.solids.forEach((body) => {
+        body.place(solid, null);
+        body.paint((bone, part) => {
+          if (bone >= 0 && differs[bone]) return palette[AFTER][part];
+          return bone >= 0 && strong[bone]
+            ? palette[CHOSEN][part] : mixed(palette[PLAIN][part], this.surface, FAINT);
+        });
       });
-      this.ghost.mesh.visible = this.outline.visible = left.some((x) => x);
-      if (this.ghost.mesh.visible) this.ghost.place(ghost, left);
+      const leaves = left.some((x) => x);
+      this.ghosts.forEach((body) => {
+        body.show(leaves);
+        if (leaves) body.place(ghost, left);
+      });
       this._castShadow();
       const [width, height] = this.size, lens = this.lens;
       lens.fov = (180 / Math.PI) * OrbitCamera.VIEW_ANGLE;
@@ -159,13 +215,15 @@ var FigureView = (function () {
     }
 
     _castShadow() {
-      const { up, level, radius } = this.figure.room, from = this.body.points;
-      const points = this.shadow.geometry.attributes.position.array, least = level + 2e-4 * radius;
-      for (let k = 0; k < from.length; k += 3) {
-        const above = from[k] * up[0] + from[k + 1] * up[1] + from[k + 2] * up[2] - least;
-        for (let c = 0; c < 3; c++) points[k + c] = from[k + c] - above * up[c];
-      }
-      this.shadow.geometry.attributes.position.needsUpdate = true;
+      const { up, level, radius } = this.figure.room, least = level + 2e-4 * radius;
+      this.shadows.forEach((shadow, n) => {
+        const from = this.solids[n].points, points = shadow.geometry.attributes.position.array;
+        for (let k = 0; k < from.length; k += 3) {
+          const above = from[k] * up[0] + from[k + 1] * up[1] + from[k + 2] * up[2] - least;
+          for (let c = 0; c < 3; c++) points[k + c] = from[k + c] - above * up[c];
+        }
+        shadow.geometry.attributes.position.needsUpdate = true;
+      });
     }
 
     _drawLines(context, project, { solid, ghost, strong, differs, left }) {
@@ -205,7 +263,7 @@ var FigureView = (function () {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute(
       "position", new THREE.BufferAttribute(new Float32Array(body.points.length), 3));
-    const { faces, part } = body.figure, kept = [];
+    const { faces, part } = body.shape, kept = [];
     for (let k = 0; k < faces.length; k += 3) {
       if (part[faces[k]] !== JOINT) kept.push(faces[k], faces[k + 1], faces[k + 2]);
     }

@@ -268,7 +268,7 @@
 
   function dress() { // sizes and colours, and a picture
     view.resize();
-    view.enter(page.span.figure, theme());
+    view.enter(page.span.figure, theme(), page.skin);
     plot.resize();
     plot.show(page);
     draw();

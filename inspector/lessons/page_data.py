@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +15,13 @@ from inspector.session.opening import Analysed
 from inspector.viewport.bodies import Bone, build_soup, find_bones
 from inspector.viewport.ground import ground_lines, lowest
 from inspector.viewport.limb_circle import limb_bones
+from inspector.viewport.striped_skin import STATIONS, build_skin
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.detection.paper import running_offset
 from twistcore.errors import FormatError
 from twistcore.figure import figure_size, guess_up, heading
 from twistcore.limb import Limb
 from twistcore.refinement import carried_by_limb, offsets_by_chain, remove_twist
-from twistcore.rotation import Array
 
 _MORE = 10  # frames beyond those that a task asks a person to move over
 _KINDS = {"f4": "<f4", "u2": "<u2", "i2": "<i2", "u1": "u1", "u4": "<u4"}
@@ -128,12 +128,27 @@ class PageData:
             "bones": [{"parent": b.parent, "tip": b.tip.tolist()} for b in bones],
             "ground": packed(points[lines.ravel()], "f4"),
             "strength": packed(strength[lines.ravel()], "f4"),
+            "skin": self._skin(clip, height),
             "room": {
                 "up": up.tolist(),
                 "height": height,
                 "level": ground.level,
                 "radius": ground.radius,
             },
+        }
+
+    def _skin(self, clip: Path, height: float) -> dict[str, Any] | None:
+        """The striped skin of a clip's limbs, where a page shows it."""
+        if not any(page.place.skin and page.place.clip == clip for page in self._lesson.pages):
+            return None
+        skin = build_skin(self._bones[clip], self._clips[clip].chains, height)
+        names = ("parent", "child", "below", "above", "axis", "across", "radius", "circle")
+        return {name: getattr(skin, name).tolist() for name in names} | {
+            "stations": STATIONS.tolist(),
+            "bone": packed(skin.bone, "i2"),
+            "part": packed(skin.part, "u1"),
+            "faces": packed(skin.faces[:, [0, 1, 2, 0, 2, 3]], "u4"),
+            "edges": packed(skin.edges, "u4"),
         }
 
     def _span(self, clip: Path, window: Window) -> dict[str, Any]:
@@ -200,6 +215,7 @@ class PageData:
             "whatIf": asdict(place.what_if),
             "stage": place.stage,
             "look": place.look,
+            "skin": place.skin,
             "after": None if taught else self._after(data, span),
             "done": [asdict(condition) for condition in page.done],
         }
@@ -227,17 +243,12 @@ class PageData:
             {name: offset[start:stop] for name, offset in of(intervals, data.motion.frames).items()}
             for of in (offsets_by_chain, carried_by_limb)
         )
-        chains = [replace(c, **_in_frames(c, start, stop)) for c in data.chains_and_limbs]
+        chains = [c.sliced(start, stop) for c in data.chains_and_limbs]
         after = remove_twist(motion, chains, offsets, carried).rotations
         joints = np.flatnonzero((after != motion.rotations).any(axis=(0, 2)))
         if not len(joints):
             return None
         return {"joints": joints.tolist(), "rotations": packed(after[:, joints], "f4")}
-
-
-def _in_frames(chain: Chain, start: int, stop: int) -> dict[str, Array]:
-    own = chain.sliced(start, stop)
-    return {"axis": own.axis, "arm": own.arm}
 
 
 def _strong(bones: Sequence[Bone], chain: Chain | None, data: Analysed) -> list[int]:

@@ -52,7 +52,7 @@ class Formulas:
 def rendered(text: str, formulas: Formulas) -> Markup:
     """Markdown as HTML; TeX between $…$ is set. What is HTML in it stands there as text."""
     markdown = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
-    markdown.validateLink = _goes_to_the_web  # type: ignore[method-assign]
+    markdown.validateLink = _goes_to_the_web  # type: ignore[method-assign, assignment]
     markdown.inline.ruler.before("escape", "tex", _take_tex)
     markdown.add_render_rule("tex", _tex_rule(formulas))
     return Markup(markdown.render(text))

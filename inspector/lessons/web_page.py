@@ -36,7 +36,7 @@ _SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds on either side of a page's frame: the 
 _FOLDER = ASSETS / "lesson_page"
 _SCRIPTS = (
     *("swing_twist.js", "labels.js", "clip_data.js", "orbit_camera.js", "gizmo.js"),
-    *("figure_view.js", "curves.js", "hand.js", "lesson.js"),
+    *("striped_skin.js", "figure_view.js", "curves.js", "hand.js", "lesson.js"),
 )
 _LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 

@@ -10,6 +10,8 @@ from PySide6.QtQml import QJSEngine
 
 from inspector.bundled import ASSETS
 from inspector.teaching.symbols import SECTIONS
+from inspector.viewport.bodies import find_bones
+from inspector.viewport.striped_skin import STATIONS, build_skin, drape
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.decomposition import Decomposition, WhatIf, altered, decompose
@@ -137,3 +139,25 @@ def test_rows_say_what_the_program_says(engine):
             told = {f.name: np.asarray(getattr(d, f.name)).tolist() for f in fields(d)}
             rows = called(engine, "said", json.dumps(told | {"product": d.product}))
             assert rows == {e.symbol: e.value(d) for e in equations}
+
+
+def test_the_skin_is_draped_as_in_the_program(engine):
+    result = engine.evaluate(
+        (ASSETS / "lesson_page" / "striped_skin.js").read_text("utf-8")
+        + "function draped(text) { const c = JSON.parse(text), points = [], normals = [];"
+        "StripedSkin.drape(c.skin, c.pose, points, normals, 1.09);"
+        "return JSON.stringify({ points: points, normals: normals }); }"
+    )
+    assert not result.isError(), result.toString()
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    bones = find_bones(motion, np.array([0.0, 1.0, 0.0]), motion.skeleton.height)
+    skin = build_skin(bones, find_chains(motion), motion.skeleton.height)
+    names = ("parent", "child", "below", "above", "axis", "across", "radius", "circle")
+    told = {name: getattr(skin, name).tolist() for name in names} | {"stations": STATIONS.tolist()}
+    rotations, positions = forward_kinematics(motion)
+    for frame in (0, 66, 90):
+        pose = {"rotations": rotations[frame].tolist(), "positions": positions[frame].tolist()}
+        theirs = called(engine, "draped", json.dumps({"skin": told, "pose": pose}))
+        mine = drape(skin, rotations[frame], positions[frame], grown=1.09)
+        for name, vectors in zip(("points", "normals"), mine, strict=True):
+            assert np.reshape(theirs[name], (-1, 3)) == pytest.approx(vectors, abs=1e-9 * 180.0)
