@@ -46,17 +46,13 @@
     if (!chain || !page.taught) {
       const after = page.after && state.look !== "before";
       const solid = after ? span.pose(frame, span.rotations(frame, page.after)) : ghost;
-      return { d: null, solid, ghost };
+      return { of: null, d: null, solid, ghost };
     }
-    const at = chain.at(frame), was = span.rotations(before, null), earlier = chain.at(before);
-    const quantities = (rotations) => S.decompose(
-      { q: rotations[at.parent], qChild: rotations[at.child], axis: at.axis, arm: at.arm },
-      { q: was[at.parent], qChild: was[at.child], axis: earlier.axis, arm: earlier.arm });
-    const bare = Object.assign({}, state.whatIf, { applied: 0 });
-    const error = S.errorOf(quantities(S.altered(captured, at, bare, 0, null)), chain.tau);
-    const offset = (frame > 0 ? chain.running[before - span.first] : 0) + error;
-    const rotations = S.altered(captured, at, state.whatIf, offset, state.stage);
-    return { d: quantities(rotations), solid: span.pose(frame, rotations), ghost, error, offset };
+    const now = { rotations: captured, chain: chain.at(frame) };
+    const was = { rotations: span.rotations(before, null), chain: chain.at(before) };
+    const offset = frame > 0 ? chain.running[before - span.first] : 0;
+    const of = S.numbersOf(now, was, state.whatIf, state.stage, chain.tau, offset);
+    return { of, d: of.frame, solid: span.pose(frame, of.rotations), ghost };
   }
 
   const altered = () => S.changes(state.whatIf) || state.stage !== null;
@@ -139,10 +135,12 @@
     all("#equations .row").forEach((row) => {
       const symbol = row.dataset.symbol;
       row.hidden = !d || (page.show.length > 0 && !page.show.includes(symbol));
-      row.querySelector(".value").textContent = d ? Labels.ROWS[symbol](d) : "";
+      row.querySelector(".value").textContent = d ? Labels.row(symbol, shown.of) : "";
       row.querySelector("button").setAttribute("aria-pressed", String(state.lit === symbol));
     });
     all("#equations section").forEach((section) => {
+      const head = section.querySelector("h3");
+      head.textContent = head.dataset.title.replace(/\{(.)\}/g, (_, joint) => page.joints[joint]);
       section.hidden = !Array.from(section.querySelectorAll(".row")).some((row) => !row.hidden);
     });
     one("#equations").hidden = !d;
@@ -163,12 +161,15 @@
     setSlider("applied", 100 * whatIf.applied, `${Math.round(100 * whatIf.applied)} %`);
     const stage = state.stage === null ? 2 : state.stage;
     setSlider("stage", stage, Labels.plain(stage, 2));
-    one("#applied").disabled = Math.abs(shown.offset) < 1e-9 && whatIf.applied === 0;
-    one("#offset").textContent = `err ${Labels.degrees(shown.error)}, offset ${Labels.degrees(shown.offset)}`;
+    const { whole } = shown.of.correction;
+    one("#applied").disabled = Math.abs(whole) < 1e-9 && whatIf.applied === 0;
+    one("#offset").textContent = `offset(t) = ${Labels.degrees(whole)}`;
     one("#along").setAttribute("aria-pressed", String(!whatIf.counter));
     one("#counter").setAttribute("aria-pressed", String(whatIf.counter));
     one("#reset").disabled = !altered();
-    one("#words").textContent = words(d);
+    const said = Words.say(shown.of, whatIf, state.stage);
+    one("#words").textContent = said.text;
+    one("#words").className = said.role;
   }
 
   function setSlider(name, value, text) {
@@ -178,19 +179,6 @@
     }
     slider.setAttribute("aria-valuetext", text);
     one(`output[for=${name}]`).textContent = text;
-  }
-
-  function words(d) {
-    const turned = d.swing_reliability < 0.1, straight = d.azimuth_reliability < 0.17;
-    if (turned && straight) {
-      return "Both singularities: w points against a, so θp is arbitrary; v lies along the bone, so θc is too.";
-    }
-    if (turned) return "Singularity of θp: w points against a. One pose has many n and θp; nudge, and θp jumps.";
-    if (straight) return "Singularity of θc: the limb is straight, v⊥ has hardly a direction. Nudge, and Δθc jumps.";
-    if (page.chain.tau > 0 && d.strength >= page.chain.tau) {
-      return "Parent and child twist against each other, and m exceeds τ: a twist error.";
-    }
-    return altered() ? "No twist error: m is below τ." : "The frame as captured. Move a slider: what if …?";
   }
 
   // -- the task ---------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ var SwingTwist = (function () {
   "use strict";
 
   const NO_TURN = 1e-9; // length of a vector that has no direction any more
+  const UNDEFINED = 1e-6; // reliability up to which an angle is nothing but rounding
   const NONE = [0, 0, 0];
 
   // -- vectors ----------------------------------------------------------------------------------
@@ -151,20 +152,61 @@ var SwingTwist = (function () {
     const dThetaP = wrap(thetaP - thetaBefore);
     const dThetaC = Math.atan2(dot(cross(acrossBefore, across), a), dot(acrossBefore, across));
     const opposed = dThetaP * dThetaC < 0;
+    const sure = reliability(q, a), sureBefore = reliability(before.q, before.axis);
+    const swingIsOne = sure > UNDEFINED, twisted = swingIsOne && sureBefore > UNDEFINED;
+    const turned = Math.min(length(across), length(acrossBefore)) > UNDEFINED;
     return {
       a: a, q: q, w: w, n: direction(vectorOf(swing)), alpha: angleBetween(a, w),
       swing: swing, twist: parts.twist, theta_p: thetaP, theta_p_before: thetaBefore,
-      dtheta_p: dThetaP, swing_reliability: reliability(q, a),
+      dtheta_p: dThetaP, swing_reliability: sure, swing_reliability_before: sureBefore,
       v: v, v_before: vBefore, v_ideal: rotate(turnAbout(a, -dThetaC), v),
       across: across, across_before: acrossBefore, bend: angleBetween(a, v),
       dtheta_c: dThetaC, azimuth_reliability: length(across),
       product: dThetaP * dThetaC,
+      swing_is_one: swingIsOne, n_is_defined: swingIsOne && hasDirection(vectorOf(swing)),
+      dtheta_p_is_defined: twisted, dtheta_c_is_defined: turned,
+      strength_is_defined: twisted && turned,
       strength: opposed ? Math.min(Math.abs(dThetaP), Math.abs(dThetaC)) : 0,
     };
   }
 
   // err(t) = sign(Δθp)·m where m ≥ τ, else 0 (§3.3.1)
-  const errorOf = (d, tau) => (d.strength >= tau ? Math.sign(d.dtheta_p) * d.strength : 0);
+  const errorOf = (dThetaP, strength, tau) => (strength >= tau ? Math.sign(dThetaP) * strength : 0);
+
+  // A frame of a clip: now, before: { rotations, chain } of it and of the one before, as captured.
+  function quantities(now, before, rotations) {
+    const seen = (all, chain) => (
+      { q: all[chain.parent], qChild: all[chain.child], axis: chain.axis, arm: chain.arm });
+    return decompose(seen(rotations, now.chain), seen(before.rotations, before.chain));
+  }
+
+  // What is detected before anything is taken off, and what is: Eq. 14-15.
+  function correctFrame(now, before, whatIf, tau, offsetBefore) {
+    const joints = [now.chain.parent, now.chain.child];
+    const untouched = Object.assign({}, whatIf, { applied: 0 });
+    const first = altered(now.rotations, now.chain, untouched, 0, null);
+    const d = quantities(now, before, first);
+    const err = errorOf(d.dtheta_p, d.strength_is_defined ? d.strength : 0, tau);
+    const whole = wrap(offsetBefore + err);
+    const last = whatIf.applied ? altered(now.rotations, now.chain, whatIf, whole, null) : first;
+    const sign = dot(d.q, first[joints[0]]) >= 0 ? 1 : -1; // cos(α/2) ≥ 0 in Eq. 6
+    const was = multiply(first[joints[0]], first[joints[1]]);
+    const is = multiply(last[joints[0]], last[joints[1]]), turn = multiply(conjugate(was), is);
+    return {
+      before: d, tau: tau, err: err, offset_before: offsetBefore, whole: whole,
+      offset: offsetBefore + err, applied: whatIf.applied, taken: whatIf.applied * whole,
+      parent_after: scaled(last[joints[0]], sign), child_after: last[joints[1]],
+      difference: 2 * Math.atan2(length(vectorOf(turn)), Math.abs(turn[0])),
+    };
+  }
+
+  // The pose that is seen, and what is taken off for it.
+  function numbersOf(now, before, whatIf, stage, tau, offsetBefore) {
+    const correction = correctFrame(now, before, whatIf, tau, offsetBefore);
+    const rotations = altered(now.rotations, now.chain, whatIf, correction.whole, stage);
+    const frame = quantities(now, before, rotations);
+    return { frame: frame, correction: correction, staged: stage !== null, rotations: rotations };
+  }
 
   // Global rotations and places of all joints; parents come before their children.
   function forwardKinematics(parents, rotations, translations) {
@@ -183,6 +225,6 @@ var SwingTwist = (function () {
     minus: minus, scaled: scaled, beside: beside, direction: direction, wrap: wrap,
     multiply: multiply, conjugate: conjugate, rotate: rotate, turnAbout: turnAbout,
     twistAngle: twistAngle, swingTwist: swingTwist, changes: changes, altered: altered,
-    decompose: decompose, errorOf: errorOf, forwardKinematics: forwardKinematics,
+    decompose: decompose, numbersOf: numbersOf, UNDEFINED: UNDEFINED, forwardKinematics: forwardKinematics,
   };
 })();

@@ -12,6 +12,7 @@ import numpy as np
 
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.session.opening import Analysed
+from inspector.teaching.taught_frame import joint_names
 from inspector.viewport.bodies import Bone, build_soup, find_bones
 from inspector.viewport.ground import ground_lines, lowest
 from inspector.viewport.limb_circle import limb_bones
@@ -204,6 +205,7 @@ class PageData:
             "limb": {"parent": chain.parent, "child": chain.child} if chain else None,
             "label": chain.label if chain else "",
             "taught": taught,
+            "joints": joint_names(data.motion.skeleton, chain) if chain and curves else {},
             "strong": _strong(self._bones[place.clip], chain, data),
             "ahead": ahead.tolist(),
             "frame": place.frame,

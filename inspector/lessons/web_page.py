@@ -10,7 +10,6 @@ import json
 from collections.abc import Callable
 from functools import cache
 from importlib.util import find_spec
-from itertools import chain as chained
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -23,8 +22,9 @@ from inspector.lessons.lesson_file import LessonFile
 from inspector.lessons.page_data import PageData
 from inspector.lessons.page_texts import Formulas, rendered
 from inspector.session.opening import Analysed, analysed
+from inspector.teaching.equation_table import SECTIONS
 from inspector.teaching.gizmo_drawing import lit_parts
-from inspector.teaching.symbols import MARKS, SECTIONS, SYMBOLS, colour
+from inspector.teaching.symbols import MARKS, SYMBOLS, colour
 from inspector.viewport.bone_colours import GHOST_ALPHA, palette
 from inspector.widgets.theme import DARK, LIGHT, Theme
 from twistcore.atomic import write_atomically
@@ -35,7 +35,7 @@ LARGEST = 5_000_000  # bytes of a page
 _SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds on either side of a page's frame: the first that fits
 _FOLDER = ASSETS / "lesson_page"
 _SCRIPTS = (
-    *("swing_twist.js", "labels.js", "clip_data.js", "orbit_camera.js", "gizmo.js"),
+    *("swing_twist.js", "labels.js", "words.js", "clip_data.js", "orbit_camera.js", "gizmo.js"),
     *("striped_skin.js", "figure_view.js", "curves.js", "hand.js", "lesson.js"),
 )
 _LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
@@ -85,8 +85,8 @@ def _opened(clip: Path) -> Analysed:
 
 
 def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: float) -> str:
-    rows = list(chained(*SECTIONS.values()))
-    formulas = Formulas([*(s.tex for s in MARKS.values()), *(row.right for row in rows)])
+    rights = [row.right for section in SECTIONS for row in section.rows]
+    formulas = Formulas([*(mark.tex for mark in MARKS.values()), *rights])
     pages = [
         {"title": p.title, "body": rendered(p.body, formulas), "task": rendered(p.task, formulas)}
         for p in lesson.pages

@@ -104,6 +104,11 @@ def test_nothing_is_fetched(page):
     assert not re.search(r"https?://|fetch\(|XMLHttpRequest|WebSocket|import\(", own)
 
 
+def test_no_two_elements_have_one_name(page):
+    names = Read(page).values("id")
+    assert len(names) == len(set(names))
+
+
 def test_it_holds_the_library_once_with_its_licence_and_fits(page):
     assert len(page.encode()) <= LARGEST
     assert page.count("Three.js Authors") == 1
@@ -159,7 +164,7 @@ chain: </script><img/src=x>LeftArm
     assert not [name for _, a in read.tags for name in a if name.startswith("on")]
     links = {a["href"]: tag for tag, a in read.tags if "href" in a}
     assert links == {"data:,": "link", "https://example.org/z.png": "a"}  # a link to the picture
-    assert read.data()["pages"][0]["label"] == "</script><img/src=x>LeftArm"
+    assert read.data()["pages"][0]["joints"]["P"] == "</script><img/src=x>LeftArm"
     assert HOSTILE in "".join(read.words)
 
 
