@@ -94,6 +94,7 @@ class LessonPlayer(QObject):
             self.at = -1
             self._program.taught.reset()
             self._program.taught.unlight()
+            self._program.taught.set_rows(())
         if self._looked is not None:
             self._looked.again()
             self._looked = None

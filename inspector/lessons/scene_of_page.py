@@ -46,7 +46,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: Place) -> None:
     taught.set_stage(place.stage)
     if place.lit:
         taught.light(place.lit)
-    _list_rows(program, place.show)
+    taught.set_rows(place.show)
     program.viewport.focus_chain()
     if (camera := place.camera) is not None:
         facing = _facing(program)
@@ -84,13 +84,6 @@ def _interval_at(program: GuidedProgram, place: Place) -> int | None:
         if own.chain == place.chain and own.start <= place.frame < own.stop:
             return judged.id
     return None
-
-
-def _list_rows(program: GuidedProgram, symbols: tuple[str, ...]) -> None:
-    """Only these rows of the equations, () for all."""
-    show = getattr(program.taught, "set_rows", None)
-    if show is not None:
-        show(symbols)
 
 
 def _facing(program: GuidedProgram) -> Array | None:
