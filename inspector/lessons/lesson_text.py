@@ -59,7 +59,7 @@ class LessonText(QTextBrowser):
             if self._typesetter.formula(found[1]) is None:
                 return f"*{found[1]}*"
             address = known.setdefault(found[1], f"tex:{len(known)}")
-            return f"![]({address})"
+            return f"![formula]({address})"  # Qt leaves out one without words
 
         markdown = _TEX.sub(image, self._markdown)
         self._pictures = {address: self._picture(tex) for tex, address in known.items()}
