@@ -130,6 +130,20 @@ var Gizmo = (function () {
     out.mark("ideal", at(ideal, reach), child);
   }
 
+  // Of a limb P, C, E: the line from P to E, and the circle on which a flip moves C about it.
+  function limbSketch(solid, ghost, { parent, child, end }, size) {
+    const out = new Sketch(size), at = solid.positions, way = minus(at[end], at[parent]);
+    if (length(way) < 1e-6 * size) return out; // a folded limb has no line
+    const line = S.unit(way), arm = minus(at[child], at[parent]);
+    const foot = plus(at[parent], scaled(line, S.dot(arm, line)));
+    const round = fan(minus(at[child], foot), line, 2 * Math.PI).map((v) => plus(foot, v));
+    out.line("a", [at[parent], at[end]], THIN, 0.9, true);
+    out.line("a", round, THIN, 0.55);
+    out.ball("a", ghost.positions[child], 0.014 * size, true);
+    out.ball("a", at[child], 0.014 * size);
+    return out;
+  }
+
   // -- drawing into a canvas --------------------------------------------------------------------
 
   // project: point → [x, y, depth]; lit: the symbols that are lit, none: all; colourOf: symbol →
@@ -238,5 +252,5 @@ var Gizmo = (function () {
     });
   }
 
-  return { sketch: sketch, draw: draw };
+  return { sketch: sketch, limbSketch: limbSketch, draw: draw };
 })();

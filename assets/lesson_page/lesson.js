@@ -8,6 +8,7 @@
   const all = (selector) => Array.from(document.querySelectorAll(selector));
   const radians = (degrees) => (Math.PI / 180) * degrees;
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const LOOKS = ["before", "after", "both"];
   const SLIDERS = { twist: Labels.signed, swing: Labels.plain, bend: Labels.plain, nudge: Labels.signed };
 
   const formulas = {};
@@ -62,7 +63,7 @@
     shown = compute();
     const { d, solid, ghost } = shown, figure = page.span.figure, style = look();
     const differs = FigureView.differing(figure, solid, ghost);
-    const shape = d ? gizmoOf(d, solid) : null;
+    const shape = d ? gizmoOf(d, solid) : circleOf(solid, ghost);
     if (camera === null) camera = firstCamera(solid, shape);
     const strong = figure.bones.map((_, k) => page.strong.includes(k));
     // Of a what-if, a bone that keeps its place leaves its captured self behind: of all that it
@@ -99,6 +100,11 @@
       ? S.length(S.minus(solid.positions[grandchild], solid.positions[child])) : 0;
     return Gizmo.sketch(d, solid.rotations[parent], solid.positions[parent],
       solid.positions[child], far, 0.06 * page.span.figure.room.height);
+  }
+
+  function circleOf(solid, ghost) { // of a limb; a chain in a review has none
+    return page.limb && page.limb.end >= 0
+      ? Gizmo.limbSketch(solid, ghost, page.limb, page.span.figure.room.height) : null;
   }
 
   function firstCamera(solid, shape) { // as the page says, else from where the limb shows best
@@ -297,6 +303,12 @@
     return undefined;
   }
 
+  function lookAt(look) {
+    state.look = look;
+    legend();
+    redraw();
+  }
+
   function light(symbol) {
     state.lit = state.lit === symbol ? "" : symbol;
     redraw();
@@ -324,15 +336,24 @@
     camera = null;
     redraw();
   });
-  all("#looks button").forEach((button) => button.addEventListener("click", () => {
-    state.look = button.value;
-    legend();
-    redraw();
-  }));
+  all("#looks button").forEach(
+    (button) => button.addEventListener("click", () => lookAt(button.value)));
   all("#equations button").forEach((button) => button.addEventListener(
     "click", () => light(button.closest(".row").dataset.symbol)));
+  const KEYS = { // as in the program; sliders, the figure and buttons have keys of their own
+    Escape: () => state.lit && light(state.lit),
+    ArrowLeft: () => goTo(state.frame - 1),
+    ArrowRight: () => goTo(state.frame + 1),
+    " ": () => play(),
+    b: () => page.after && lookAt(LOOKS[(LOOKS.indexOf(state.look) + 1) % LOOKS.length]),
+  };
   document.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && state.lit) light(state.lit);
+    const plain = !event.ctrlKey && !event.altKey && !event.metaKey;
+    const free = event.target === document.body
+      || (event.key.length === 1 && event.key !== " ") || event.key === "Escape";
+    if (!plain || !free || !KEYS[event.key]) return;
+    if (event.key !== "Escape") event.preventDefault();
+    KEYS[event.key]();
   });
   Hand.orbits(one("#scene"), () => camera, redraw, () => {
     camera = null;

@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
+from inspector.lessons.lesson_place import LOOKS
 from inspector.teaching.symbols import SYMBOLS
 from twistcore.detection import Kind
 
@@ -16,13 +17,15 @@ _KINDS = tuple(kind.value.replace(" ", "-") for kind in Kind)
 # Name → what follows it, as the documentation has it.
 CONDITIONS = {
     "moved": "frames",
+    "seen": "|".join(LOOKS),
     "lit": "symbol",
     "swing": ">= degrees",
     "twist": ">= degrees",
+    "along": "",
     "counter": "",
     "nudged": " ".join(_SINGULAR),
-    "accepted": "|".join(_KINDS),
     "applied": ">= share",
+    "accepted": "|".join(_KINDS),
 }
 
 
@@ -54,9 +57,10 @@ def _condition(text: str) -> Condition:
         if limit is None:
             raise ValueError(expected)
         return Condition(name, _number(limit[1].rstrip("°"), expected))
-    known = {"symbol": tuple(SYMBOLS), "": (), " ".join(_SINGULAR): _SINGULAR}.get(form, _KINDS)
+    known = tuple(SYMBOLS) if form == "symbol" else tuple(re.split(r"[| ]", form)) if form else ()
     words = tuple(rest.split())
-    if any(word not in known for word in words) or (form == "symbol" and len(words) != 1):
+    few = {"lit": 1, "seen": 1, "nudged": 1}.get(name, 0)
+    if any(word not in known for word in words) or len(words) < few:
         after = f"one of {', '.join(known)}" if known else "nothing"
         raise ValueError(f"{after} after {name!r}")
     return Condition(name, words=words)

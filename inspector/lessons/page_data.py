@@ -202,7 +202,7 @@ class PageData:
         return {
             "span": span,
             "chain": self._chain(data, chain, span) if chain and curves else None,
-            "limb": {"parent": chain.parent, "child": chain.child} if chain else None,
+            "limb": _ends(chain),
             "label": chain.label if chain else "",
             "taught": taught,
             "joints": joint_names(data.motion.skeleton, chain) if chain and curves else {},
@@ -251,6 +251,14 @@ class PageData:
         if not len(joints):
             return None
         return {"joints": joints.tolist(), "rotations": packed(after[:, joints], "f4")}
+
+
+def _ends(chain: Chain | None) -> dict[str, int] | None:
+    """P and C of a chain, and E of a limb, −1 where it is none."""
+    if chain is None:
+        return None
+    end = chain.end if isinstance(chain, Limb) else -1
+    return {"parent": chain.parent, "child": chain.child, "end": end}
 
 
 def _strong(bones: Sequence[Bone], chain: Chain | None, data: Analysed) -> list[int]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
-from inspector.bundled import ASSETS
+from inspector.bundled import ASSETS, LESSONS
 from inspector.lessons.lesson_file import LessonFile, read_lesson
 from inspector.lessons.web_page import export_page
 from inspector.widgets.background import OneTask
@@ -33,7 +33,7 @@ class PageExport(QObject):
             return
         ask_files(
             self._window, _TITLE, "Lessons (*.md)", lambda paths: self._read(paths[0]),
-            folder=ASSETS / "lessons",
+            folder=LESSONS,
         )  # fmt: skip
 
     def _read(self, path: Path) -> None:

@@ -14,7 +14,7 @@ from markupsafe import Markup, escape
 from inspector.widgets.typeset import EM, outlines
 
 _LETTERS = {1: ("M", 1), 2: ("L", 1), 3: ("Q", 2), 4: ("C", 3), 79: ("Z", 1)}  # of a path's codes
-_TEX = re.compile(r"\$([^$\n]+)\$")
+_TEX = re.compile(r"\$([^$\n]+)\$(?!\$)")
 
 
 class Formulas:
@@ -44,8 +44,11 @@ class Formulas:
         ).format(words or tex, size, below, left, top, wide, high, shape["d"])
 
     def _set(self, tex: str) -> Any:
+        """Vertices and codes; ValueError where the text is no TeX that can be set."""
         if tex not in self._known:
             self._known |= outlines([tex])
+        if tex not in self._known:
+            raise ValueError(tex)
         return self._known[tex]
 
 

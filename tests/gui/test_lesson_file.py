@@ -108,7 +108,7 @@ BAD = {
     "swing 120": ("swung 120", 17, "twist, counter, swing"),
     "tab: teaching": ("tab: history", 18, "one of teaching, intervals, found 'history'"),
     "look: after, skin": ("look: after, before", 19, "one of before, after, both"),
-    "done: counter,": ("done: counted,", 20, "a condition of moved, lit, swing"),
+    "done: counter,": ("done: counted,", 20, "a condition of moved, seen, lit, swing"),
     "twist >= 60": ("twist > 60", 20, "'twist >= number of degrees'"),
     "accepted limb-flip": ("accepted flip", 35, "one of counter-twist, limb-flip, lone-jump"),
     "limb-flip\n```": ("limb-flip", 32, "'```' after the settings that begin here"),

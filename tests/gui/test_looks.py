@@ -299,8 +299,8 @@ def test_a_new_window_has_the_colours_of_the_system(
     equations = window.teaching.equations
     qtbot.waitUntil(lambda: colours(equations) >= symbol_colours(theme) | {theme.surface})
     act(window, "tour")
-    qtbot.waitUntil(lambda: window.lesson_actions.guided_tour.at == 0)
-    assert "Space" in window.guide.task.text()
+    qtbot.waitUntil(lambda: window.lesson_actions.player.at == 0)
+    assert "playhead" in window.guide.task.text()
     assert theme.accent in window.guide.task.styleSheet()
 
 

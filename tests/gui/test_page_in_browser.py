@@ -2,15 +2,17 @@
 
 import io
 import os
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from inspector.bundled import SAMPLE
+from inspector.bundled import ASSETS, LESSONS, SAMPLE
+from inspector.lessons.lesson_conditions import CONDITIONS
 from inspector.lessons.lesson_file import read_lesson
-from inspector.lessons.web_page import export_page
+from inspector.lessons.web_page import LARGEST, export_page
 from inspector.teaching.taught_frame import degrees
 from tests.gui.browser import Browser, found_browser
 from twistcore.bvh import read_bvh
@@ -180,11 +182,15 @@ def test_pages_turn_and_tasks_are_ticked(browser):
     both = pixels(browser, "#scene")
     browser.click('#looks [value="before"]')
     assert moved(both, pixels(browser, "#scene")) > 0.005
+    browser.press("b")
+    assert told(browser, "#legend") == "Right leg · after"
     browser.click("#back")
     assert browser.tell(shown) == 1
 
 
 def test_frames_are_scrubbed(browser):
+    browser.press("ArrowRight")
+    assert told(browser, "#frame-number") == f"Frame {FRAME + 1}"
     left, top, wide, high = browser.box("#curves canvas")
     browser.drag((left + wide / 2, top + high / 2), (left + 0.9 * wide, top + high / 2))
     frame = int(str(told(browser, "#frame-number")).removeprefix("Frame "))
@@ -192,6 +198,30 @@ def test_frames_are_scrubbed(browser):
     motion = read_bvh(SAMPLE).motion
     chain = next(c for c in find_chains(motion) if c.name == "LeftArm")
     assert value(browser, "theta_p") == degrees(decompose(motion, chain, frame).theta_p)
+
+
+@pytest.mark.parametrize("path", sorted(LESSONS.glob("*.md")), ids=lambda path: path.stem)
+def test_every_bundled_lesson_says_nothing_to_the_console(path, tmp_path):
+    lesson, page = read_lesson(path), tmp_path / "lesson.html"
+    export_page(lesson, page)
+    assert page.stat().st_size <= LARGEST
+    browser = opened(page, tmp_path)
+    for at, own in enumerate(lesson.pages):
+        assert told(browser, "article:not([hidden]) h2") == own.title
+        if own.place.tab == "teaching":
+            rows = "[...document.querySelectorAll('.row')].filter((r) => !r.hidden)"
+            listed = str(browser.tell(f"{rows}.map((r) => r.dataset.symbol).join()")).split(",")
+            assert not own.place.show or set(listed) == set(own.place.show)
+        if at + 1 < len(lesson.pages):
+            browser.click("#next")
+    browser.close()
+    assert browser.messages == []
+
+
+def test_every_condition_is_known_to_the_page():
+    script = (ASSETS / "lesson_page" / "lesson.js").read_text("utf-8")
+    table = script.split("const CONDITIONS = {")[1].split("};")[0]
+    assert set(re.findall(r"^    (\w+): \(", table, re.MULTILINE)) == set(CONDITIONS)
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (1024, 700), (390, 844)])
