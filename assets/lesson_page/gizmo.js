@@ -130,6 +130,14 @@ var Gizmo = (function () {
     out.mark("ideal", at(ideal, reach), child);
   }
 
+  // A name beside every joint; where G real is named, that is G's name.
+  function nameJoints(out, { parent, child, grandchild }, positions) {
+    const [p, c, g] = [positions[parent], positions[child], positions[grandchild]];
+    out.mark("P", p, c);
+    out.mark("C", c, g ? scaled(plus(p, g), 0.5) : p);
+    if (g) out.mark("G", g, c, !out.marks.some((mark) => mark.symbol === "real"));
+  }
+
   // Of a limb P, C, E: the line from P to E, and the circle on which a flip moves C about it.
   function limbSketch(solid, ghost, { parent, child, end }, size) {
     const out = new Sketch(size), at = solid.positions, way = minus(at[end], at[parent]);
@@ -252,5 +260,5 @@ var Gizmo = (function () {
     });
   }
 
-  return { sketch: sketch, limbSketch: limbSketch, draw: draw };
+  return { sketch, nameJoints, limbSketch, draw };
 })();

@@ -98,8 +98,10 @@
     const { parent, child, grandchild } = page.chain;
     const far = grandchild >= 0
       ? S.length(S.minus(solid.positions[grandchild], solid.positions[child])) : 0;
-    return Gizmo.sketch(d, solid.rotations[parent], solid.positions[parent],
+    const out = Gizmo.sketch(d, solid.rotations[parent], solid.positions[parent],
       solid.positions[child], far, 0.06 * page.span.figure.room.height);
+    Gizmo.nameJoints(out, page.chain, solid.positions);
+    return out;
   }
 
   function circleOf(solid, ghost) { // of a limb; a chain in a review has none
