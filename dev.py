@@ -68,6 +68,9 @@ TEST_PROGRAMS = {
     "xcompmgr": ["xcompmgr"],
     "xdotool": ["xdotool"],
 }
+# What a lesson's web page is opened in. It is large, 120 MB to fetch and 400 MB on the disk: CI has
+# it brought, elsewhere a browser that is there is used.
+BROWSER = {"chromium": ["chromium"]}
 QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
 # The modules of window tests that take longest: first, so that both lanes end together.
 LONG = (
@@ -128,7 +131,8 @@ def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
     missing |= {so: package for so, package in LIBRARIES.items() if not is_loadable(so)}
     if not has_screen() and not shutil.which("Xvfb"):
         missing |= {package: package for package in XVFB_PACKAGES}
-    for program, packages in TEST_PROGRAMS.items() if tests else ():
+    wanted = TEST_PROGRAMS | (BROWSER if os.environ.get("CI") else {})
+    for program, packages in wanted.items() if tests else ():
         if not shutil.which(program):
             missing |= {package: package for package in packages}
     if not has_font():

@@ -17,7 +17,7 @@ from PySide6.QtCore import QEventLoop, QPoint, QTimer
 from PySide6.QtGui import QImage
 
 from inspector.app import make_application
-from inspector.bundled import FLIPPED, SAMPLE
+from inspector.bundled import FLIPPED, LESSONS, SAMPLE, TOUR
 from inspector.session.settings import Settings
 from inspector.viewport import opengl
 from twistcore.decomposition import WhatIf
@@ -33,6 +33,7 @@ _TOUR_SIZE = (1280, 800)
 _SETTLE_MS = 700
 _DOCK_TITLE = 32  # pixels
 _SEED = 5  # of the exercise
+_PICTURED = 3  # page of a lesson other than the tour
 
 
 def main() -> int:
@@ -156,18 +157,18 @@ def main() -> int:
 
 
 def lead(window: MainWindow) -> None:
-    """Pictures of every step of the tour, done, and of an exercise with its score."""
-    tour, exercise = window.lesson_actions.guided_tour, window.lesson_actions.hidden_errors
-    act(window, "tour")
-    wait_for(lambda: tour.at >= 0)
-    while not window.teaching.typesetter.done:
-        act(window, "show_teaching")
-        wait(20)
-    window.docks["intervals"].raise_()
-    for step in tour.steps:
-        tour.show_me.click()
-        save(window, f"tour-{step.name}", small=True)
-        tour.forward.click()
+    """Pictures of every page of the lessons, done, and of an exercise with its score."""
+    player, exercise = window.lesson_actions.player, window.lesson_actions.hidden_errors
+    for path in sorted(LESSONS.glob("*.md")):
+        window.lesson_actions.play(path)
+        wait_for(lambda: player.at >= 0)
+        for number in range(1, len(player.pages) + 1):
+            wait_for(lambda: window.teaching.typesetter.done or not window.taught.active)
+            if player.show_me.isEnabled():
+                player.show_me.click()
+            if path == TOUR or number == _PICTURED:
+                save(window, f"{path.stem}-{number}", small=True)
+            player.forward.click()
     act(window, "exercise")
     exercise.seed.setValue(_SEED)
     exercise.start.click()

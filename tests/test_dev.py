@@ -65,15 +65,20 @@ def test_missing_libraries_name_their_packages(monkeypatch, no_screen):
     monkeypatch.setattr(dev, "is_loadable", lambda soname: "xcb-cursor" not in soname)
     monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
     monkeypatch.setattr(dev, "has_font", lambda: False)
+    monkeypatch.delenv("CI", raising=False)
     packages = set(dev.missing_system(windows=True).values())
     assert packages == {"libxcb-cursor0", "xvfb", "libgl1-mesa-dri", "fonts-dejavu-core"}
     assert not dev.missing_system(windows=False)
     for_tests = set(dev.missing_system(windows=True, tests=True).values())
     assert for_tests == packages | {"openbox", "xcompmgr", "xdotool"}
+    monkeypatch.setenv("CI", "true")
+    in_ci = set(dev.missing_system(windows=True, tests=True).values())
+    assert in_ci == for_tests | {"chromium"}
 
 
 def test_programs_for_tests_are_looked_for_beside_a_real_screen(monkeypatch, no_screen):
     monkeypatch.setenv("DISPLAY", ":77")
+    monkeypatch.delenv("CI", raising=False)
     monkeypatch.setattr(dev, "is_loadable", lambda _soname: True)
     monkeypatch.setattr(dev, "has_font", lambda: True)
     monkeypatch.setattr(dev.shutil, "which", lambda program: program == "openbox")

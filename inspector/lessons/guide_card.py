@@ -1,35 +1,17 @@
-"""The card that leads through the tour and the exercise: a page, what to do, whether it is done.
-
-The texts are Markdown files in assets/tour, one a page, to be translated.
-"""
+"""The card that leads through a lesson and the exercise: a page, what to do, whether it is done."""
 
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from collections.abc import Sequence
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QTextBrowser, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
-from inspector.bundled import PAGES
+from inspector.lessons.lesson_text import LessonText
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.theme import Theme
-
-
-class Page(NamedTuple):
-    """title: the heading; body: Markdown; task: what is to be done, the quoted last paragraph."""
-
-    title: str
-    body: str
-    task: str
-
-
-def read_page(name: str) -> Page:
-    """A page by its file's name without suffix."""
-    text = (PAGES / f"{name}.md").read_text(encoding="utf-8")
-    head, _, rest = text.partition("\n")
-    body, _, task = rest.rpartition("\n> ")
-    return Page(head.removeprefix("# ").strip(), body.strip(), task.replace("\n> ", " ").strip())
+from inspector.widgets.typeset import Typesetter
 
 
 class GuideCard(QWidget):
@@ -37,14 +19,14 @@ class GuideCard(QWidget):
 
     linked = Signal(str)  # a link in the text was clicked: its address
 
-    def __init__(self) -> None:
+    def __init__(self, typesetter: Typesetter) -> None:
         super().__init__()
         self._theme: Theme | None = None
+        self._typesetter = typesetter
         self.done = False  # whether what was to be done is done
         self._task = ""
         self.title, self.task = QLabel(wordWrap=True), QLabel(wordWrap=True)
-        self.body = QTextBrowser(openLinks=False)
-        self.body.setFrameShape(QTextBrowser.Shape.NoFrame)
+        self.body = LessonText(typesetter)
         self.body.anchorClicked.connect(lambda at: self.linked.emit(at.toString()))
         self.controls, self._buttons, self._leave = hbox(spacing=6), hbox(spacing=4), QHBoxLayout()
         head = hbox((self.title, 1), self._leave)
@@ -56,20 +38,23 @@ class GuideCard(QWidget):
         """Other colours."""
         self._theme = theme
         self.title.setStyleSheet("font-weight: 600; font-size: 14px")
-        self.body.setStyleSheet(f"background: {theme.window}; color: {theme.text}")
+        self.body.set_theme(theme)
         self.set_done(self.done)
 
-    def show_page(self, name: str, heading: str = "") -> None:
-        """Another page, by its file's name; `heading`: before its title."""
-        page = read_page(name)
-        self.title.setText(f"{heading}{page.title}")
-        self.body.setMarkdown(page.body)
-        self._task = page.task
+    def prepare(self, formulas: Sequence[str]) -> None:
+        """Set formulas before their pages come."""
+        self._typesetter.start(formulas)
+
+    def show_page(self, title: str, body: str, task: str) -> None:
+        """Another page: body is Markdown, task a sentence with its emphasis."""
+        self.title.setText(title)
+        self.body.show_markdown(body)
+        self._task = task
         self.set_done(False)
 
     def show_text(self, markdown: str) -> None:
         """Another text under the same title."""
-        self.body.setMarkdown(markdown)
+        self.body.show_markdown(markdown)
 
     def set_task(self, text: str) -> None:
         """What is to be done now, Markdown's emphasis allowed."""
@@ -83,6 +68,7 @@ class GuideCard(QWidget):
         if theme is None:
             return
         colour, mark = (theme.accepted, "✓") if done else (theme.accent, "▸")
+        self.task.setVisible(bool(self._task))
         self.task.setText(f"{mark} {_plain(self._task)}")
         self.task.setStyleSheet(f"color: {colour}")
 
@@ -101,7 +87,7 @@ class GuideCard(QWidget):
 
 
 def leave_button(what: str) -> QToolButton:
-    """The button that ends a tour or an exercise: small, in the card's head."""
+    """The button that ends a lesson or an exercise: small, in the card's head."""
     return tool_button("End", f"End {what}; your own clip comes back as it was", flat=False)
 
 

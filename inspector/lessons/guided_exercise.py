@@ -9,8 +9,10 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSpinBox
 
+from inspector.bundled import EXERCISE_PAGE
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
+from inspector.lessons.lesson_file import body_and_task
 from inspector.session.opening import Analysed, analysed
 from inspector.widgets.background import OneTask
 from inspector.widgets.signed_numbers import signed
@@ -22,6 +24,12 @@ from twistcore.study.exercise import Score, decoys, hide_errors, score
 from twistcore.synthesis import InjectedError
 
 KINDS = ("Judge", "Find")
+
+
+def exercise_page() -> tuple[str, str, str]:
+    """Title, text and task."""
+    head, _, text = EXERCISE_PAGE.read_text(encoding="utf-8").partition("\n")
+    return (head.removeprefix("# ").strip(), *body_and_task(text.splitlines()))
 
 
 def make_exercise(
@@ -78,7 +86,7 @@ class Exercise(QObject):
         guide.set_buttons(
             [self.start, self.score_button], [self.kind, self.seed_label, self.seed], self.leave
         )
-        guide.show_page("exercise")
+        guide.show_page(*exercise_page())
         self.score_button.setEnabled(False)
 
     def end(self) -> None:
@@ -99,7 +107,7 @@ class Exercise(QObject):
         self.start.setEnabled(True)
         self.start.setText("Start anew")
         self.score_button.setEnabled(True)
-        self._program.guide.show_page("exercise")
+        self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data)
         self._program.show_intervals()
         self._judged()

@@ -22,6 +22,7 @@ class Aside:
         self._document = document
         self._kept: tuple[Analysed, PutAside | None, int, str, int | None] | None = None
         self._folder: Path | None = None
+        self._left: Analysed | None = None  # borrowed, and still open for want of another clip
 
     @property
     def open(self) -> bool:
@@ -38,7 +39,9 @@ class Aside:
         """Open a borrowed clip; the first one puts the person's aside."""
         document = self._document
         document.leaving.emit()
-        if self._kept is None and document.data is not None and not self._borrowed():
+        own = document.data is not None and document.data is not self._left
+        if self._kept is None and own and not self._borrowed():
+            assert document.data is not None
             kept = replace(document.data, review=document.review)
             place = document.frame, document.chain, document.interval_id
             self._kept = (kept, document.keeper.put_aside(), *place)
@@ -64,6 +67,7 @@ class Aside:
             document.go_to(frame)
         elif borrowed:
             document.close_clip()
+            self._left = document.data
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder = None
 

@@ -4,23 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDockWidget, QMainWindow
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu
 
-from inspector.bundled import EXERCISES, FLIPPED, SAMPLE
+from inspector.bundled import EXERCISES, LESSONS, TOUR
 from inspector.lessons.guided_exercise import Exercise
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.tour import Tour
+from inspector.lessons.lesson_file import LessonFile, read_lesson
+from inspector.lessons.lesson_place import settings
+from inspector.lessons.lesson_player import LessonPlayer
+from inspector.lessons.page_export import PageExport
+from inspector.lessons.scene_of_page import present_place
 from inspector.teaching.five_trackers_dialog import FiveTrackers
 from inspector.widgets.building import bring_to_front
+from inspector.widgets.file_dialog import ask_files
+from twistcore.errors import TwistError
 
-_GUIDE_WIDTH = 345  # pixels
+_GUIDE_WIDTH = 330  # pixels
 
 
 @dataclass(eq=False)
 class LessonActions:
-    """The tour, the exercise and the five trackers.
+    """Lessons, the exercise and the five trackers.
 
     dock: the guide's, shown while it leads, below the one `above`.
     """
@@ -32,20 +40,78 @@ class LessonActions:
 
     def __post_init__(self) -> None:
         self.five_trackers: FiveTrackers | None = None
+        self._title = ""
+        self._lesson: LessonFile | None = None  # the one that is or was played last
         self._list_as_before: Callable[[], None] | None = None  # by the person's own filter
-        self.guided_tour = Tour(self.program, SAMPLE, FLIPPED, self.window)
+        self.player = LessonPlayer(self.program, self.window)
         self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
-        self.guided_tour.ended.connect(self._led)
+        self.page_export = PageExport(self.window, self.program.document.message.emit)
+        self._add_menu()
+        self.player.began.connect(lambda: self._lead(self._title))
+        self.player.ended.connect(self._led)
         self.hidden_errors.ended.connect(self._led)
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
+    def _add_menu(self) -> None:
+        """The bundled lessons by their titles, read when they are first looked at."""
+        self.lessons_menu = QMenu("Lessons", self.window)
+        below = self.program.actions["open_lesson"]
+        for menu in self.window.menuBar().findChildren(QMenu):
+            if below in menu.actions():
+                menu.insertMenu(below, self.lessons_menu)
+        self.lessons_menu.aboutToShow.connect(self._fill_menu)
+
+    def _fill_menu(self) -> None:
+        if not self.lessons_menu.isEmpty():
+            return
+        for path in sorted(LESSONS.glob("*.md")):
+            if path != TOUR:
+                action = QAction(read_lesson(path).title, self.lessons_menu)
+                action.triggered.connect(lambda _=False, p=path: self.play(p))
+                self.lessons_menu.addAction(action)
+
     def tour(self) -> None:
         """Begin the guided tour."""
-        self._lead("Tour")
-        self.guided_tour.begin()
+        self.play(TOUR)
+
+    def open_lesson(self) -> None:
+        """Ask for a lesson file and play it."""
+        ask_files(self.window, "Open lesson", "Lessons (*.md)", lambda paths: self.play(paths[0]))
+
+    def play(self, path: Path) -> None:
+        """Play a lesson; what is wrong with it is told, and nothing is changed."""
+        try:
+            lesson = read_lesson(path)
+        except TwistError as error:
+            self.program.document.message.emit(str(error), True)
+            return
+        self.leave_guide()
+        self.window.statusBar().showMessage(f"{lesson.title} …")
+        self._title, self._lesson = lesson.title, lesson
+        self.player.begin(lesson, self._refuse)
+
+    def _refuse(self, error: Exception) -> None:
+        """A clip of the lesson cannot be read, or a page has no place in it."""
+        self.window.statusBar().clearMessage()
+        self.player.end()
+        self.program.document.message.emit(str(error), True)
+
+    def export_page(self) -> None:
+        """Write the lesson that is on, else one that is asked for, as a web page."""
+        self.page_export.ask(self._lesson if self.player.running else None)
+
+    def copy_place(self) -> None:
+        """Put the present place on the clipboard as the settings of a lesson's page."""
+        place, message = present_place(self.program), self.program.document.message
+        if place is None:
+            message.emit("Open a clip first.", False)
+            return
+        QApplication.clipboard().setText(f"{settings(place)}\n")
+        message.emit("Copied: paste it into a page of your lesson file.", False)
 
     def exercise(self) -> None:
         """Begin an exercise."""
+        self.leave_guide()
         self._lead("Exercise")
         self.hidden_errors.begin()
 
@@ -59,17 +125,17 @@ class LessonActions:
         self.five_trackers.activateWindow()
 
     def leave_guide(self) -> None:
-        """End tour and exercise; the person's own clip comes back as it was."""
-        if self.guided_tour.running:
-            self.guided_tour.end()
+        """End lesson and exercise; the person's own clip comes back as it was."""
+        if self.player.running:
+            self.player.end()
         if self.hidden_errors.running:
             self.hidden_errors.end()
 
     def _lead(self, title: str) -> None:
-        self.leave_guide()
         self._list_as_before = self.program.list_all()  # what a page speaks of is listed
         self.dock.setWindowTitle(title)
         bring_to_front(self.dock)
+        self.window.statusBar().clearMessage()
         self.window.resizeDocks([self.above, self.dock], [1, 3], Qt.Orientation.Vertical)
         self.window.resizeDocks([self.dock], [_GUIDE_WIDTH], Qt.Orientation.Horizontal)
 

@@ -26,7 +26,7 @@ from twistcore.decomposition import (
 )
 from twistcore.detection.paper import running_offset
 from twistcore.limb import Limb
-from twistcore.motion import forward_kinematics
+from twistcore.motion import Skeleton, forward_kinematics
 from twistcore.review import Judged
 from twistcore.rotation import Array
 
@@ -89,17 +89,7 @@ class TaughtFrame(QObject):
     def joints(self) -> dict[str, str]:
         """What P, C and G are called in the file; empty without a chain."""
         data, chain = self.document.data, self.chain
-        if data is None or chain is None:
-            return {}
-        skeleton = data.motion.skeleton
-        names = skeleton.names
-        child = names[chain.child]
-        told = {"P": names[chain.parent], "C": child}
-        if chain.grandchild >= 0:
-            return told | {"G": names[chain.grandchild]}
-        arm, end = np.atleast_2d(chain.arm)[0], skeleton.end_offsets.get(chain.child)
-        at_end = end is not None and float(np.linalg.norm(np.cross(arm, end))) < _ALONG
-        return told | {"G": "its End Site" if at_end else "none (an axis of C)"}
+        return {} if data is None or chain is None else joint_names(data.motion.skeleton, chain)
 
     @property
     def numbers(self) -> Numbers | None:
@@ -228,6 +218,17 @@ class TaughtFrame(QObject):
 def degrees(angle: float) -> str:
     """An angle in radians as every label of the tab shows it."""
     return f"{signed(np.degrees(angle), 2)}°"
+
+
+def joint_names(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
+    """What P, C and G are called in the file."""
+    names = skeleton.names
+    told = {"P": names[chain.parent], "C": names[chain.child]}
+    if chain.grandchild >= 0:
+        return told | {"G": names[chain.grandchild]}
+    arm, end = np.atleast_2d(chain.arm)[0], skeleton.end_offsets.get(chain.child)
+    at_end = end is not None and float(np.linalg.norm(np.cross(arm, end))) < _ALONG
+    return told | {"G": "its End Site" if at_end else "none (an axis of C)"}
 
 
 def reliable(share: float) -> str:

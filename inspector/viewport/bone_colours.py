@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 _LIGHT = np.array([0.34, -0.24, -0.06, -0.60, -0.28, 0.50, -0.45])
 _DARK = np.array([0.10, -0.24, -0.06, 0.55, -0.28, 0.34, -0.52])
 _SCALED = np.array([0.10, -0.24, -0.06, -0.55, -0.28, 0.15, -0.45])
-_THIN = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0)  # alpha of the ghost's parts, likewise
+GHOST_ALPHA = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0)  # alpha of the ghost's parts, likewise
 _SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°: told apart by lightness
 
 
@@ -70,7 +70,7 @@ def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colo
 
 def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
     """Colours (V, 4) of the ghost: thin faces that let the solid through, a stripe to follow."""
-    out = np.column_stack([np.tile(rgb(theme.before), (len(PARTS), 1)), _THIN])
+    out = np.column_stack([np.tile(rgb(theme.before), (len(PARTS), 1)), GHOST_ALPHA])
     out[BACK, :3] = mix(theme.before, "#000000", 0.15)
     return out[shape.part].astype(np.uint8)
 

@@ -27,7 +27,7 @@ from twistcore.rotation import (
 )
 
 _BANDS = 6  # stripes round a limb, dark and light in turns: their pattern repeats after 120°
-_STATIONS = np.array([0.0, 0.05, 0.11, 0.19, 0.30, 0.42, 0.54, 0.66, 0.78, 0.87, 0.94, 1.0])
+STATIONS = np.array([0.0, 0.05, 0.11, 0.19, 0.30, 0.42, 0.54, 0.66, 0.78, 0.87, 0.94, 1.0])
 _BEND = 0.20  # of a bone: so near to a joint the skin begins to bend with the next one
 _CAP = 0.11  # of a bone: so far a limb's end is rounded off
 _SWELL = 0.16  # a limb is that much thicker in its upper middle
@@ -87,7 +87,7 @@ def build_skin(
     below = np.array([from_joint.get(c.child, k) for k, (c, _) in enumerate(pairs)], dtype=np.int64)
     above = np.array([to_joint.get(c.parent, k) for k, (c, _) in enumerate(pairs)], dtype=np.int64)
     axis, across = np.zeros((count, 3)), np.zeros((count, 2, 3))
-    radius = np.zeros((count, len(_STATIONS)))
+    radius = np.zeros((count, len(STATIONS)))
     for k in np.argsort(parent).tolist():  # the bone above comes first
         chain, number = pairs[k]
         bone = bones[number]
@@ -98,14 +98,14 @@ def build_skin(
             first = _carried(across[above[k], 0], axis[above[k]], axis[k])
         across[k] = first, np.cross(axis[k], first)
         start, stop = height * np.array(_GIRTH.get(chain.segment, _USUAL))
-        swell = 1.0 + _SWELL * np.sin(np.pi * np.sqrt(_STATIONS)) ** 2
-        radius[k] = np.minimum((start + (stop - start) * _STATIONS) * swell, 0.45 * length)
-        for free, away in ((above[k] == k, _STATIONS), (below[k] == k, 1.0 - _STATIONS)):
+        swell = 1.0 + _SWELL * np.sin(np.pi * np.sqrt(STATIONS)) ** 2
+        radius[k] = np.minimum((start + (stop - start) * STATIONS) * swell, 0.45 * length)
+        for free, away in ((above[k] == k, STATIONS), (below[k] == k, 1.0 - STATIONS)):
             if free:
                 radius[k] *= np.sqrt(1.0 - np.clip(1.0 - away / _CAP, 0.0, 1.0) ** 2)
     circle, dark, faces, edges = _ring(6 if fine else 3, count)
-    size = len(_STATIONS) * len(circle)
-    part = np.tile(np.where(dark, BAND, SKIN), count * len(_STATIONS))
+    size = len(STATIONS) * len(circle)
+    part = np.tile(np.where(dark, BAND, SKIN), count * len(STATIONS))
     bone_of = np.repeat([number for _, number in pairs], size).astype(np.int64)
     return Skin(
         parent, child, below, above, axis, across, radius, circle, bone_of, part, faces, edges
@@ -125,15 +125,15 @@ def drape(
     if not len(skin.parent):
         return np.zeros((0, 3)), np.zeros((0, 3))
     matrices = matrix_from_quaternion(rotations[skin.parent])
-    angle = roll(skin, rotations)[:, None] * _STATIONS  # (B, K)
+    angle = roll(skin, rotations)[:, None] * STATIONS  # (B, K)
     sides = skin.across @ matrices.transpose(0, 2, 1)  # (B, 2, 3), in the world
     start, stop = positions[skin.parent], positions[skin.child]
-    centre = start[:, None] + _STATIONS[:, None] * (stop - start)[:, None]
+    centre = start[:, None] + STATIONS[:, None] * (stop - start)[:, None]
     frame = _turned(angle, sides)  # (B, K, 2, 3)
     # Near a joint the ring belongs to both bones, to equal shares at the joint itself, as with
     # linear blend skinning: its place and its sides are means of what either would have.
     end = _turned(angle[:, -1:], sides)  # the roll with which a bone ends …
-    for other, ours, reach in ((skin.below, stop, _STATIONS - 1.0), (skin.above, start, _STATIONS)):
+    for other, ours, reach in ((skin.below, stop, STATIONS - 1.0), (skin.above, start, STATIONS)):
         share = 0.5 * np.clip(1.0 - np.abs(reach) / _BEND, 0.0, 1.0) ** 2
         share = share * (other != np.arange(len(other)))[:, None]  # (B, K)
         # … is that with which the next begins.
@@ -175,7 +175,7 @@ def _ring(pieces: int, bones: int) -> tuple[Array, NDArray[np.bool_], Index, Ind
     turn = 2.0 * np.pi / _BANDS
     angle = (turn * (np.arange(_BANDS)[:, None] + across - 0.5)).ravel()
     dark = np.repeat(np.arange(_BANDS) % 2 == 0, pieces + 1)
-    around, rings = len(angle), len(_STATIONS)
+    around, rings = len(angle), len(STATIONS)
     column = np.arange(around).reshape(_BANDS, pieces + 1)
     first = column[:, :-1].ravel()
     quad = np.stack([first, first + 1, first + 1 + around, first + around], axis=1)

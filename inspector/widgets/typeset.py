@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 from PySide6.QtCore import QObject, QRectF, Qt, Signal
@@ -12,6 +14,7 @@ from PySide6.QtGui import QPainterPath
 from inspector.widgets.background import Task
 
 EM = 100.0  # of the outlines: units an em
+_one_at_a_time = Lock()  # matplotlib's parser of TeX is one for all threads
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +26,7 @@ class Formula:
 
 
 class Typesetter(QObject):
-    """Formulas by TeX; they come all at once, from a thread, so that no window waits for them.
+    """Formulas by TeX; those asked for together come together, from a thread: no window waits.
 
     It takes half a second, several where matplotlib has to look at all fonts first.
     """
@@ -33,14 +36,23 @@ class Typesetter(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._known: dict[str, Formula] = {}
+        self._asked: dict[str, None] = {}
+        self._waiting: list[tuple[str, ...]] = []  # one thread at a time uses matplotlib
         self._task: Task | None = None
         self.trouble = ""
 
     def start(self, texts: Iterable[str]) -> None:
-        """Set these; `ready` tells when. Asked again it does nothing."""
-        if self._task is None:
-            wanted = tuple(texts)
-            self._task = Task(lambda _: _outlines(wanted), self)
+        """Set these; `ready` tells when. What was asked for before is not set again."""
+        wanted = tuple(tex for tex in texts if tex not in self._asked)
+        self._asked |= dict.fromkeys(wanted)
+        if wanted:
+            self._waiting.append(wanted)
+            self._next()
+
+    def _next(self) -> None:
+        if self._task is None and self._waiting:
+            wanted = self._waiting.pop(0)
+            self._task = Task(lambda _: outlines(wanted), self)
             self._task.finished.connect(self._take)
             self._task.failed.connect(self._fail)
             self._task.start()
@@ -52,32 +64,42 @@ class Typesetter(QObject):
     @property
     def started(self) -> bool:
         """Whether anything was ever asked for."""
-        return self._task is not None
+        return bool(self._asked)
 
     @property
     def done(self) -> bool:
-        """Whether the formulas are there."""
-        return bool(self._known)
+        """Whether all formulas that were asked for are there."""
+        return bool(self._known) and self._task is None
 
     def _take(self, outlines: dict[str, Any]) -> None:
-        self._known = {tex: _formula(*outline) for tex, outline in outlines.items()}
-        self.ready.emit()
+        self._known |= {tex: _formula(*outline) for tex, outline in outlines.items()}
+        self._over()
 
     def _fail(self, error: Exception) -> None:
         self.trouble = f"The equations cannot be typeset ({error})."
+        self._over()
+
+    def _over(self) -> None:
+        self._task = None
+        self._next()
         self.ready.emit()
 
 
-def _outlines(texts: tuple[str, ...]) -> dict[str, Any]:
-    """Vertices and codes of every text; runs in a thread, the only one that uses matplotlib."""
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import TextPath
+def outlines(texts: Iterable[str]) -> dict[str, Any]:
+    """Vertices, y up, and codes of every text; safe in any thread.
 
-    font = FontProperties(math_fontfamily="stix")
+    A text that is no TeX, as a person may write one, has none.
+    """
     out = {}
-    for tex in texts:
-        path = TextPath((0, 0), f"${tex}$", size=EM, prop=font)
-        out[tex] = (path.vertices.copy(), path.codes.copy())
+    with _one_at_a_time:
+        from matplotlib.font_manager import FontProperties
+        from matplotlib.textpath import TextPath
+
+        font = FontProperties(math_fontfamily="stix")
+        for tex in texts:
+            with suppress(ValueError):
+                path = TextPath((0, 0), f"${tex}$", size=EM, prop=font)
+                out[tex] = (path.vertices.copy(), path.codes.copy())
     return out
 
 

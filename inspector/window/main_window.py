@@ -126,7 +126,7 @@ class MainWindow(Parts):
         self.taught = TaughtFrame(document, self)
         shown = [actions[name] for name in ("tour", "exercise", "record_dialog")]
         self.teaching = TeachingPanel(self.taught, self.viewport, self.timeline, shown)
-        self.guide = GuideCard()
+        self.guide = GuideCard(self.teaching.typesetter)
         self.quality = QualityPanel(document, theme, actions)
         self.viewport.accompany(self.quality.tracked)
 

@@ -77,7 +77,7 @@ class Driver:
 
     def tour(self) -> None:
         self.window.actions_by_id["tour"].trigger()
-        while self.window.lesson_actions.guided_tour.at < 0:
+        while self.window.lesson_actions.player.at < 0:
             QTest.qWait(5)
 
     def leave(self) -> None:

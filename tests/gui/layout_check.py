@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.app import make_application
+from inspector.bundled import LESSONS
 from inspector.session.settings import Settings
 from twistcore.decomposition import WhatIf
 
@@ -81,13 +82,15 @@ def teach(window) -> None:
     window.document.select_chain("LeftForeArm")
     window.taught.set_what_if(WhatIf(twist=1.2, counter=True))
     look(window, "teaching")
-    act(window, "tour")
-    while window.lesson_actions.guided_tour.at < 0:
-        QTest.qWait(10)
-    for step in window.lesson_actions.guided_tour.steps:
-        window.lesson_actions.guided_tour.show_me.click()
-        look(window, f"tour {step.name}")
-        window.lesson_actions.guided_tour.forward.click()
+    player = window.lesson_actions.player
+    for lesson in sorted(LESSONS.glob("*.md")):
+        window.lesson_actions.play(lesson)
+        while player.at < 0:
+            QTest.qWait(10)
+        for number in range(1, len(player.pages) + 1):
+            player.show_me.click()
+            look(window, f"{lesson.stem}, page {number}")
+            player.forward.click()
     act(window, "exercise")
     look(window, "exercise")
     window.lesson_actions.leave_guide()

@@ -300,8 +300,8 @@ def test_a_new_window_has_the_colours_of_the_system(
     window.taught.light("err")  # filled: its strokes are thinner than a pixel
     qtbot.waitUntil(lambda: colours(equations) >= symbol_colours(theme) | {theme.surface})
     act(window, "tour")
-    qtbot.waitUntil(lambda: window.lesson_actions.guided_tour.at == 0)
-    assert "Space" in window.guide.task.text()
+    qtbot.waitUntil(lambda: window.lesson_actions.player.at == 0)
+    assert "playhead" in window.guide.task.text()
     assert theme.accent in window.guide.task.styleSheet()
 
 

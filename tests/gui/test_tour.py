@@ -1,16 +1,33 @@
-"""The guided tour and the exercise: every step by hand, and the person's clip comes back."""
+"""Lessons and the exercise: every step by hand, and the person's clip comes back."""
 
+import shutil
+
+import numpy as np
+import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
 
-from inspector.bundled import FLIPPED, PAGES
-from inspector.lessons.guide_card import read_page
-from inspector.lessons.guided_exercise import make_exercise
+from inspector.bundled import EXERCISE_PAGE, FLIPPED, LESSONS
+from inspector.lessons.guided_exercise import exercise_page, make_exercise
+from inspector.lessons.lesson_checks import CHECKS
+from inspector.lessons.lesson_conditions import CONDITIONS
+from inspector.lessons.lesson_file import read_lesson
 from inspector.session.session_files import journals, session_path
 from tests.conftest import ASSETS
 from tests.gui.windows import act
 from twistcore.detection import Kind
 from twistcore.review import Decide, Decision, recover
 from twistcore.study.exercise import score
+
+ALL = sorted(LESSONS.glob("*.md"))
+
+
+def play(qtbot, window, path):
+    """Play a lesson and wait for its first page."""
+    window.lesson_actions.play(path)
+    qtbot.waitUntil(lambda: window.lesson_actions.player.at == 0, timeout=20_000)
+    return window.lesson_actions.player
+
 
 # -- tour -----------------------------------------------------------------------------------------
 
@@ -21,10 +38,10 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     document.do(Decide((document.intervals[0].id,), Decision.REJECTED, "me", document.now()))
     state = document.review.state
     act(at_forearm, "tour")
-    qtbot.waitUntil(lambda: at_forearm.lesson_actions.guided_tour.at == 0, timeout=10_000)
+    qtbot.waitUntil(lambda: at_forearm.lesson_actions.player.at == 0, timeout=10_000)
     guide, tour, box = (
         at_forearm.guide,
-        at_forearm.lesson_actions.guided_tour,
+        at_forearm.lesson_actions.player,
         at_forearm.teaching.what_if,
     )
     assert document.data.clip.path != mine
@@ -37,9 +54,13 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
         assert not guide.done
 
     assert not guide.done
-    for _ in range(5):
+    assert (document.chain, document.frame, document.show) == ("RightUpLeg", 52, "before")
+    assert at_forearm.actions_by_id["skin"].isChecked()
+    for _ in range(2):
         qtbot.keyClick(at_forearm, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
+    assert 59 <= document.frame < 74  # where the thigh is wrung
     forward(1)
+    assert not at_forearm.actions_by_id["skin"].isChecked()
     qtbot.waitUntil(lambda: at_forearm.teaching.typesetter.done, timeout=30_000)
     qtbot.mouseClick(at_forearm.teaching.equations.buttons["w"], Qt.MouseButton.LeftButton)
     forward(2)
@@ -55,13 +76,13 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     box.sliders["swing"].setValue(400)
     box.sliders["bend"].setValue(0)
     forward(6)
-    qtbot.keyClick(at_forearm, Qt.Key.Key_N)
+    assert document.interval.interval.chain == "RightUpLeg"
     qtbot.keyClick(at_forearm, Qt.Key.Key_A)
     walk = document.data.clip.path
     forward(7)
     # A real flip, in another clip: the whole leg and its circle are in view, the flip is selected.
     assert document.data.clip.path.name == FLIPPED.name
-    assert document.data.clip.path.parent == walk.parent
+    assert document.data.clip.path.parents[1] == walk.parents[1]
     assert (document.chain, document.frame) == ("RightUpLeg-RightFoot", 48)
     assert document.interval.interval.kind == Kind.LIMB_FLIP
     assert at_forearm.docks["intervals"].isVisible()
@@ -94,53 +115,179 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     assert not any("twist-inspector-" in r for r in at_forearm.settings.recent)
 
 
-def test_the_tour_shows_each_step_itself(qtbot, at_forearm):
-    act(at_forearm, "tour")
-    tour = at_forearm.lesson_actions.guided_tour
-    qtbot.waitUntil(lambda: tour.at == 0, timeout=10_000)
-    for number in range(len(tour.steps)):
-        assert tour.at == number
-        assert not at_forearm.guide.done
-        tour.show_me.click()
-        assert at_forearm.guide.done, tour.steps[number].name
-        tour.forward.click()
-    assert tour.at == -1
+@pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
+def test_a_lesson_shows_each_page_itself(qtbot, at_forearm, path):
+    at_forearm.document.set_show("after")
+    player = play(qtbot, at_forearm, path)
+    assert at_forearm.docks["guide"].windowTitle() == read_lesson(path).title
+    for number, page in enumerate(player.pages):
+        assert player.at == number
+        assert not at_forearm.guide.done, page.title
+        if page.done:
+            player.show_me.click()
+            assert at_forearm.guide.done, page.title
+        player.forward.click()
+    assert player.at == -1
+    assert at_forearm.document.data.clip.path.name == "mine.bvh"
+    assert at_forearm.document.show == "after"
+    assert not at_forearm.actions_by_id["skin"].isChecked()
+
+
+def test_bundled_lessons_are_in_the_menu(qtbot, at_forearm):
+    menu = at_forearm.lesson_actions.lessons_menu
+    menu.aboutToShow.emit()
+    menu.aboutToShow.emit()
+    titles = [action.text() for action in menu.actions()]
+    assert titles == [read_lesson(path).title for path in ALL if path.stem != "tour"]
+    menu.actions()[0].trigger()
+    player = at_forearm.lesson_actions.player
+    qtbot.waitUntil(lambda: player.at == 0, timeout=20_000)
+    assert at_forearm.docks["guide"].windowTitle() == titles[0]
+
+
+OWN = """---
+title: Mine
+clip: own.bvh
+---
+
+# One
+
+With $q_P = 1$ and $\\nonsense{{$.
+
+```lesson
+frame: {frame}
+chain: {chain}
+camera: 40 10 2
+```
+"""
+
+
+def test_a_lesson_of_a_persons_own_with_a_clip_beside_it(qtbot, at_forearm, tmp_path):
+    folder = tmp_path / "lessons"
+    folder.mkdir()
+    shutil.copy(ASSETS / "dance.bvh", folder / "own.bvh")
+    path = folder / "mine.md"
+    path.write_text(OWN.format(frame=12, chain="LeftLeg"))
+    player = play(qtbot, at_forearm, path)
+    document, viewport = at_forearm.document, at_forearm.viewport
+    assert (document.data.clip.name, document.chain, document.frame) == ("own.bvh", "LeftLeg", 12)
+    assert document.data.clip.path.parent != folder  # a copy: nothing is written beside the lesson
+    qtbot.waitUntil(lambda: at_forearm.teaching.typesetter.done, timeout=30_000)
+    assert "nonsense" in at_forearm.guide.body.toPlainText()  # what cannot be set stands as it is
+    assert "q_P" not in at_forearm.guide.body.toPlainText()
+    # Where the camera was put is what is copied for a page.
+    act(at_forearm, "copy_place")
+    block = QApplication.clipboard().text()
+    assert "camera: 40 10 2" in block
+    assert "clip: own.bvh\nframe: 12\nchain: LeftLeg" in block
+    assert "tab: teaching" in block
+    before = viewport.camera
+    at_forearm.taught.alter(twist=np.radians(30.0), counter=True)
+    act(at_forearm, "copy_place")
+    assert "what-if: twist 30, counter" in QApplication.clipboard().text()
+    assert np.allclose(viewport.camera.position, before.position)  # looking at it moves nothing
+    assert player.show_me.isEnabled() is False  # nothing to do
+    player.forward.click()
+    assert document.data.clip.path.name == "mine.bvh"
+
+
+@pytest.mark.parametrize(
+    ("chain", "frame", "expected"),
+    [
+        ("LeftLeg", "none", "line 11: expected a frame, counted from 0, found 'none'"),
+        ("LeftLeg", 435, "page 'One': expected a frame up to 434, found 435"),
+        ("Tail", 4, "found 'Tail'"),
+    ],
+)
+def test_a_lesson_that_is_wrong_is_refused_in_a_sentence(
+    qtbot, at_forearm, tmp_path, chain, frame, expected
+):
+    folder = tmp_path / "lessons"
+    folder.mkdir()
+    shutil.copy(ASSETS / "dance.bvh", folder / "own.bvh")
+    path = folder / "mine.md"
+    path.write_text(OWN.format(frame=frame, chain=chain))
+    mine = at_forearm.document.data
+    said = []
+    at_forearm.document.message.connect(lambda text, wrong: said.append((text, wrong)))
+    at_forearm.lesson_actions.play(path)
+    qtbot.waitUntil(lambda: bool(said), timeout=20_000)
+    ((text, wrong),) = said
+    assert wrong
+    assert expected in text
+    assert str(path) in text
+    assert at_forearm.document.data is mine
+    assert not at_forearm.guide.isVisible()
+    assert not at_forearm.lesson_actions.player.running
+    assert not at_forearm.lesson_actions.program.aside.open
 
 
 def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
     act(window, "tour")
-    qtbot.waitUntil(lambda: window.lesson_actions.guided_tour.at == 0, timeout=10_000)
-    window.lesson_actions.guided_tour.forward.click()
-    window.lesson_actions.guided_tour.leave.click()
+    qtbot.waitUntil(lambda: window.lesson_actions.player.at == 0, timeout=10_000)
+    window.lesson_actions.player.forward.click()
+    window.lesson_actions.player.leave.click()
     assert not window.guide.isVisible()
     assert not window.lesson_actions.program.aside.open
     assert window.document.review.saved
 
 
+def test_a_second_lesson_without_a_clip_takes_nothing_for_the_persons(qtbot, window):
+    said = []
+    window.document.message.connect(lambda text, _: said.append(text))
+    for _ in range(2):
+        play(qtbot, window, ALL[0]).leave.click()
+    assert not any("cannot be written" in text for text in said)
+
+
+def test_formulas_of_a_text_are_set(qtbot, at_forearm):
+    player = play(qtbot, at_forearm, LESSONS / "3-2-extraction.md")
+    player.forward.click()
+    player.forward.click()
+    qtbot.waitUntil(lambda: at_forearm.teaching.typesetter.done, timeout=30_000)
+    body = at_forearm.guide.body
+    assert "frac" not in body.toPlainText()
+    pictures = [body.loadResource(2, f"tex:{k}") for k in range(2)]
+    for picture in pictures:  # something is drawn
+        assert picture.width() > 10
+        ink = {picture.pixelColor(x, picture.height() // 2).alpha() for x in range(picture.width())}
+        assert max(ink) > 100
+    assert body.document().toPlainText().count("\ufffc") == 2
+
+
 def test_the_buttons_of_the_last_tour_do_nothing_to_the_persons_clip(qtbot, at_forearm):
     act(at_forearm, "tour")
-    qtbot.waitUntil(lambda: at_forearm.lesson_actions.guided_tour.at == 0, timeout=10_000)
-    at_forearm.lesson_actions.guided_tour.leave.click()
+    qtbot.waitUntil(lambda: at_forearm.lesson_actions.player.at == 0, timeout=10_000)
+    at_forearm.lesson_actions.player.leave.click()
     mine, state = at_forearm.document.data.clip.path, at_forearm.document.review.state
     act(at_forearm, "tour")
     for button in ("show_me", "forward", "back"):
-        getattr(at_forearm.lesson_actions.guided_tour, button).click()
-        assert at_forearm.lesson_actions.guided_tour.at == -1
+        getattr(at_forearm.lesson_actions.player, button).click()
+        assert at_forearm.lesson_actions.player.at == -1
     assert at_forearm.document.data.clip.path == mine
     assert at_forearm.document.review.state == state
-    qtbot.waitUntil(lambda: at_forearm.lesson_actions.guided_tour.at == 0, timeout=10_000)
-    at_forearm.lesson_actions.guided_tour.leave.click()
+    qtbot.waitUntil(lambda: at_forearm.lesson_actions.player.at == 0, timeout=10_000)
+    at_forearm.lesson_actions.player.leave.click()
 
 
-def test_every_page_has_a_title_a_text_and_a_task():
-    names = sorted(p.stem for p in PAGES.glob("*.md"))
-    assert len(names) == 9
-    for name in names:
-        page = read_page(name)
-        assert page.title
-        assert len(page.body) > 150
-        assert 20 < len(page.task) < 120
-        assert not page.task.startswith(">")
+@pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
+def test_every_page_has_a_text_and_a_task(path):
+    for page in read_lesson(path).pages:
+        assert 15 <= len(page.body.split()) <= 80, page.title
+        assert 10 < len(page.task) < 120, page.title
+        assert page.done, page.title  # whoever follows the task is told so
+
+
+def test_the_exercise_has_a_page():
+    title, body, task = exercise_page()
+    assert title == "Exercise"
+    assert len(body) > 150
+    assert not task.startswith(">")
+    assert EXERCISE_PAGE.is_file()
+
+
+def test_every_condition_can_be_checked_and_done():
+    assert CHECKS.keys() == CONDITIONS.keys()
 
 
 # -- exercise -------------------------------------------------------------------------------------

@@ -1,0 +1,264 @@
+// What the symbols of a frame look like in space, drawn above the figure: no limb hides it.
+var Gizmo = (function () {
+  "use strict";
+
+  const S = SwingTwist;
+  const { cross, length, plus, minus, scaled, rotate } = S;
+  const ARC = 32; // steps of an arc
+  const SEEN = Math.PI / 180; // a smaller difference is not drawn apart
+  const BOLD = 3, THIN = 1.6; // pixels
+  const DIMMED = 0.22; // of what is not lit, beside what is
+  const HEAD = [0.105, 0.034]; // length and radius of an arrow's head, of the bone's length
+  const GAP = 15; // pixels from what a label names to its middle
+
+  // -- shapes: lists of { symbol, kind, points, … } and of labels, in the world -----------------
+
+  const turned = (v, axis, angle) =>
+    plus(scaled(v, Math.cos(angle)), scaled(cross(axis, v), Math.sin(angle)));
+
+  function fan(start, axis, angle) { // unit vectors on the way of `start` about an axis
+    return Array.from({ length: ARC + 1 }, (_, k) => turned(start, axis, (angle * k) / ARC));
+  }
+
+  class Sketch {
+    constructor(size) {
+      this.size = size; // the length of the bone
+      this.parts = [];
+      this.marks = [];
+    }
+
+    line(symbol, points, width, share, dashed) {
+      this.parts.push({
+        symbol, kind: "line", points, width: width || BOLD, share: share || 1, dashed: !!dashed });
+    }
+
+    face(symbol, points, share) { this.parts.push({ symbol, kind: "face", points, share }); }
+
+    ball(symbol, centre, radius, hollow) {
+      this.parts.push({ symbol, kind: "ball", points: [centre], radius, hollow: !!hollow });
+    }
+
+    arrow(symbol, start, way) { // one too short for its head shrinks it
+      const far = length(way);
+      if (far < 1e-9) return;
+      const head = Math.min(HEAD[0] * this.size, 0.6 * far);
+      const end = plus(start, way), neck = minus(end, scaled(way, head / far));
+      this.line(symbol, [start, neck]);
+      this.parts.push({
+        symbol, kind: "head", points: [neck, end], radius: (head * HEAD[1]) / HEAD[0] });
+    }
+
+    sector(symbol, centre, rim, share, inner) {
+      const low = rim.map((p) => plus(centre, scaled(minus(p, centre), inner || 0)));
+      this.face(symbol, rim.concat(low.reverse()), share);
+    }
+
+    mark(symbol, at, away, shown) {
+      if (shown !== false) this.marks.push({ symbol, at, away });
+    }
+  }
+
+  // d: the frame's quantities; parent: P's global rotation; at, child: places of P and C; reach:
+  // the length that v is drawn with; least: the shortest length a bone is drawn as.
+  function sketch(d, parent, at, child, reach, least) {
+    const out = new Sketch(Math.max(length(minus(child, at)), least));
+    const along = rotate(parent, d.a);
+    drawSwing(out, d, parent, along, at);
+    drawTwist(out, d, parent, along, at);
+    drawAzimuth(out, d, parent, along, child, Math.max(reach, 0.5 * out.size));
+    return out;
+  }
+
+  function drawSwing(out, d, parent, along, at) {
+    const above = S.multiply(parent, S.conjugate(d.q)); // what P's rotation is given in
+    const bone = rotate(above, d.a), normal = rotate(above, d.n), size = out.size;
+    const arc = fan(bone, normal, d.alpha).map((v) => plus(at, scaled(v, 0.46 * size)));
+    out.sector("alpha", at, arc, 0.24);
+    out.line("alpha", arc);
+    const middle = plus(at, scaled(minus(arc[ARC / 2], at), 1.12));
+    out.mark("alpha", middle, at, d.alpha > 4 * SEEN);
+    const tip = (v, by) => plus(at, scaled(v, by * size));
+    out.arrow("a", at, scaled(bone, 0.92 * size));
+    out.mark("a", tip(bone, 0.92), at);
+    out.arrow("w", at, scaled(along, 0.92 * size));
+    out.mark("w", tip(along, 0.8), tip(bone, 0.8));
+    out.arrow("n", at, scaled(normal, 0.5 * size));
+    out.mark("n", tip(normal, 0.5), at, length(d.n) > 0);
+  }
+
+  function drawTwist(out, d, parent, along, at) {
+    // The dial: zero where the swing alone would leave the mark, the hand where it is.
+    const centre = plus(at, scaled(along, 0.6 * out.size)), radius = 0.25 * out.size;
+    const hand = rotate(parent, S.beside(d.a)), zero = turned(hand, along, -d.theta_p);
+    const before = turned(zero, along, d.theta_p_before);
+    const rim = (vectors, by) => vectors.map((v) => plus(centre, scaled(v, by * radius)));
+    out.sector("theta_p", centre, rim(fan(zero, along, d.theta_p), 1), 0.4);
+    out.line("theta_p", rim(fan(zero, along, 2 * Math.PI), 1), THIN, 0.75);
+    out.line("theta_p", [centre, rim([zero], 1.12)[0]], THIN, 0.75);
+    out.line("theta_p", [centre, rim([hand], 1.12)[0]]);
+    const changed = rim(fan(before, along, d.dtheta_p), 1.22);
+    out.sector("dtheta_p", centre, changed, 0.55, 0.84);
+    out.line("dtheta_p", changed);
+    const middle = rim([turned(zero, along, d.theta_p / 2)], 0.9)[0];
+    out.mark("theta_p", middle, centre, Math.abs(d.theta_p) > SEEN);
+    out.mark("dtheta_p", changed[ARC / 2], centre, Math.abs(d.dtheta_p) > SEEN);
+  }
+
+  function drawAzimuth(out, d, parent, along, child, reach) {
+    const at = (v, by) => plus(child, scaled(v, by));
+    const v = rotate(parent, d.v), flat = rotate(parent, d.across);
+    const flatBefore = rotate(parent, d.across_before), ideal = rotate(parent, d.v_ideal);
+    const apart = Math.abs(d.dtheta_c) > 2 * SEEN && d.azimuth_reliability > 0.01;
+    const far = length(flatBefore), start = far > 0 ? scaled(flatBefore, 1 / far) : flatBefore;
+    const radius = Math.min(0.62 * reach * Math.max(far, 0.12), 0.3 * out.size);
+    const rim = fan(start, along, d.dtheta_c).map((u) => at(u, radius));
+    out.sector("dtheta_c", child, rim, 0.5);
+    out.line("dtheta_c", rim);
+    out.mark("dtheta_c", rim[ARC / 2], child, Math.abs(d.dtheta_c) > SEEN);
+    out.line("across", fan(start, along, 2 * Math.PI).map((u) => at(u, radius)), THIN, 0.6);
+    out.line("dtheta_c", [child, at(flatBefore, reach)], THIN, 0.9, true);
+    out.arrow("v", child, scaled(v, reach));
+    out.mark("v", at(v, 0.55 * reach), at(flat, reach));
+    out.arrow("across", child, scaled(flat, reach));
+    out.line("across", [at(v, reach), at(flat, reach)], THIN, 0.8, true);
+    out.mark("across", at(flat, reach), child, d.azimuth_reliability > 0.05);
+    out.ball("v", at(v, reach), 0.03 * out.size);
+    if (!apart) return;
+    out.ball("ideal", at(ideal, reach), 0.04 * out.size, true);
+    out.line("ideal", [child, at(ideal, reach)], THIN, 1, true);
+    out.mark("real", at(v, reach), child);
+    out.mark("ideal", at(ideal, reach), child);
+  }
+
+  // A name beside every joint; where G real is named, that is G's name.
+  function nameJoints(out, { parent, child, grandchild }, positions) {
+    const [p, c, g] = [positions[parent], positions[child], positions[grandchild]];
+    out.mark("P", p, c);
+    out.mark("C", c, g ? scaled(plus(p, g), 0.5) : p);
+    if (g) out.mark("G", g, c, !out.marks.some((mark) => mark.symbol === "real"));
+  }
+
+  // Of a limb P, C, E: the line from P to E, and the circle on which a flip moves C about it.
+  function limbSketch(solid, ghost, { parent, child, end }, size) {
+    const out = new Sketch(size), at = solid.positions, way = minus(at[end], at[parent]);
+    if (length(way) < 1e-6 * size) return out; // a folded limb has no line
+    const line = S.unit(way), arm = minus(at[child], at[parent]);
+    const foot = plus(at[parent], scaled(line, S.dot(arm, line)));
+    const round = fan(minus(at[child], foot), line, 2 * Math.PI).map((v) => plus(foot, v));
+    out.line("a", [at[parent], at[end]], THIN, 0.9, true);
+    out.line("a", round, THIN, 0.55);
+    out.ball("a", ghost.positions[child], 0.014 * size, true);
+    out.ball("a", at[child], 0.014 * size);
+    return out;
+  }
+
+  // -- drawing into a canvas --------------------------------------------------------------------
+
+  // project: point → [x, y, depth]; lit: the symbols that are lit, none: all; colourOf: symbol →
+  // colour; formulas: symbol → { path, box }, 100 units an em; paper: the colour behind.
+  function draw(context, shapes, project, look) {
+    const strength = (symbol) => (look.lit.size && !look.lit.has(symbol) ? DIMMED : 1);
+    const parts = shapes.parts.map((part) => {
+      const seen = part.points.map(project);
+      const depth = seen.reduce((sum, p) => sum + p[2], 0) / seen.length;
+      return { part, seen, depth: part.kind === "face" ? depth + 1e3 * shapes.size : depth };
+    });
+    parts.sort((x, y) => y.depth - x.depth); // clear faces first, then from afar to near
+    context.save();
+    context.lineJoin = context.lineCap = "round";
+    parts.forEach(({ part, seen }) => {
+      context.fillStyle = context.strokeStyle = look.colourOf(part.symbol);
+      context.globalAlpha = (part.share || 1) * strength(part.symbol);
+      DRAWN[part.kind](context, part, seen, project);
+    });
+    context.restore();
+    drawMarks(context, shapes.marks, project, look, strength);
+  }
+
+  function outline(context, seen) {
+    context.beginPath();
+    seen.forEach((p, k) => (k ? context.lineTo(p[0], p[1]) : context.moveTo(p[0], p[1])));
+  }
+
+  function pixels(radius, seen, project, part) { // how large a length is where a part is
+    const at = part.points[part.points.length - 1], end = seen[seen.length - 1];
+    const sides = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis) => {
+      const p = project(plus(at, scaled(axis, radius)));
+      return Math.hypot(p[0] - end[0], p[1] - end[1]);
+    });
+    return Math.max(...sides);
+  }
+
+  const DRAWN = {
+    line(context, part, seen) {
+      outline(context, seen);
+      context.lineWidth = part.width;
+      context.setLineDash(part.dashed ? [5, 5] : []);
+      context.stroke();
+      context.setLineDash([]);
+    },
+    face(context, part, seen) {
+      outline(context, seen);
+      context.fill();
+    },
+    head(context, part, seen, project) {
+      const [neck, end] = seen, wide = pixels(part.radius, seen, project, part);
+      const far = Math.hypot(end[0] - neck[0], end[1] - neck[1]);
+      if (far < 0.5 * wide) { // it points at us, or away: a disc
+        context.beginPath();
+        context.arc(end[0], end[1], wide, 0, 2 * Math.PI);
+        context.fill();
+        return;
+      }
+      const x = (-(end[1] - neck[1]) / far) * wide, y = ((end[0] - neck[0]) / far) * wide;
+      outline(context, [end, [neck[0] + x, neck[1] + y], [neck[0] - x, neck[1] - y]]);
+      context.fill();
+    },
+    ball(context, part, seen, project) {
+      context.beginPath();
+      context.arc(seen[0][0], seen[0][1], pixels(part.radius, seen, project, part), 0, 2 * Math.PI);
+      context.lineWidth = 2;
+      if (part.hollow) context.stroke();
+      else context.fill();
+    },
+  };
+
+  function drawMarks(context, marks, project, look, strength) {
+    const scale = (1.25 * look.fontSize) / 100, placed = [];
+    marks.forEach((mark) => {
+      const formula = look.formulas[mark.symbol];
+      if (!formula) return;
+      const at = project(mark.at), from = project(mark.away);
+      const x = at[0] - from[0], y = at[1] - from[1], far = Math.hypot(x, y) || 1;
+      const [left, top, wide, high] = formula.box.map((n) => n * scale);
+      const box = { x: at[0] + (GAP * x) / far - wide / 2, y: at[1] + (GAP * y) / far - high / 2 };
+      Object.assign(box, { wide, high });
+      makeRoom(box, placed);
+      placed.push(box);
+      context.save();
+      context.globalAlpha = strength(mark.symbol) < 1 ? 0.35 : 1;
+      context.translate(box.x - left, box.y - top);
+      context.scale(scale, scale);
+      context.lineJoin = "round";
+      context.lineWidth = 5 / scale;
+      context.strokeStyle = look.paper;
+      context.stroke(formula.path);
+      context.fillStyle = look.colourOf(mark.symbol);
+      context.fill(formula.path);
+      context.restore();
+    });
+  }
+
+  function makeRoom(box, placed) { // up or down, past the labels that are there
+    const apart = 4;
+    placed.forEach((other) => {
+      const beside = box.x > other.x + other.wide + apart || other.x > box.x + box.wide + apart;
+      const over = box.y > other.y + other.high + apart || other.y > box.y + box.high + apart;
+      if (beside || over) return;
+      const down = box.y + box.high / 2 > other.y + other.high / 2;
+      box.y = down ? other.y + other.high + apart : other.y - box.high - apart;
+    });
+  }
+
+  return { sketch, nameJoints, limbSketch, draw };
+})();

@@ -1,0 +1,65 @@
+// A skin of stripes along the limbs, as inspector/viewport/striped_skin.py drapes it: its roll runs
+// evenly along a bone from that of the joint above to that of the joint below, so that a wrong
+// twist wrings it. A plain script, as swing_twist.js is.
+var StripedSkin = (function () {
+  "use strict";
+
+  const S = SwingTwist;
+  const { plus, minus, scaled, length } = S;
+  const BEND = 0.2; // of a bone: so near to a joint the skin begins to bend with the next one
+
+  const towards = (from, to, share) => plus(from, scaled(minus(to, from), share));
+  const rolled = (sides, angle) => [
+    plus(scaled(sides[0], Math.cos(angle)), scaled(sides[1], Math.sin(angle))),
+    minus(scaled(sides[1], Math.cos(angle)), scaled(sides[0], Math.sin(angle))),
+  ];
+
+  function boneOf(skin, pose, k) { // where a bone lies, and how its skin stands at both ends
+    const p = skin.parent[k], c = skin.child[k];
+    const local = S.multiply(S.conjugate(pose.rotations[p]), pose.rotations[c]);
+    const sides = skin.across[k].map((v) => S.rotate(pose.rotations[p], v));
+    const angle = S.twistAngle(local, skin.axis[k]);
+    const start = pose.positions[p], way = minus(pose.positions[c], start), far = length(way);
+    return {
+      sides, angle, start, stop: pose.positions[c], way, far,
+      along: scaled(way, 1 / Math.max(far, 1e-12)), end: rolled(sides, angle),
+    };
+  }
+
+  // Near a joint a ring belongs to both bones, to equal shares at the joint itself.
+  function ringOf(skin, bones, k, at) {
+    const own = bones[k];
+    let centre = plus(own.start, scaled(own.way, at));
+    let sides = rolled(own.sides, own.angle * at);
+    const next = [
+      { other: skin.below[k], ours: own.stop, reach: at - 1, theirs: (bone) => bone.sides },
+      { other: skin.above[k], ours: own.start, reach: at, theirs: (bone) => bone.end },
+    ];
+    next.forEach(({ other, ours, reach, theirs }) => {
+      if (other === k) return;
+      const share = 0.5 * Math.max(1 - Math.abs(reach) / BEND, 0) ** 2;
+      const beyond = plus(ours, scaled(bones[other].along, own.far * reach));
+      centre = towards(centre, beyond, share);
+      sides = sides.map((side, n) => towards(side, theirs(bones[other])[n], share));
+    });
+    return { centre, sides: sides.map((v) => scaled(v, 1 / Math.max(length(v), 1e-6))) };
+  }
+
+  // Fills points and normals, three numbers a vertex: bones, rings, vertices, in this order; grown:
+  // how many times as thick as it is.
+  function drape(skin, pose, points, normals, grown) {
+    const bones = skin.axis.map((_, k) => boneOf(skin, pose, k));
+    let i = 0;
+    bones.forEach((_, k) => skin.stations.forEach((at, ring) => {
+      const { centre, sides } = ringOf(skin, bones, k, at), radius = grown * skin.radius[k][ring];
+      skin.circle.forEach(([cosine, sine]) => {
+        for (let c = 0; c < 3; c++, i++) {
+          normals[i] = cosine * sides[0][c] + sine * sides[1][c];
+          points[i] = centre[c] + radius * normals[i];
+        }
+      });
+    }));
+  }
+
+  return { drape: drape };
+})();

@@ -1,0 +1,157 @@
+"""A lesson as one Markdown file: its pages, and where in which clip each of them stands."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from inspector.bundled import ASSETS
+from inspector.lessons.lesson_conditions import Condition, read_conditions
+from inspector.lessons.lesson_place import FIELDS
+from inspector.lessons.lesson_place import Place as Place
+from twistcore.errors import FormatError
+
+FENCE = "```lesson"
+KEYS = ("clip", *FIELDS, "done")  # of the settings of a page
+_HEAD = ("title", "clip")
+_PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
+
+
+@dataclass(frozen=True)
+class LessonPage:
+    """body: Markdown with TeX between $…$; task: what is to be done; done: all that tell it is."""
+
+    title: str
+    body: str
+    task: str
+    place: Place
+    done: tuple[Condition, ...] = ()
+
+
+@dataclass(frozen=True)
+class LessonFile:
+    """A lesson as it stands in a file."""
+
+    title: str
+    path: Path
+    pages: tuple[LessonPage, ...]
+
+
+def read_lesson(path: Path) -> LessonFile:
+    """Read a lesson; FormatError with file, line and what was expected."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise FormatError(f"{path}: expected a lesson as UTF-8 text ({error})") from None
+    lines = text.splitlines()
+    head, first = _front_matter(path, lines)
+    title, clip = head["title"][1], _clip(path, *head["clip"])
+    starts = _headings(lines, first)
+    if not starts:
+        raise _error(path, first + 1, "a page, which begins with a line '# Heading'")
+    for k in range(first, starts[0]):
+        if lines[k].strip():
+            raise _error(path, k + 1, "a page, which begins with a line '# Heading'", lines[k])
+    pages: list[LessonPage] = []
+    for start, stop in zip(starts, [*starts[1:], len(lines)], strict=True):
+        before = pages[-1].place if pages else Place(clip)
+        pages.append(_page(path, lines, start, stop, before))
+    return LessonFile(title, path, tuple(pages))
+
+
+def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, str]], int]:
+    """Key → (line, value), and the first line after it."""
+    if not lines or lines[0].strip() != "---":
+        raise _error(path, 1, "'---' and then 'title: …' and 'clip: …'", lines[0] if lines else "")
+    stop = next((k for k in range(1, len(lines)) if lines[k].strip() == "---"), None)
+    if stop is None:
+        raise _error(path, len(lines), "'---' after title and clip, found the end of the file")
+    head = _pairs(path, lines, 1, stop, _HEAD)
+    for key in _HEAD:
+        if key not in head:
+            raise _error(path, stop + 1, f"'{key}: …' above this line")
+    return head, stop + 1
+
+
+def _headings(lines: list[str], first: int) -> list[int]:
+    """The lines that begin a page; within a fence '#' begins none."""
+    out, fenced = [], False
+    for k in range(first, len(lines)):
+        if lines[k].startswith("```"):
+            fenced = not fenced
+        elif lines[k].startswith("# ") and not fenced:
+            out.append(k)
+    return out
+
+
+def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) -> LessonPage:
+    """The page from one heading to the next."""
+    opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
+    if len(opened) > 1:
+        raise _error(path, opened[1] + 1, "one block of settings a page, found a second")
+    text = lines[start + 1 : stop]
+    settings: dict[str, tuple[int, str]] = {}
+    if opened:
+        at = opened[0]
+        closed = next((k for k in range(at + 1, stop) if lines[k].strip() == "```"), None)
+        if closed is None:
+            raise _error(path, at + 1, "'```' after the settings that begin here")
+        settings = _pairs(path, lines, at + 1, closed, KEYS)
+        text = lines[start + 1 : at] + lines[closed + 1 : stop]
+    # Where a page stands goes on to the next, what is looked at there does not.
+    place = Place(before.clip, before.frame, before.chain, before.camera)
+    done: tuple[Condition, ...] = ()
+    for key, (line, value) in settings.items():
+        try:
+            if key == "done":
+                done = read_conditions(value)
+            elif key == "clip":
+                place = replace(place, clip=_clip(path, line, value))
+            else:
+                place = replace(place, **FIELDS[key](value))
+        except ValueError as error:
+            raise _error(path, line, str(error), value) from None
+    body, task = body_and_task(text)
+    return LessonPage(lines[start][2:].strip(), body, task, place, done)
+
+
+def body_and_task(lines: list[str]) -> tuple[str, str]:
+    """The text, and the quoted paragraph that ends it, in one line."""
+    text = "\n".join(lines).strip().split("\n")
+    at = len(text)
+    while at > 0 and text[at - 1].startswith(">"):
+        at -= 1
+    task = " ".join(line.removeprefix(">").strip() for line in text[at:])
+    return "\n".join(text[:at]).strip(), task.strip()
+
+
+def _pairs(
+    path: Path, lines: list[str], start: int, stop: int, known: tuple[str, ...]
+) -> dict[str, tuple[int, str]]:
+    """Lines 'key: value' as key → (line from 1, value)."""
+    out: dict[str, tuple[int, str]] = {}
+    for k in range(start, stop):
+        line = lines[k].strip()
+        if not line:
+            continue
+        pair = _PAIR.fullmatch(line)
+        if pair is None or pair[1] not in known:
+            raise _error(path, k + 1, f"'key: value' with a key of {', '.join(known)}", line)
+        if pair[1] in out:
+            raise _error(path, k + 1, f"{pair[1]!r} once", line)
+        out[pair[1]] = (k + 1, pair[2].strip())
+    return out
+
+
+def _clip(path: Path, line: int, name: str) -> Path:
+    """A clip beside the lesson, else one that comes with the program."""
+    for folder in (path.parent, ASSETS):
+        if (clip := folder / name).is_file() and clip.suffix.lower() == ".bvh":
+            return clip
+    raise _error(path, line, "a BVH file beside the lesson or one that is bundled", name)
+
+
+def _error(path: Path, line: int, expected: str, found: str = "") -> FormatError:
+    found = f", found {found.strip()!r}" if found.strip() else ""
+    return FormatError(f"{path}, line {line}: expected {expected}{found}")

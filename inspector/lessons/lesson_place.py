@@ -1,0 +1,206 @@
+"""Where in a clip a page of a lesson stands: the settings of its block, read and written."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from inspector.teaching.symbols import SYMBOLS
+from twistcore.decomposition import WhatIf
+
+TABS = ("teaching", "intervals")
+LOOKS = ("before", "after", "both")
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Where the limb is seen from: azimuth 0 is the figure's front, radians.
+
+    zoom: 1 shows the limb as large as the program does itself, 2 twice as large.
+    """
+
+    azimuth: float
+    elevation: float
+    zoom: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """What a page shows.
+
+    frame: from 0; chain: '' for none; camera: None where the program chooses it for the limb;
+    show: symbols whose rows are listed, () for all; lit: a symbol or ''; stage: as TaughtFrame's;
+    tab: one of TABS; look: one of LOOKS; skin: the striped skin instead of bones.
+    """
+
+    clip: Path
+    frame: int = 0
+    chain: str = ""
+    camera: Camera | None = None
+    show: tuple[str, ...] = ()
+    lit: str = ""
+    what_if: WhatIf = field(default_factory=WhatIf)
+    stage: float | None = None
+    tab: str = "teaching"
+    look: str = "both"
+    skin: bool = False
+
+
+def _frame(text: str) -> dict[str, Any]:
+    if not text.isdecimal():
+        raise ValueError("a frame, counted from 0")
+    return {"frame": int(text)}
+
+
+def _camera(text: str) -> dict[str, Any]:
+    if text == "limb":
+        return {"camera": None}
+    numbers = _numbers(text, 3, "'limb', or azimuth and elevation in degrees and a zoom")
+    if numbers[2] <= 0.0:
+        raise ValueError("a zoom above 0")
+    azimuth, elevation = np.radians(numbers[:2])
+    return {"camera": Camera(float(azimuth), float(elevation), numbers[2])}
+
+
+def _symbol(text: str) -> str:
+    if text not in SYMBOLS:
+        raise ValueError(f"a symbol of {', '.join(SYMBOLS)}")
+    return text
+
+
+def _look(text: str) -> dict[str, Any]:
+    words = [word.strip() for word in text.split(",")]
+    figures = [word for word in words if word in LOOKS]
+    if len(figures) > 1 or any(word not in (*LOOKS, "skin") for word in words):
+        raise ValueError(f"one of {', '.join(LOOKS)}, and 'skin' where the skin is shown")
+    return {"look": figures[0] if figures else "both", "skin": "skin" in words}
+
+
+def _tab(text: str) -> dict[str, Any]:
+    if text not in TABS:
+        raise ValueError(f"one of {', '.join(TABS)}")
+    return {"tab": text}
+
+
+def _what_if(text: str) -> dict[str, Any]:
+    altered: dict[str, Any] = {}
+    stage: float | None = None
+    for part in text.split(","):
+        name, _, value = part.strip().partition(" ")
+        if name == "stage":
+            (stage,) = _numbers(value, 1, "a number from 0 to 2 after 'stage'")
+        elif name in _ALTERED:
+            altered[name] = _ALTERED[name](value)
+        else:
+            raise ValueError(f"{', '.join((*_ALTERED, 'stage'))}, each with its value")
+    return {"what_if": WhatIf(**altered), "stage": stage}
+
+
+def _numbers(text: str, count: int, expected: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(word.rstrip("°")) for word in text.split())
+    except ValueError:
+        raise ValueError(expected) from None
+    if len(numbers) != count or not np.isfinite(numbers).all():
+        raise ValueError(expected)
+    return numbers
+
+
+def _degrees(text: str) -> float:
+    (degrees,) = _numbers(text, 1, "an angle in degrees")
+    return float(np.radians(degrees))
+
+
+def _switch(text: str) -> bool:
+    if text:
+        raise ValueError("'counter' without a value")
+    return True
+
+
+def _share(text: str) -> float:
+    (share,) = _numbers(text, 1, "a share from 0 to 1 after 'applied'")
+    if not 0.0 <= share <= 1.0:
+        raise ValueError("a share from 0 to 1 after 'applied'")
+    return share
+
+
+def _direction(text: str) -> tuple[float, ...]:
+    x, y, z = _numbers(text, 3, "a direction x y z after 'toward'")
+    length = float(np.linalg.norm((x, y, z)))
+    if length < 1e-9:
+        raise ValueError("a direction other than 0 0 0 after 'toward'")
+    return (x / length, y / length, z / length)
+
+
+_ALTERED: Mapping[str, Callable[[str], Any]] = {
+    "twist": _degrees,
+    "counter": _switch,
+    "swing": _degrees,
+    "bend": _degrees,
+    "nudge": _degrees,
+    "toward": _direction,
+    "applied": _share,
+}
+
+FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {  # of a Place, by the key
+    "frame": _frame,
+    "chain": lambda name: {"chain": name},
+    "camera": _camera,
+    "show": lambda text: {"show": tuple(_symbol(s) for s in re.split(r"[,\s]+", text))},
+    "lit": lambda text: {"lit": _symbol(text)},
+    "what-if": _what_if,
+    "tab": _tab,
+    "look": _look,
+}
+
+
+# -- written -------------------------------------------------------------------------------------
+
+
+def settings(place: Place) -> str:
+    """The block of settings that is read as this place, but for its clip's folder."""
+    lines = [f"clip: {place.clip.name}", f"frame: {place.frame}"]
+    if place.chain:
+        lines.append(f"chain: {place.chain}")
+    if (camera := place.camera) is None:
+        lines.append("camera: limb")
+    else:
+        around, above = (_short(np.degrees(a), 1) for a in (camera.azimuth, camera.elevation))
+        lines.append(f"camera: {around} {above} {_short(camera.zoom, 2)}")
+    if place.show:
+        lines.append(f"show: {', '.join(place.show)}")
+    if place.lit:
+        lines.append(f"lit: {place.lit}")
+    if altered := _alterations(place):
+        lines.append(f"what-if: {', '.join(altered)}")
+    lines.append(f"tab: {place.tab}")
+    lines.append(f"look: {place.look}{', skin' * place.skin}")
+    return "\n".join(("```lesson", *lines, "```"))
+
+
+def _alterations(place: Place) -> list[str]:
+    what_if = place.what_if
+    out = [f"twist {_short(np.degrees(what_if.twist), 1)}"] if what_if.twist else []
+    out += ["counter"] * what_if.counter
+    for name in ("swing", "bend"):
+        if (angle := getattr(what_if, name)) is not None:
+            out.append(f"{name} {_short(np.degrees(angle), 1)}")
+    if what_if.nudge:
+        out.append(f"nudge {_short(np.degrees(what_if.nudge), 1)}")
+    if what_if.toward is not None:
+        out.append(f"toward {' '.join(_short(x, 4) for x in what_if.toward)}")
+    if what_if.applied:
+        out.append(f"applied {_short(what_if.applied, 3)}")
+    if place.stage is not None:
+        out.append(f"stage {_short(place.stage, 2)}")
+    return out
+
+
+def _short(number: float, digits: int) -> str:
+    """Without the noughts at its end, and no −0."""
+    return f"{round(float(number), digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")

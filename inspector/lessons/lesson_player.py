@@ -1,0 +1,147 @@
+"""Plays a lesson: its pages drive the real program, each with something to do and a check."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QPushButton
+
+from inspector.lessons.guide_card import leave_button
+from inspector.lessons.guided_program import GuidedProgram
+from inspector.lessons.lesson_checks import Visit, do, holds
+from inspector.lessons.lesson_file import LessonFile, LessonPage
+from inspector.lessons.lesson_text import formulas
+from inspector.lessons.scene_of_page import Looked, set_scene
+from inspector.session.opening import Analysed, analysed
+from inspector.widgets.background import OneTask
+from twistcore.bvh import read_bvh
+from twistcore.errors import FormatError
+
+Clips = dict[Path, Analysed]  # by where the lesson says they are
+
+
+def read_clips(lesson: LessonFile, folder: Path) -> Clips:
+    """Copies of a lesson's clips; raises TwistError where a page has no place in one."""
+    clips: Clips = {}
+    for page in lesson.pages:
+        place = page.place
+        if place.clip not in clips:
+            own = folder / str(len(clips))  # two may have one name
+            own.mkdir(exist_ok=True)
+            clips[place.clip] = analysed(read_bvh(Path(shutil.copy(place.clip, own))))
+        data = clips[place.clip]
+        where = f"{lesson.path}, page {page.title!r}: expected"
+        names = [chain.name for chain in data.chains_and_limbs]
+        if place.chain and place.chain not in names:
+            known = ", ".join(names) or "none: it has no chains"
+            raise FormatError(f"{where} a chain of {known}, found {place.chain!r}")
+        if place.frame >= data.motion.frames:
+            last = data.motion.frames - 1
+            raise FormatError(f"{where} a frame up to {last}, found {place.frame}")
+    return clips
+
+
+class LessonPlayer(QObject):
+    """Leads through a lesson on copies of its clips; the person's own waits."""
+
+    began = Signal()  # the first page is there
+    ended = Signal()
+
+    def __init__(self, program: GuidedProgram, parent: QObject) -> None:
+        super().__init__(parent)
+        self._program = program
+        self._clips: Clips = {}
+        self._visit = Visit(program, 0)
+        self._looked: Looked | None = None  # at what the person looked before
+        self._preparing = False  # what prepares a page does not count as done by the person
+        self.pages: Sequence[LessonPage] = ()
+        self.at = -1
+        self._task = OneTask(self)
+        self.back, self.show_me = QPushButton("Back"), QPushButton("Show me")
+        self.forward, self.leave = QPushButton("Next"), leave_button("the lesson")
+        for button, slot in (
+            (self.back, lambda: self._turn(-1)),
+            (self.show_me, self._show),
+            (self.forward, lambda: self._turn(1)),
+            (self.leave, self.end),
+        ):
+            button.clicked.connect(slot)
+        document, taught = program.document, program.taught
+        for signal in (document.frame_changed, document.intervals_changed, taught.changed):
+            signal.connect(self._check)
+        document.show_changed.connect(self._check)
+        taught.lit_changed.connect(self._check)
+
+    @property
+    def running(self) -> bool:
+        """Whether a lesson is on, or about to be."""
+        return self.at >= 0 or self._task.running
+
+    def begin(self, lesson: LessonFile, failed: Callable[[Exception], object]) -> None:
+        """Read copies of the clips in the background, then the first page."""
+        folder = self._program.aside.folder()
+        self.pages = lesson.pages
+        self._program.guide.prepare([t for page in lesson.pages for t in formulas(page.body)])
+        self._task.run(lambda _: read_clips(lesson, folder), self._ready, failed)
+
+    def end(self) -> None:
+        """Back to the person's clip."""
+        self._task.cancel()
+        if self.at >= 0:
+            self.at = -1
+            self._program.taught.reset()
+            self._program.taught.unlight()
+            self._program.taught.set_rows(())
+        if self._looked is not None:
+            self._looked.again()
+            self._looked = None
+        self._clips = {}
+        self.ended.emit()
+
+    def _ready(self, clips: Clips) -> None:
+        self._clips = clips
+        self._looked = Looked(self._program)
+        self.began.emit()
+        self._program.guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
+        self._go(0)
+
+    def _turn(self, pages: int) -> None:
+        if self.at >= 0:  # while a lesson is being read the buttons of the last one may show
+            self._go(self.at + pages)
+
+    def _go(self, at: int) -> None:
+        if at >= len(self.pages):
+            self.end()
+            return
+        self.at = at
+        page = self.pages[at]
+        heading = f"{at + 1} / {len(self.pages)}  {page.title}"
+        self._program.guide.show_page(heading, page.body, page.task)
+        self.back.setEnabled(at > 0)
+        self.show_me.setEnabled(bool(page.done))
+        self.forward.setText("Next" if at + 1 < len(self.pages) else "Finish")
+        self._preparing = True
+        set_scene(self._program, self._clips[page.place.clip], page.place)
+        self._preparing = False
+        self._visit = Visit(self._program, self._program.document.frame)
+        self._check()
+
+    def _show(self) -> None:
+        if self.at < 0:  # the clip is the person's own still
+            return
+        for condition in self.pages[self.at].done:
+            do(self._visit, condition)
+        taught = self._program.taught
+        if taught.what_if.swing is not None or taught.what_if.bend is not None:
+            self._program.viewport.focus_chain(self._program.settings.turn_ms)
+
+    def _check(self, *_: object) -> None:
+        guide = self._program.guide
+        if self.at < 0 or self._preparing or guide.done:
+            return
+        done = self.pages[self.at].done
+        if done and all(holds(self._visit, condition) for condition in done):
+            guide.set_done(True)

@@ -1,0 +1,118 @@
+"""A page's text: Markdown in which TeX between $…$ is set as the equations are."""
+
+from __future__ import annotations
+
+import re
+
+from PySide6.QtCore import QPointF, Qt, QUrl
+from PySide6.QtGui import (
+    QColor,
+    QImage,
+    QPainter,
+    QTextBlock,
+    QTextCharFormat,
+    QTextCursor,
+)
+from PySide6.QtWidgets import QTextBrowser
+
+from inspector.widgets.theme import Theme
+from inspector.widgets.typeset import EM, Typesetter
+
+_TEX = re.compile(r"(?<![\\$])\$([^$\n]+)\$(?!\$)")
+_SIZE = 0.95  # of a formula, in heights of the font
+
+
+def formulas(markdown: str) -> tuple[str, ...]:
+    """The TeX of a text, each once."""
+    return tuple(dict.fromkeys(_TEX.findall(markdown)))
+
+
+class LessonText(QTextBrowser):
+    """Shows a text; formulas stand as their source until they are set."""
+
+    def __init__(self, typesetter: Typesetter) -> None:
+        super().__init__(openLinks=False)
+        self._typesetter = typesetter
+        self._markdown, self._ink = "", "#000000"
+        self._pictures: dict[str, QImage] = {}
+        self.setFrameShape(QTextBrowser.Shape.NoFrame)
+        typesetter.ready.connect(self._again)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._ink = theme.text
+        self.setStyleSheet(f"background: {theme.window}; color: {theme.text}")
+        self._again()
+
+    def show_markdown(self, text: str) -> None:
+        """Another text, from its top."""
+        self._markdown = text
+        if wanted := formulas(text):
+            self._typesetter.start(wanted)
+        self._again()
+        self.verticalScrollBar().setValue(0)
+
+    def _again(self) -> None:
+        known: dict[str, str] = {}
+
+        def image(found: re.Match[str]) -> str:
+            if self._typesetter.formula(found[1]) is None:
+                return f"*{found[1]}*"
+            address = known.setdefault(found[1], f"tex:{len(known)}")
+            return f"![formula]({address})"  # Qt leaves out one without words
+
+        markdown = _TEX.sub(image, self._markdown)
+        self._pictures = {address: self._picture(tex) for tex, address in known.items()}
+        self.setMarkdown(markdown)
+        self._lower_images()
+
+    def loadResource(self, kind: int, name: QUrl | str) -> object:
+        """The pictures of formulas; a document drops what it was given with its text."""
+        address = name.toString() if isinstance(name, QUrl) else name
+        found = self._pictures.get(address)
+        return found if found is not None else super().loadResource(kind, name)
+
+    def _picture(self, tex: str) -> QImage:
+        """The formula with its baseline as far above the lower edge as the font's descent."""
+        formula = self._typesetter.formula(tex)
+        assert formula is not None
+        metrics, ratio = self.fontMetrics(), self.devicePixelRatioF()
+        scale = _SIZE * metrics.height() / EM
+        width = formula.box.width() * scale + 2.0
+        above = max(-formula.box.top() * scale, float(metrics.ascent())) + 1.0
+        high = above + metrics.descent() + 1
+        picture = QImage(round(width * ratio), round(high * ratio), QImage.Format.Format_ARGB32)
+        picture.setDevicePixelRatio(ratio)
+        picture.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(picture)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.translate(QPointF(1.0, above))
+        painter.scale(scale, scale)
+        painter.translate(-formula.box.left(), 0.0)
+        painter.fillPath(formula.path, QColor(self._ink))
+        painter.end()
+        return picture
+
+    def _lower_images(self) -> None:
+        """Their baseline on the text's: Qt stands an image on it."""
+        lowered = QTextCharFormat()
+        lowered.setVerticalAlignment(QTextCharFormat.VerticalAlignment.AlignBaseline)
+        block = self.document().begin()
+        while block.isValid():
+            for start, length in _images(block):
+                cursor = QTextCursor(self.document())
+                cursor.setPosition(start)
+                cursor.setPosition(start + length, QTextCursor.MoveMode.KeepAnchor)
+                cursor.mergeCharFormat(lowered)
+            block = block.next()
+
+
+def _images(block: QTextBlock) -> list[tuple[int, int]]:
+    """Position and length of a block's images."""
+    out, at = [], block.begin()
+    while not at.atEnd():
+        fragment = at.fragment()
+        if fragment.charFormat().isImageFormat():
+            out.append((fragment.position(), fragment.length()))
+        at += 1
+    return out

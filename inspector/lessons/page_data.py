@@ -1,0 +1,274 @@
+"""What a lesson's web page holds of clips: only the frames around those of its pages."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from inspector.lessons.lesson_file import LessonFile, LessonPage
+from inspector.session.opening import Analysed
+from inspector.teaching.taught_frame import joint_names
+from inspector.viewport.bodies import Bone, build_soup, find_bones
+from inspector.viewport.ground import ground_lines, lowest
+from inspector.viewport.limb_circle import limb_bones
+from inspector.viewport.striped_skin import STATIONS, build_skin
+from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.detection.paper import running_offset
+from twistcore.errors import FormatError
+from twistcore.figure import figure_size, guess_up, heading
+from twistcore.limb import Limb
+from twistcore.refinement import carried_by_limb, offsets_by_chain, remove_twist
+
+_MORE = 10  # frames beyond those that a task asks a person to move over
+_KINDS = {"f4": "<f4", "u2": "<u2", "i2": "<i2", "u1": "u1", "u4": "<u4"}
+
+
+@dataclass(frozen=True)
+class Window:
+    """The frames first…last, both included, that a page lets one move over."""
+
+    first: int
+    last: int
+
+
+def packed(values: Any, kind: str) -> dict[str, str]:
+    """An array as little-endian numbers in base64; kind: of _KINDS."""
+    data = np.ascontiguousarray(values, dtype=_KINDS[kind]).tobytes()
+    return {"kind": kind, "data": base64.b64encode(data).decode("ascii")}
+
+
+class PageData:
+    """Gathers what the pages of a lesson show, everything that they share once."""
+
+    def __init__(
+        self, lesson: LessonFile, open_clip: Callable[[Path], Analysed], seconds: float
+    ) -> None:
+        self._lesson = lesson
+        self._clips = {page.place.clip: open_clip(page.place.clip) for page in lesson.pages}
+        self._bones: dict[Path, tuple[Bone, ...]] = {}
+        self._figures: list[dict[str, Any]] = []
+        self._figure_of: dict[Path, int] = {}
+        self._windows = [self._window(page, seconds) for page in lesson.pages]
+        self._spans: list[tuple[Path, Window]] = self._joined()
+        self._chains: dict[tuple[int, str], dict[str, Any]] = {}
+        self._numbers: dict[tuple[int, str], int] = {}
+
+    def gathered(self) -> dict[str, Any]:
+        """Figures, spans, chains and pages, ready for JSON."""
+        for clip in self._clips:
+            self._figure_of[clip] = len(self._figures)
+            self._figures.append(self._figure(clip))
+        pages = [
+            self._page(page, window)
+            for page, window in zip(self._lesson.pages, self._windows, strict=True)
+        ]
+        return {
+            "figures": self._figures,
+            "spans": [self._span(clip, window) for clip, window in self._spans],
+            "chains": list(self._chains.values()),
+            "pages": pages,
+        }
+
+    # -- which frames -------------------------------------------------------------------------
+
+    def _window(self, page: LessonPage, seconds: float) -> Window:
+        motion = self._clips[page.place.clip].motion
+        if page.place.frame >= motion.frames:
+            raise FormatError(
+                f"{self._lesson.path}: page {page.title!r}: expected a frame of "
+                f"{page.place.clip.name}, which has {motion.frames}, found {page.place.frame}"
+            )
+        asked = [int(c.amount) + _MORE for c in page.done if c.name == "moved"]
+        reach = max([round(seconds * motion.fps), 1, *asked])
+        last = min(page.place.frame + reach, motion.frames - 1)
+        return Window(max(page.place.frame - reach, 0), last)
+
+    def _joined(self) -> list[tuple[Path, Window]]:
+        """Windows of a clip that overlap are one span, with the frame before, for increments."""
+        out: list[tuple[Path, Window]] = []
+        wanted = zip((page.place.clip for page in self._lesson.pages), self._windows, strict=True)
+        for clip, window in sorted(wanted, key=lambda w: (str(w[0]), w[1].first)):
+            own = Window(max(window.first - 1, 0), window.last)
+            if out and out[-1][0] == clip and own.first <= out[-1][1].last + 1:
+                before = out.pop()[1]
+                own = Window(before.first, max(before.last, own.last))
+            out.append((clip, own))
+        return out
+
+    def _span_of(self, clip: Path, window: Window) -> int:
+        for k, (other, span) in enumerate(self._spans):
+            if other == clip and span.first <= window.first and window.last <= span.last:
+                return k
+        raise AssertionError(window)
+
+    # -- what is in them ----------------------------------------------------------------------
+
+    def _figure(self, clip: Path) -> dict[str, Any]:
+        """The bodies of a clip and the room that they stand in."""
+        data = self._clips[clip]
+        skeleton = data.motion.skeleton
+        up = guess_up(data.positions, find_chains(data.motion), skeleton)
+        height = figure_size(data.positions, skeleton)
+        bones = self._bones[clip] = find_bones(data.motion, up, height)
+        soup, ground = build_soup(bones), lowest(data.positions, up, height)
+        points, lines, strength = ground_lines(ground)
+        whole = "u2" if len(soup.vertices) < 1 << 16 else "u4"
+        return {
+            "parents": skeleton.parents.tolist(),
+            "vertices": packed(soup.vertices, "f4"),
+            "joint": packed(soup.joint, "u2"),
+            "bone": packed(soup.bone, "i2"),
+            "part": packed(soup.part, "u1"),
+            "faces": packed(soup.faces, whole),
+            "edges": packed(soup.edges, whole),
+            "bones": [{"parent": b.parent, "tip": b.tip.tolist()} for b in bones],
+            "ground": packed(points[lines.ravel()], "f4"),
+            "strength": packed(strength[lines.ravel()], "f4"),
+            "skin": self._skin(clip, height),
+            "room": {
+                "up": up.tolist(),
+                "height": height,
+                "level": ground.level,
+                "radius": ground.radius,
+            },
+        }
+
+    def _skin(self, clip: Path, height: float) -> dict[str, Any] | None:
+        """The striped skin of a clip's limbs, where a page shows it."""
+        if not any(page.place.skin and page.place.clip == clip for page in self._lesson.pages):
+            return None
+        skin = build_skin(self._bones[clip], self._clips[clip].chains, height)
+        names = ("parent", "child", "below", "above", "axis", "across", "radius", "circle")
+        return {name: getattr(skin, name).tolist() for name in names} | {
+            "stations": STATIONS.tolist(),
+            "bone": packed(skin.bone, "i2"),
+            "part": packed(skin.part, "u1"),
+            "faces": packed(skin.faces[:, [0, 1, 2, 0, 2, 3]], "u4"),
+            "edges": packed(skin.edges, "u4"),
+        }
+
+    def _span(self, clip: Path, window: Window) -> dict[str, Any]:
+        """The local rotations of the frames, and where channels move joints."""
+        motion = self._clips[clip].motion.sliced(window.first, window.last + 1)
+        return {
+            "figure": self._figure_of[clip],
+            "first": window.first,
+            "fps": motion.fps,
+            "offsets": motion.skeleton.offsets.tolist(),
+            "moving": list(motion.positioned),
+            "rotations": packed(motion.rotations, "f4"),
+            "positions": packed(motion.positions, "f4"),
+        }
+
+    def _chain(self, data: Analysed, chain: Chain, span: int) -> int:
+        """The number of a chain in a span, with its signals there."""
+        key = span, chain.name
+        if key not in self._chains:
+            self._numbers[key] = len(self._chains)
+            window = self._spans[span][1]
+            frames = slice(window.first, window.last + 1)
+            own, signals = chain.sliced(frames.start, frames.stop), data.signals[chain.name]
+            tau = data.review.state.tau.get(chain.name, 0.0)
+            self._chains[key] = {
+                "span": span,
+                "parent": chain.parent,
+                "child": chain.child,
+                "grandchild": chain.grandchild,
+                "children": list(data.motion.skeleton.children[chain.parent]),
+                "free": not uncorrectable_joints(data.motion, chain),
+                "tau": tau,
+                "axes": packed(own.axis, "f4"),
+                "arms": packed(own.arm, "f4"),
+                "running": packed(running_offset(signals, tau)[frames], "f4"),
+                **{
+                    name: packed(getattr(signals, name)[frames], "f4")
+                    for name in ("theta_p", "theta_c", "strength")
+                },
+            }
+        return self._numbers[key]
+
+    def _page(self, page: LessonPage, window: Window) -> dict[str, Any]:
+        place, data = page.place, self._clips[page.place.clip]
+        span, chain = self._span_of(place.clip, window), self._chosen(page)
+        taught = chain is not None and not isinstance(chain, Limb) and place.tab == "teaching"
+        curves = chain is not None and not isinstance(chain, Limb)
+        up = np.array(self._figures[self._figure_of[place.clip]]["room"]["up"])
+        ahead = heading(data.positions[place.frame], find_chains(data.motion), up)
+        return {
+            "span": span,
+            "chain": self._chain(data, chain, span) if chain and curves else None,
+            "limb": _ends(chain),
+            "label": chain.label if chain else "",
+            "taught": taught,
+            "joints": joint_names(data.motion.skeleton, chain) if chain and curves else {},
+            "strong": _strong(self._bones[place.clip], chain, data),
+            "ahead": ahead.tolist(),
+            "frame": place.frame,
+            "first": window.first,
+            "last": window.last,
+            "camera": asdict(place.camera) if place.camera else None,
+            "show": list(place.show),
+            "lit": place.lit,
+            "whatIf": asdict(place.what_if),
+            "stage": place.stage,
+            "look": place.look,
+            "skin": place.skin,
+            "after": None if taught else self._after(data, span),
+            "done": [asdict(condition) for condition in page.done],
+        }
+
+    def _chosen(self, page: LessonPage) -> Chain | None:
+        place, data = page.place, self._clips[page.place.clip]
+        if not place.chain:
+            return None
+        for chain in data.chains_and_limbs:
+            if chain.name == place.chain:
+                return chain
+        known = ", ".join(c.name for c in data.chains_and_limbs)
+        raise FormatError(
+            f"{self._lesson.path}: page {page.title!r}: expected a chain of {place.clip.name} "
+            f"({known}), found {place.chain!r}"
+        )
+
+    def _after(self, data: Analysed, span: int) -> dict[str, Any] | None:
+        """Joints that a correction by every interval not rejected turns otherwise; None: none."""
+        window = self._spans[span][1]
+        start, stop = window.first, window.last + 1
+        motion = data.motion.sliced(start, stop)
+        intervals = [judged.interval for judged in data.review.state.intervals]
+        offsets, carried = (
+            {name: offset[start:stop] for name, offset in of(intervals, data.motion.frames).items()}
+            for of in (offsets_by_chain, carried_by_limb)
+        )
+        chains = [c.sliced(start, stop) for c in data.chains_and_limbs]
+        after = remove_twist(motion, chains, offsets, carried).rotations
+        joints = np.flatnonzero((after != motion.rotations).any(axis=(0, 2)))
+        if not len(joints):
+            return None
+        return {"joints": joints.tolist(), "rotations": packed(after[:, joints], "f4")}
+
+
+def _ends(chain: Chain | None) -> dict[str, int] | None:
+    """P and C of a chain, and E of a limb, −1 where it is none."""
+    if chain is None:
+        return None
+    end = chain.end if isinstance(chain, Limb) else -1
+    return {"parent": chain.parent, "child": chain.child, "end": end}
+
+
+def _strong(bones: Sequence[Bone], chain: Chain | None, data: Analysed) -> list[int]:
+    """The numbers of the bones of a chain or limb."""
+    if chain is None:
+        return []
+    pairs: Iterable[tuple[int, int]] = {
+        (chain.parent, chain.child),
+        (chain.child, chain.grandchild),
+    }
+    if isinstance(chain, Limb):
+        pairs = set(limb_bones(chain, data.motion.skeleton))
+    return [k for k, bone in enumerate(bones) if (bone.parent, bone.child) in pairs]

@@ -1,0 +1,66 @@
+"""Asks which lesson is to become a web page, and where; writes it while the window goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
+
+from inspector.bundled import ASSETS, LESSONS
+from inspector.lessons.lesson_file import LessonFile, read_lesson
+from inspector.lessons.web_page import export_page
+from inspector.widgets.background import OneTask
+from inspector.widgets.file_dialog import ask_files, ask_where
+from twistcore.errors import TwistError
+
+_TITLE = "Export lesson as web page"
+
+
+class PageExport(QObject):
+    """tell: a sentence for the person, and whether it is bad."""
+
+    def __init__(self, window: QWidget, tell: Callable[[str, bool], object]) -> None:
+        super().__init__(window)
+        self._window, self._tell = window, tell
+        self._task = OneTask(self)
+
+    def ask(self, lesson: LessonFile | None) -> None:
+        """Which lesson, unless one is given, and where to."""
+        if lesson is not None:
+            self._ask_where(lesson)
+            return
+        ask_files(
+            self._window, _TITLE, "Lessons (*.md)", lambda paths: self._read(paths[0]),
+            folder=LESSONS,
+        )  # fmt: skip
+
+    def _read(self, path: Path) -> None:
+        try:
+            lesson = read_lesson(path)
+        except TwistError as error:
+            self._tell(str(error), True)
+            return
+        self._ask_where(lesson)
+
+    def _ask_where(self, lesson: LessonFile) -> None:
+        own = not lesson.path.is_relative_to(ASSETS)  # nobody looks for a page in there
+        folder = lesson.path.parent if own else Path.home()
+        ask_where(
+            self._window, f"{_TITLE} to", "Web pages (*.html)",
+            lambda path: self.write(lesson, path),
+            wanted=folder / f"{lesson.path.stem}.html", suffix="html",
+        )  # fmt: skip
+
+    def write(self, lesson: LessonFile, path: Path) -> None:
+        """Write the page in the background, and tell when it is there."""
+
+        def written(_: object) -> None:
+            size = path.stat().st_size / 1e6
+            self._tell(f"Written: {path}, {size:.1f} MB, which any browser opens.", False)
+
+        def failed(error: Exception) -> None:
+            self._tell(f"The page was not written. {error}", True)
+
+        self._task.run(lambda _: export_page(lesson, path), written, failed)

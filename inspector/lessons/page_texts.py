@@ -1,0 +1,98 @@
+"""Texts of a lesson's web page: Markdown in which nothing is HTML, TeX as outlines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from markdown_it import MarkdownIt
+from markdown_it.rules_inline import StateInline
+from markdown_it.token import Token
+from markupsafe import Markup, escape
+
+from inspector.widgets.typeset import EM, outlines
+
+_LETTERS = {1: ("M", 1), 2: ("L", 1), 3: ("Q", 2), 4: ("C", 3), 79: ("Z", 1)}  # of a path's codes
+_TEX = re.compile(r"\$([^$\n]+)\$(?!\$)")
+
+
+class Formulas:
+    """Formulas by their TeX, as SVG in the text's own colour."""
+
+    def __init__(self, texts: Iterable[str]) -> None:
+        self._known: dict[str, Any] = outlines(dict.fromkeys(texts))
+
+    def outline(self, tex: str) -> dict[str, Any]:
+        """Its path, y down, and box (left, top, width, height), 100 units an em."""
+        vertices, codes = self._set(tex)
+        corners = vertices[codes != 79]  # the point of a closing is none
+        (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
+        box = [round(float(x), 1) for x in (left, -high, right - left, high - low)]
+        return {"d": _path(vertices, codes), "box": box}
+
+    def svg(self, tex: str, words: str = "") -> Markup:
+        """As an image in a line of text, on its baseline; words: for those who do not see it."""
+        shape = self.outline(tex)
+        left, top, wide, high = shape["box"]
+        em = 1.12  # a formula looks as large as the text beside it
+        size = f"width:{em * wide / EM:.3f}em;height:{em * high / EM:.3f}em"
+        below = f"vertical-align:{-em * (top + high) / EM:.3f}em"
+        return Markup(
+            '<svg class="formula" role="img" aria-label="{}" style="{};{}" '
+            'viewBox="{} {} {} {}"><path d="{}"/></svg>'
+        ).format(words or tex, size, below, left, top, wide, high, shape["d"])
+
+    def _set(self, tex: str) -> Any:
+        """Vertices and codes; ValueError where the text is no TeX that can be set."""
+        if tex not in self._known:
+            self._known |= outlines([tex])
+        if tex not in self._known:
+            raise ValueError(tex)
+        return self._known[tex]
+
+
+def rendered(text: str, formulas: Formulas) -> Markup:
+    """Markdown as HTML; TeX between $…$ is set. What is HTML in it stands there as text."""
+    markdown = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
+    markdown.validateLink = _goes_to_the_web  # type: ignore[method-assign, assignment]
+    markdown.inline.ruler.before("escape", "tex", _take_tex)
+    markdown.add_render_rule("tex", _tex_rule(formulas))
+    return Markup(markdown.render(text))
+
+
+def _goes_to_the_web(address: str) -> bool:
+    """No script, and no file beside the lesson, which does not go with the page."""
+    return address.startswith(("https://", "http://", "mailto:"))
+
+
+def _take_tex(state: StateInline, silent: bool) -> bool:
+    found = _TEX.match(state.src, state.pos)
+    if found is None:
+        return False
+    if not silent:
+        state.push("tex", "", 0).content = found[1]
+    state.pos = found.end()
+    return True
+
+
+def _tex_rule(formulas: Formulas) -> Any:
+    def rule(_renderer: object, tokens: Sequence[Token], at: int, *_: object) -> str:
+        tex = tokens[at].content
+        try:
+            return str(formulas.svg(tex))
+        except ValueError:  # no TeX that we can set
+            return f"<code>${escape(tex)}$</code>"
+
+    return rule
+
+
+def _path(vertices: Any, codes: Any) -> str:
+    """matplotlib's path as that of an SVG; y turned down."""
+    out, at = [], 0
+    while at < len(vertices):
+        letter, count = _LETTERS[int(codes[at])]
+        points = vertices[at : at + count] if letter != "Z" else []
+        out.append(letter + " ".join(f"{x:.1f} {-y:.1f}" for x, y in points))
+        at += count
+    return "".join(out)

@@ -1,0 +1,115 @@
+"""Bringing the program to a page's place, and telling where it stands as such a place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from inspector.lessons.guided_program import GuidedProgram
+from inspector.lessons.lesson_place import TABS, Camera, Place
+from inspector.session.open_clip import Show
+from inspector.session.opening import Analysed
+from inspector.viewport.camera import OrbitCamera
+from twistcore.rotation import Array
+
+
+class Looked:
+    """How a person looked at the figure, and that again."""
+
+    def __init__(self, program: GuidedProgram) -> None:
+        self._program = program
+        self._show, self._skin = program.document.show, program.actions["skin"].isChecked()
+
+    def again(self) -> None:
+        """As it was."""
+        self._program.document.set_show(self._show)
+        self._program.actions["skin"].setChecked(self._skin)
+
+
+def set_scene(program: GuidedProgram, data: Analysed, place: Place) -> None:
+    """Show a place; data: its clip."""
+    document, taught = program.document, program.taught
+    if document.data is not data:
+        program.aside.show(data)
+    in_front = dict(zip(TABS, (program.show_teaching, program.show_intervals), strict=True))
+    in_front[place.tab]()
+    document.set_show(Show(place.look))
+    program.actions["skin"].setChecked(place.skin)
+    if place.chain:
+        document.select_chain(place.chain)
+    document.select_interval(_interval_at(program, place))
+    document.go_to(place.frame)
+    taught.reset()
+    taught.unlight()
+    taught.set_what_if(place.what_if)
+    taught.set_stage(place.stage)
+    if place.lit:
+        taught.light(place.lit)
+    taught.set_rows(place.show)
+    program.viewport.focus_chain()
+    if (camera := place.camera) is not None:
+        facing = _facing(program)
+        if facing is not None:
+            program.viewport.steer(lambda best: _from_side(best, camera, facing))
+
+
+def present_place(program: GuidedProgram) -> Place | None:
+    """Where the program stands; None without a clip."""
+    document, taught, viewport = program.document, program.taught, program.viewport
+    data = document.data
+    if data is None:
+        return None
+    teaches = taught.active
+    return Place(
+        clip=data.clip.path,
+        frame=document.frame,
+        chain=document.chain,
+        camera=_present_camera(program) if viewport.view is not None else None,
+        lit=taught.lit if teaches else "",
+        what_if=taught.what_if,
+        stage=taught.stage if teaches else None,
+        tab=TABS[0] if teaches else TABS[1],
+        look=document.show.value,
+        skin=program.actions["skin"].isChecked(),
+    )
+
+
+def _interval_at(program: GuidedProgram, place: Place) -> int | None:
+    """The interval of the chain at the frame, for a page of the review."""
+    if place.tab == TABS[0]:
+        return None
+    for judged in program.document.intervals:
+        own = judged.interval
+        if own.chain == place.chain and own.start <= place.frame < own.stop:
+            return judged.id
+    return None
+
+
+def _facing(program: GuidedProgram) -> Array | None:
+    scene, document = program.viewport.scene, program.document
+    if scene is None or document.data is None:
+        return None
+    return scene.facing(document.data.positions[document.frame])
+
+
+def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
+    """From another side than the limb's best one, as large in the picture."""
+    turned = replace(best, ahead=facing, azimuth=camera.azimuth, elevation=camera.elevation)
+    return turned.zoomed(camera.zoom)
+
+
+def _present_camera(program: GuidedProgram) -> Camera | None:
+    """The camera, against the one that the limb would be seen from; None if it is that one."""
+    viewport, facing = program.viewport, _facing(program)
+    now = viewport.camera
+    if now is None or facing is None:
+        return None
+    viewport.focus_chain()
+    best = viewport.camera
+    viewport.steer(lambda _: now)
+    assert best is not None
+    if np.allclose([now.distance, *now.position], [best.distance, *best.position], rtol=1e-6):
+        return None
+    level = replace(now, ahead=facing).looking_from(now.direction)
+    return Camera(level.azimuth, level.elevation, best.distance / now.distance)

@@ -1,0 +1,161 @@
+"""A lesson as one web page that needs no network: texts, equations, sliders and the figure in 3D.
+
+Its template, styles and scripts are in assets/lesson_page; three.js, the 3D library, is taken from
+the package trimesh, which brings it for a viewer of its own.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile, ZipFile
+
+import jinja2
+from markupsafe import Markup
+
+from inspector.bundled import ASSETS
+from inspector.lessons.lesson_file import LessonFile
+from inspector.lessons.page_data import PageData
+from inspector.lessons.page_texts import Formulas, rendered
+from inspector.session.opening import Analysed, analysed
+from inspector.teaching.equation_table import SECTIONS
+from inspector.teaching.gizmo_drawing import lit_parts
+from inspector.teaching.symbols import MARKS, SYMBOLS, colour
+from inspector.viewport.bone_colours import GHOST_ALPHA, palette
+from inspector.widgets.theme import DARK, LIGHT, Theme
+from twistcore.atomic import write_atomically
+from twistcore.bvh import read_bvh
+from twistcore.errors import TwistError
+
+LARGEST = 5_000_000  # bytes of a page
+_SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds on either side of a page's frame: the first that fits
+_FOLDER = ASSETS / "lesson_page"
+_SCRIPTS = (
+    *("swing_twist.js", "labels.js", "words.js", "clip_data.js", "orbit_camera.js", "gizmo.js"),
+    *("striped_skin.js", "figure_view.js", "curves.js", "hand.js", "lesson.js"),
+)
+_LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
+
+
+def export_page(lesson: LessonFile, path: Path) -> None:
+    """Write a lesson as a page; TwistError says what is wrong. Safe to call in any thread."""
+    write_atomically(path, page_text(lesson).encode())
+
+
+def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
+    """The page as HTML, at most `largest` bytes: with fewer frames around those of its pages."""
+    opened = cache(_opened)
+    for seconds in _SPANS:
+        text = _assembled(lesson, opened, seconds)
+        if len(text.encode()) <= largest:
+            return text
+    raise TwistError(
+        f"{lesson.path.name}: its page would have {len(text.encode()) / 1e6:.1f} MB, more than "
+        f"{largest / 1e6:.1f}. Fewer pages, or pages of the same frames, take less."
+    )
+
+
+def three_js() -> str:
+    """three.js as it lies in the package trimesh, with its licence; TwistError if it does not."""
+    package = find_spec("trimesh")
+    if package is None or package.origin is None:
+        raise _without_library("it is not installed")
+    try:
+        with ZipFile(Path(package.origin).parent / "resources/templates/viewer.zip") as viewer:
+            text = viewer.read("viewer.html.template").decode("utf-8")
+        start, stop = text.index("/**\n * @license"), text.index(_LIBRARY_ENDS)
+    except (OSError, KeyError, ValueError, BadZipFile):
+        raise _without_library("in the installed version it is not where it was") from None
+    return text[start : stop + len(_LIBRARY_ENDS)]
+
+
+def _without_library(why: str) -> TwistError:
+    return TwistError(
+        f"A lesson's page draws with three.js, which the Python package trimesh brings, but {why}. "
+        "Install the version of trimesh that this program asks for."
+    )
+
+
+def _opened(clip: Path) -> Analysed:
+    return analysed(read_bvh(clip))
+
+
+def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: float) -> str:
+    rights = [row.right for section in SECTIONS for row in section.rows]
+    formulas = Formulas([*(mark.tex for mark in MARKS.values()), *rights])
+    pages = [
+        {"title": p.title, "body": rendered(p.body, formulas), "task": rendered(p.task, formulas)}
+        for p in lesson.pages
+    ]
+    done_elsewhere = [any(c.name == "accepted" for c in page.done) for page in lesson.pages]
+    data = PageData(lesson, opened, seconds).gathered() | _looks(formulas)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_FOLDER),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("page.html").render(
+        title=lesson.title,
+        pages=[page | {"elsewhere": e} for page, e in zip(pages, done_elsewhere, strict=True)],
+        sections=SECTIONS,
+        symbols=SYMBOLS,
+        formula=formulas.svg,
+        style=Markup(_colours() + _read("page.css")),
+        library=Markup(three_js()),
+        scripts=[Markup(_read(name)) for name in _SCRIPTS],
+        data=Markup(_json(data)),
+    )
+
+
+def _read(name: str) -> str:
+    return (_FOLDER / name).read_text(encoding="utf-8")
+
+
+def _json(data: Any) -> str:
+    """JSON that ends no script element, whatever a name in it says."""
+    text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _looks(formulas: Formulas) -> dict[str, Any]:
+    """Colours of both themes, and the labels of the gizmo."""
+    return {
+        "themes": {"light": _theme(LIGHT), "dark": _theme(DARK)},
+        "ghost": GHOST_ALPHA,
+        "marks": {
+            name: formulas.outline(mark.tex) | {"family": mark.family}
+            for name, mark in MARKS.items()
+        },
+        "together": {name: sorted(lit_parts(name)) for name in SYMBOLS},
+    }
+
+
+def _theme(theme: Theme) -> dict[str, Any]:
+    families = {mark.family for mark in MARKS.values()}
+    return {
+        "dark": theme.dark,
+        "roles": _roles(theme),
+        "families": {family: colour(family, theme) for family in sorted(families)},
+        "palette": palette(theme).clip(0.0, 255.0).round().astype(int).tolist(),
+    }
+
+
+def _roles(theme: Theme) -> dict[str, str]:
+    return {name: value for name, value in vars(theme).items() if isinstance(value, str)}
+
+
+def _colours() -> str:
+    """The themes' colours as properties of the style sheet."""
+
+    def properties(theme: Theme) -> str:
+        own = _roles(theme) | {f"family-{f}": c for f, c in _theme(theme)["families"].items()}
+        return "".join(f"--{name.replace('_', '-')}:{value};" for name, value in own.items())
+
+    dark = f"@media (prefers-color-scheme: dark){{:root{{color-scheme:dark;{properties(DARK)}}}}}"
+    return f":root{{color-scheme:light;{properties(LIGHT)}}}\n{dark}\n"

@@ -1,0 +1,166 @@
+"""Lesson files: what they say is read, and what is wrong in one is told in a sentence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from inspector.bundled import ASSETS, SAMPLE
+from inspector.lessons.lesson_conditions import Condition
+from inspector.lessons.lesson_file import read_lesson
+from inspector.lessons.lesson_place import Camera, Place, settings
+from twistcore.decomposition import WhatIf
+from twistcore.errors import FormatError
+
+HEAD = "---\ntitle: A lesson\nclip: walk_injected.bvh\n---\n\n"
+LESSON = """---
+title: A lesson
+clip: walk_injected.bvh
+---
+
+# First
+
+A text with $\\mathbf{a}$ and
+**words**.
+
+```lesson
+frame: 90
+chain: LeftArm
+camera: 30 20 1.5
+show: w, alpha
+lit: w
+what-if: twist 75, counter, swing 120, nudge -1
+tab: teaching
+look: after, skin
+done: counter, twist >= 60
+```
+
+> Press a button,
+> and look.
+
+# Second
+
+```python
+# this is no page
+```
+
+```lesson
+camera: limb
+clip: kick.bvh
+done: accepted limb-flip
+```
+"""
+
+
+def written(tmp_path, text):
+    path = tmp_path / "lesson.md"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_pages_and_their_places(tmp_path):
+    path = written(tmp_path, LESSON)
+    lesson = read_lesson(path)
+    assert (lesson.title, lesson.path) == ("A lesson", path)
+    first, second = lesson.pages
+    assert first.title == "First"
+    assert first.body == "A text with $\\mathbf{a}$ and\n**words**."
+    assert first.task == "Press a button, and look."
+    place = first.place
+    assert (place.clip, place.frame, place.chain) == (SAMPLE, 90, "LeftArm")
+    assert place.camera == Camera(np.radians(30.0), np.radians(20.0), 1.5)
+    assert (place.show, place.lit) == (("w", "alpha"), "w")
+    altered = place.what_if
+    assert np.degrees([altered.twist, altered.swing, altered.nudge]) == pytest.approx([75, 120, -1])
+    assert altered.counter
+    assert altered.bend is None
+    assert (place.tab, place.look, place.skin) == ("teaching", "after", True)
+    assert first.done == (Condition("counter"), Condition("twist", 60.0))
+    # Where the page before stood is kept, what it looked at is not.
+    assert second.body == "```python\n# this is no page\n```"
+    assert second.task == ""
+    assert second.place.clip == ASSETS / "kick.bvh"
+    assert (second.place.frame, second.place.chain, second.place.camera) == (90, "LeftArm", None)
+    assert (second.place.show, second.place.lit, second.place.skin) == ((), "", False)
+    assert not second.place.what_if.changes
+    assert second.done == (Condition("accepted", words=("limb-flip",)),)
+
+
+def test_a_clip_beside_the_lesson_comes_before_a_bundled_one(tmp_path):
+    own = tmp_path / "kick.bvh"
+    own.write_bytes((ASSETS / "walk.bvh").read_bytes())
+    first, second = read_lesson(written(tmp_path, LESSON)).pages
+    assert (first.place.clip, second.place.clip) == (SAMPLE, own)
+
+
+BAD = {
+    "title: A lesson": ("tittle: A lesson", 2, "a key of title, clip, found 'tittle: A lesson'"),
+    "---\n\n# First": ("# First", 34, "'---' after title and clip"),
+    "clip: walk_injected.bvh\n": ("", 3, "'clip: …' above this line"),
+    "# First": ("First", 6, "a page, which begins with a line '# Heading', found 'First'"),
+    "walk_injected": ("absent", 3, "a BVH file beside the lesson or one that is bundled"),
+    "frame: 90": ("frame: ninety", 12, "a frame, counted from 0, found 'ninety'"),
+    "frame: 90\n": ("frames: 90\n", 12, "'key: value' with a key of clip, frame, chain"),
+    "chain: LeftArm": ("frame: 3", 13, "'frame' once"),
+    "camera: 30 20 1.5": ("camera: 30 20", 14, "'limb', or azimuth and elevation"),
+    "show: w, alpha": ("show: w, omega", 15, "a symbol of a, q, w"),
+    "twist 75": ("twist far", 17, "an angle in degrees"),
+    "swing 120": ("swung 120", 17, "twist, counter, swing"),
+    "tab: teaching": ("tab: history", 18, "one of teaching, intervals, found 'history'"),
+    "look: after, skin": ("look: after, before", 19, "one of before, after, both"),
+    "done: counter,": ("done: counted,", 20, "a condition of moved, seen, lit, swing"),
+    "twist >= 60": ("twist > 60", 20, "'twist >= number of degrees'"),
+    "accepted limb-flip": ("accepted flip", 35, "one of counter-twist, limb-flip, lone-jump"),
+    "limb-flip\n```": ("limb-flip", 32, "'```' after the settings that begin here"),
+    "camera: limb": ("```\n```lesson", 34, "one block of settings a page"),
+}
+
+
+@pytest.mark.parametrize("right", BAD)
+def test_what_is_wrong_is_told_with_its_line(tmp_path, right):
+    wrong, line, expected = BAD[right]
+    assert right in LESSON
+    path = written(tmp_path, LESSON.replace(right, wrong, 1))
+    with pytest.raises(FormatError) as told:
+        read_lesson(path)
+    sentence = str(told.value)
+    assert "\n" not in sentence
+    assert sentence.startswith(f"{path}, line {line}: expected ")
+    assert expected in sentence
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"---\ntitle: x\nclip: walk.bvh\n---\n"])
+def test_what_is_no_lesson_is_told(tmp_path, content):
+    path = tmp_path / "lesson.md"
+    path.write_bytes(content)
+    with pytest.raises(FormatError, match=r"lesson\.md.*: expected "):
+        read_lesson(path)
+    with pytest.raises(FormatError, match=r"absent\.md: expected a lesson"):
+        read_lesson(tmp_path / "absent.md")
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        Place(SAMPLE),
+        Place(
+            SAMPLE, 66, "RightUpLeg", Camera(np.radians(-30.5), np.radians(12.0), 0.75),
+            ("m", "product"), "m",
+            WhatIf(twist=np.radians(-60.0), counter=True, swing=np.radians(179.0), applied=0.25),
+            1.5, "teaching", "after", True,
+        ),
+        Place(SAMPLE, what_if=WhatIf(bend=0.0, nudge=np.radians(1.5), toward=(0.0, 0.6, -0.8))),
+    ],
+)  # fmt: skip
+def test_a_place_that_is_written_is_read_again(tmp_path, place):
+    block = settings(place)
+    (page,) = read_lesson(written(tmp_path, f"{HEAD}# Page\n\n{block}\n")).pages
+    again = page.place
+    assert replace(again, what_if=WhatIf(), camera=None) == replace(
+        place, what_if=WhatIf(), camera=None
+    )
+    for one, other in ((again.what_if, place.what_if), (again.camera, place.camera)):
+        if other is not None:
+            theirs, mine = vars(other), vars(one)
+            for name, value in theirs.items():
+                assert mine[name] == (pytest.approx(value) if value is not None else None)
