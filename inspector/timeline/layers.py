@@ -6,6 +6,7 @@ cost no more than those on screen; one item per region would be slow.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -46,6 +47,7 @@ class Scenery:
 
     theme: Theme
     scale: float = 1.0  # of type and lines: larger in a presentation
+    still: bool = False  # in a figure: no number changes, none needs a column of its own
     frames: int = 0
     frame: int = 0
     intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
@@ -229,11 +231,12 @@ class FrontLayer(Layer):
         theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
         painter.setPen(QColor(theme.soft))
         edge, high = self.boundingRect().left(), metrics.height()
-        if self.values and metrics.horizontalAdvance(self.values) <= self._view.height():
+        top, bottom = self._beside_tau(metrics, edge + high)
+        if self.values and metrics.horizontalAdvance(self.values) <= bottom - top:
             painter.save()
-            painter.translate(edge, self._view.height())
+            painter.translate(edge, bottom)
             painter.rotate(-90.0)
-            box = QRectF(0.0, 0.0, self._view.height(), high)
+            box = QRectF(0.0, 0.0, bottom - top, high)
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.values)
             painter.restore()
         if self.time:
@@ -241,19 +244,33 @@ class FrontLayer(Layer):
             box = QRectF(edge, self._view.height() + 3.0 * self.scenery.scale, -edge - 6.0, high)
             painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
 
+    def _beside_tau(self, metrics: QFontMetricsF, edge: float) -> tuple[float, float]:
+        """Top and bottom of the room for words left of `edge`: where τ is said there, the rest."""
+        tall, box = self._view.height(), self._tau_box(metrics)
+        if box is None or box.left() >= edge:
+            return 0.0, tall
+        wanted = metrics.horizontalAdvance(self.values)
+        top, bottom = 0.5 * (tall - wanted), 0.5 * (tall + wanted)
+        if box.bottom() <= top or box.top() >= bottom:
+            return 0.0, tall
+        return (0.0, box.top()) if box.center().y() > 0.5 * tall else (box.bottom(), tall)
+
+    def _tau_box(self, metrics: QFontMetricsF) -> QRectF | None:
+        """Where τ is said, on the axis beside its line; None where that is out of view."""
+        low, high = self._view.viewRange()[1]
+        if self.tau is None or not low <= self.tau[0] <= high:
+            return None
+        y = (high - self.tau[0]) / (high - low) * self._view.height()
+        wide, tall = metrics.horizontalAdvance(self.tau[1]) + 6.0, metrics.height()
+        top = min(max(y - 0.5 * tall, 0.0), self._view.height() - tall)
+        return QRectF(-wide, top, wide, tall)
+
     def _paint_tau(self, painter: QPainter) -> None:
         """On the axis, where no curve runs."""
-        if self.tau is None:
+        theme, box = self.scenery.theme, self._tau_box(QFontMetricsF(painter.font()))
+        if box is None or self.tau is None:
             return
-        place, words = self.tau
-        low, high = self._view.viewRange()[1]
-        if not low <= place <= high:
-            return
-        theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
-        y = (high - place) / (high - low) * self._view.height()
-        wide, tall = metrics.horizontalAdvance(words) + 6.0, metrics.height()
-        top = min(max(y - 0.5 * tall, 0.0), self._view.height() - tall)
-        box = QRectF(-wide, top, wide, tall)
+        words = self.tau[1]
         painter.fillRect(box, QColor(theme.tau))
         painter.setPen(QColor(theme.surface))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
@@ -262,7 +279,8 @@ class FrontLayer(Layer):
         theme, edges = self.scenery.theme, self.boundingRect()
         metrics = QFontMetricsF(painter.font())
         x, y = edges.left() + 4.0, -4.5 * self.scenery.scale
-        for text, role in self.title:
+        for words, role in self.title:
+            text = re.sub(r"  +", " ", words) if self.scenery.still else words
             advance = metrics.horizontalAdvance(text)
             if x + advance > edges.right() - 2.0:
                 break

@@ -7,12 +7,10 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 from PySide6.QtCore import QTimer
-from PySide6.QtGui import QImage
-from PySide6.QtSvg import QSvgRenderer
 
+from inspector.recording.choice import FPS, RecordChoice, shots
 from inspector.recording.film import FilmWriter
 from inspector.recording.record_dialog import RecordDialog
-from inspector.recording.recorder import FPS, RecordChoice, film_frames
 from tests.conftest import ASSETS
 from tests.gui.windows import act
 
@@ -106,24 +104,11 @@ def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
     assert there.read_bytes() == b"mine"
 
 
-def test_pictures_for_slides(qtbot, window, tmp_path):
-    window.record_actions.record(RecordChoice(tmp_path / "p.png", size=SIZE))
-    image = QImage(str(tmp_path / "p.png"))
-    assert (image.width(), image.height()) == SIZE
-    window.record_actions.record(RecordChoice(tmp_path / "p.svg", size=(960, 540)))
-    text = (tmp_path / "p.svg").read_text()
-    assert QSvgRenderer(str(tmp_path / "p.svg")).isValid()
-    assert text.count("<polyline") > 50  # curves are lines
-    assert "Twist" in text  # and words are letters
-    window.record_actions.record(RecordChoice(tmp_path / "bare.svg", size=SIZE, curves=False))
-    assert (tmp_path / "bare.svg").read_text().count("<polyline") == 0
-
-
 def test_frames_of_a_film_keep_time():
     real = RecordChoice(ASSETS / "x.mp4", 10, 130, 1.0)
-    assert film_frames(real, 120.0) == list(range(10, 130, 4))
+    assert [s.frame for s in shots(real, 120.0, 0)] == list(range(10, 130, 4))
     slow = RecordChoice(ASSETS / "x.mp4", 0, 12, 0.1)
-    frames = film_frames(slow, 120.0)
+    frames = [s.frame for s in shots(slow, 120.0, 0)]
     assert len(frames) == round(12 / 120.0 / 0.1 * FPS[".mp4"])
     assert frames == sorted(frames)
     assert (frames[0], frames[-1]) == (0, 11)
@@ -131,15 +116,16 @@ def test_frames_of_a_film_keep_time():
 
 def test_the_form_says_what_it_will_make(qtbot, window):
     act(window, "next_interval")
-    dialog = RecordDialog(window.document, (10.0, 60.0), window)
+    dialog = RecordDialog(window.document, (10.0, 60.0), window, teaching=False)
     qtbot.addWidget(dialog)
-    assert dialog.range.count() == 3
+    dialog.show()
+    assert dialog.range.count() == 4
     judged = window.document.interval.interval
     assert dialog.choice().first == max(0, judged.start - 60)
     assert "pictures" in dialog.length.text()
     dialog.format.setCurrentIndex(3)
     assert dialog.choice().path.suffix == ".svg"
-    assert not dialog.speed.isEnabled()
+    assert not dialog.speed.isVisible()
     dialog.path.setText("name")
     assert dialog.choice().path.name == "name.svg"
 
