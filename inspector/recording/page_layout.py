@@ -7,16 +7,18 @@ from PySide6.QtCore import QPointF, QRectF, QSizeF
 from inspector.recording.choice import Contents
 
 WIDE = 620.0  # units from which the equations stand beside the figure, not below everything
-CURVES_SHARE = 0.42  # of the height, for the curves below a figure
+_CURVES_SHARE = 0.42  # of the height, for the curves below a figure
 _VIEW_SHAPE = {True: 0.46, False: 0.72}  # height by width, in a wide picture and in a narrow one
 _GAP = 2.0
 
 
-def boxes(page: QSizeF, contents: Contents, wanted: QSizeF, curves: float) -> dict[str, QRectF]:
+def boxes(
+    page: QSizeF, contents: Contents, wanted: QSizeF, curves: float = 0.0
+) -> dict[str, QRectF]:
     """Boxes by 'view', 'curves' and 'equations'.
 
-    curves: the height of the curves where there is something else; wanted: the room that the
-    equations would have: they get no more than that, and in its proportions.
+    wanted: the room that the equations would have: they get no more than that, and in its
+    proportions; curves: the height of the curves below a figure, 0 for the usual share.
     """
     wide, high = page.width(), page.height()
     beside = contents.view and contents.equations and wide >= WIDE
@@ -28,12 +30,12 @@ def boxes(page: QSizeF, contents: Contents, wanted: QSizeF, curves: float) -> di
         rest = Contents(contents.view, contents.curves, equations=False)
         return out | (boxes(QSizeF(wide, top), rest, wanted, curves) if others else {})
     out, left = {}, wide
-    top = round(high - curves) if contents.curves else high
+    top = round(high - (curves or _CURVES_SHARE * high)) if contents.curves else high
     if not contents.view:
         top = 0.0
     if beside:
         room = _fitted(wanted, 0.5 * wide, top)
-        left = round(wide - room.width())
+        left = float(int(wide - room.width()))
         out["equations"] = QRectF(QPointF(left, 0.5 * (top - room.height())), room)
     if contents.view:
         out["view"] = QRectF(0.0, 0.0, left, top)

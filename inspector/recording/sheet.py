@@ -317,8 +317,9 @@ class _Keeper(QPaintEngine):
     def _clip_of(self, box: QRectF) -> QPainterPath | None:
         """What cuts a thing that is as large as `box`: None where all of it is inside."""
         clip = self._clip
-        window = self.systemClip()  # of the widget that is being painted
-        if not window.isEmpty():
+        window = self.systemClip()  # of the widget that is being painted, in whole units
+        near = QRectF(window.boundingRect()).adjusted(-1.0, -1.0, 1.0, 1.0)
+        if not window.isEmpty() and (window.rectCount() > 1 or not near.contains(box)):
             edges = QPainterPath()
             edges.addRegion(window)
             clip = edges if clip is None else clip.intersected(edges)

@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPalette, QRegion
 from PySide6.QtWidgets import QLabel, QWidget
 
 from inspector.recording.choice import SCREEN_DPI, USUAL_POINTS, Contents, Paper, RecordChoice, Shot
-from inspector.recording.page_layout import CURVES_SHARE, boxes, natural_height
+from inspector.recording.page_layout import boxes, natural_height
 from inspector.recording.sheet import Sheet
 from inspector.recording.view_picture import view_picture
 from inspector.teaching.equations import Equations
@@ -131,9 +131,10 @@ class Stage(QWidget):
 
     def _place(self, choice: RecordChoice) -> None:
         wide, high = (self._units * side for side in choice.size)
-        curves = CURVES_SHARE * high
+        curves = 0.0
         if not high:
-            curves = self.timeline.height_for(wide) if self.timeline is not None else 0.0
+            if self.timeline is not None:
+                curves = self.timeline.height_for(wide)
             high = curves + natural_height(wide, choice.contents, self._wanted)
         # Films want even numbers of pixels, and so do the halves of a split view.
         self.resize(max(2, round(wide) // 2 * 2), max(2, round(high) // 2 * 2))

@@ -8,7 +8,6 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
-from inspector.widgets.canvas import in_pixels
 from twistcore.rotation import Array
 
 _NOTHING = np.zeros(0)
@@ -52,4 +51,4 @@ class Line(pg.GraphicsObject):
             self._path = pg.arrayToQPath(x, y, connect="finite", finiteCheck=True)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, self.smooth)
         painter.setPen(self.pen)
-        painter.drawPath(in_pixels(painter, self).map(self._path))
+        painter.drawPath(self._path)

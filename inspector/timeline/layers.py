@@ -23,6 +23,7 @@ from twistcore.review import Judged
 from twistcore.rotation import Array
 
 _TITLE_HEIGHT = 17.0
+_NARROWEST = 0.75  # of the usual letters, for a long title over a narrow figure
 _REMEMBERED = 8  # pictures of regions kept: every plot asks for the same one or two
 
 
@@ -277,13 +278,24 @@ class FrontLayer(Layer):
 
     def _paint_title(self, painter: QPainter) -> None:
         theme, edges = self.scenery.theme, self.boundingRect()
-        metrics = QFontMetricsF(painter.font())
         x, y = edges.left() + 4.0, -4.5 * self.scenery.scale
-        for words, role in self.title:
-            text = re.sub(r"  +", " ", words) if self.scenery.still else words
+        title = self.title
+        if self.scenery.still:
+            title = [(re.sub(r"  +", " ", text), role) for text, role in title]
+            painter.setFont(_narrowed(painter.font(), title, edges.right() - 2.0 - x))
+        metrics = QFontMetricsF(painter.font())
+        for text, role in title:
             advance = metrics.horizontalAdvance(text)
             if x + advance > edges.right() - 2.0:
                 break
             painter.setPen(QColor(getattr(theme, role)))
             painter.drawText(QPointF(x, y), text)
             x += advance
+
+
+def _narrowed(font: QFont, title: list[tuple[str, str]], room: float) -> QFont:
+    """Letters as large as a whole title has room for, within reason."""
+    wide = QFontMetricsF(font).horizontalAdvance("".join(text for text, _ in title))
+    narrow = QFont(font)
+    narrow.setPointSizeF(font.pointSizeF() * min(1.0, max(_NARROWEST, 0.99 * room / max(wide, 1.0))))
+    return narrow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pyqtgraph as pg
 from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
@@ -11,7 +12,6 @@ from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.tau_line import colour_tau, tau_words
 from inspector.widgets.background import OneTask
-from inspector.widgets.canvas import LevelLine
 from inspector.widgets.theme import Theme
 from twistcore.analysis import ClipAnalysis
 from twistcore.detection import DETECTORS
@@ -47,7 +47,7 @@ class OtherDetector(Pane):
         )
         self._clip: ClipAnalysis | None = None  # what the task is about
         self._task = OneTask(self)
-        self._line = LevelLine(angle=0)
+        self._line = pg.InfiniteLine(angle=0)
         self.addItem(self._line)
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPen
+from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QWidget
 
 from inspector.timeline.curve_line import Line
@@ -17,7 +17,7 @@ from inspector.timeline.curve_values import thinned
 from inspector.timeline.layers import BackLayer, FrontLayer, Scenery
 from inspector.timeline.time_view import TimeView
 from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis, root_scale
-from inspector.widgets.canvas import Canvas, LevelLine
+from inspector.widgets.canvas import Canvas
 from inspector.widgets.theme import Theme
 from twistcore.rotation import Array
 
@@ -68,7 +68,7 @@ class Pane(Canvas):
         self._lit: str | None = None
         self.scenery = scenery
         self._bottom_shown = True
-        self._zero = LevelLine(pos=0.0, angle=0)
+        self._zero = pg.InfiniteLine(pos=0.0, angle=0)
         self._zero.setZValue(-50)
         self.addItem(self._zero)
         self.curves = {s.name: Line(self.view) for s in styles}
@@ -128,7 +128,7 @@ class Pane(Canvas):
         for style in self._styles:
             bold = self._lit is not None and style.name.startswith(self._lit)
             width = round(self.scenery.scale) * (_LIT_WIDTH if bold else 1.0)
-            pen = QPen(QColor(getattr(theme, style.role)), width)
+            pen = pg.mkPen(getattr(theme, style.role), width=width)
             if style.dashed:
                 pen.setDashPattern([5.0, 3.0])
             curve = self.curves[style.name]

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import pyqtgraph as pg
-from PySide6.QtCore import QPointF, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QPainter, QPen, QTransform
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QColor, QFont, QPen
 from PySide6.QtWidgets import QGraphicsGridLayout, QGraphicsItem, QSizePolicy, QWidget
 
 from inspector.widgets.theme import Theme
@@ -79,32 +79,7 @@ class Canvas(pg.GraphicsView):
         self.viewport().update()
 
 
-def in_pixels(painter: QPainter, item: QGraphicsItem) -> QTransform:
-    """Let an item's painter draw in its plot's pixels; from the item's places to those.
-
-    Qt's pens that keep their width at any zoom count it in pixels of what is painted on: a hair on
-    600 dots an inch, a band 18 pixels wide where a reader of SVG does not know such pens.
-    """
-    places = item.sceneTransform()
-    painter.setWorldTransform(places.inverted()[0], True)
-    return places
-
-
-class LevelLine(pg.InfiniteLine):
-    """A line across a plot, as wide as its pen in the plot's pixels on whatever it is painted."""
-
-    def paint(self, painter: QPainter, *_: object) -> None:
-        """Upright or level: without smoothing it is sharp."""
-        left, right = self._endPoints
-        pen = QPen(self.currentPen)
-        pen.setCosmetic(False)
-        pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-        painter.setPen(pen)
-        places = in_pixels(painter, self)
-        painter.drawLine(places.map(QPointF(left, 0.0)), places.map(QPointF(right, 0.0)))
-
-
-class TauLine(LevelLine):
+class TauLine(pg.InfiniteLine):
     """A line that is dragged; says when it moves, and when the mouse comes over it or leaves it."""
 
     changed = Signal()
