@@ -18,6 +18,7 @@ from inspector.recording.view_picture import view_picture
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
 from inspector.teaching.taught_frame import TaughtFrame
+from inspector.teaching.what_if_values import plotted
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import LIGHT
@@ -167,6 +168,7 @@ class Stage(QWidget):
         # has grown, and a plot that is new in its grid is shown only then.
         if self.timeline is not None:
             self.timeline.refresh()
+            self.timeline.show_what_if(plotted(self.taught))
             for pane in self.timeline.panes.values():
                 QCoreApplication.sendPostedEvents(pane)
         QCoreApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)

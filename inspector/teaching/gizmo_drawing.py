@@ -10,6 +10,8 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 from inspector.session.open_clip import Show
 from inspector.teaching import gizmo_joints
 from inspector.teaching.gizmo_family import NEAR, add_family
+from inspector.teaching.gizmo_handles import handles
+from inspector.teaching.gizmo_hold import Hold
 from inspector.teaching.gizmo_labels import Labels
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Part, Sketch, sketch
 from inspector.teaching.symbols import MARKS, colour
@@ -49,6 +51,7 @@ class GizmoGuest:
     def __init__(self, viewport: Viewport, taught: TaughtFrame, typesetter: Typesetter) -> None:
         self._viewport, self._taught = viewport, taught
         self.labels = Labels(viewport, typesetter)
+        self.hold = Hold(viewport, taught)
         self._pieces: dict[str, Piece] = {}
         self._parts: list[Part] = []  # their symbols and sizes are the same in every frame
         self._layer: vtkOpenGLRenderer | None = None
@@ -87,11 +90,15 @@ class GizmoGuest:
         self._attend(scene, shapes)
         for look, piece in self._pieces.items():
             piece.move(np.vstack([part.points for part in shapes.parts if part.look == look]))
-        assert self._taught.chain is not None
-        self._triads.show(self._viewport.drawing.looks.triads)
-        self._triads.move(
-            gizmo_joints.triads(self._taught.chain, pose.rotations, pose.positions, shapes.unit)
+        chain, d = self._taught.chain, self._taught.quantities
+        assert chain is not None
+        assert d is not None
+        parent = chain.parent
+        self.hold.show_places(
+            handles(d, pose.rotations[parent], pose.positions[parent], shapes.unit)
         )
+        self._triads.show(self._viewport.drawing.looks.triads)
+        self._triads.move(gizmo_joints.triads(chain, pose.rotations, pose.positions, shapes.unit))
         self._paint()
         width, height = self._viewport.picture_size()
         left = self._viewport.width() - width
@@ -126,6 +133,7 @@ class GizmoGuest:
     def leave(self) -> None:
         """Take everything out of the view."""
         self.labels.hide()
+        self.hold.leave()
         for piece in self._pieces.values():
             piece.remove()
         self._triads.remove()

@@ -11,6 +11,7 @@ from inspector.teaching.gizmo_drawing import GizmoGuest
 from inspector.teaching.symbols import SYMBOLS, typeset_texts
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
+from inspector.teaching.what_if_values import plotted
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
@@ -81,6 +82,7 @@ class TeachingPanel(QWidget):
         quantities = self._taught.quantities if self._taught.active else None
         self.equations.show_numbers(quantities)
         self.what_if.show_state(quantities)
+        self._timeline.show_what_if(plotted(self._taught))
         self._retitled()
         self._invite()
 

@@ -296,6 +296,7 @@ class FrontLayer(Layer):
 def _narrowed(font: QFont, title: list[tuple[str, str]], room: float) -> QFont:
     """Letters as large as a whole title has room for, within reason."""
     wide = QFontMetricsF(font).horizontalAdvance("".join(text for text, _ in title))
+    share = max(_NARROWEST, 0.99 * room / max(wide, 1.0))
     narrow = QFont(font)
-    narrow.setPointSizeF(font.pointSizeF() * min(1.0, max(_NARROWEST, 0.99 * room / max(wide, 1.0))))
+    narrow.setPointSizeF(font.pointSizeF() * min(1.0, share))
     return narrow

@@ -12,7 +12,6 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from inspector.viewport import opengl
 from inspector.viewport.bodies import JOINT, STRIPE, Bone, Soup, build_soup, place
 from inspector.viewport.bone_colours import (
-    Colours,
     ghost_paint,
     mix,
     paint,
@@ -129,7 +128,7 @@ class Solid(_Figure):
         super().__init__(parts, renderer)
         self._shapes, self._ground, self._renderer = shapes, ground, renderer
         self._painted: tuple[bytes, ...] | None = None
-        self._faint: list[Piece] = []  # made for the first pose that has some
+        self._faint: list[Piece] = []  # where a pose has some
         self._apart: list[NDArray[np.bool_]] = []  # their vertices
 
     def set_theme(self, theme: Theme) -> None:
@@ -146,49 +145,45 @@ class Solid(_Figure):
         faint = b"" if pose.faint is None else pose.faint.tobytes()
         look = pose.roles.tobytes(), degrees, faint
         afresh = look != self._painted
-        if afresh:
+        if afresh and (self._painted is None or faint != self._painted[2]):
             self._set_apart(pose.faint)
         for k, (shape, faces, shadow) in enumerate(self.parts):
             points, normals = _placed(shape, pose.rotations, pose.positions)
             shadow.move(shadow_points(points, self._ground))
-            colours = None
-            if afresh and pose.offsets is None:
-                colours = paint(shape, self._colours, pose.roles)
-            elif afresh and pose.offsets is not None:
-                colours = scale_paint(shape, self._theme, pose.offsets)
-            if colours is not None:
-                faces.paint(colours)
-            if pose.faint is not None:
-                points = self._draw_faint(k, points, colours)
+            if afresh:
+                self._paint(k, pose)
+            if self._faint:
+                self._faint[k].move(points)
+                points[self._apart[k]] = points[0]  # no area: not drawn
             faces.move(points, normals)
         self._painted = look
 
-    def _set_apart(self, faint: NDArray[np.bool_] | None) -> None:
-        """Find what is faint of the shapes; the rest of them stays solid."""
-        if faint is not None and not self._faint:
-            self._faint = [
-                Piece(len(shape.bone), faces=shape.faces, channels=4)
-                .unlit(back_faces=False)
-                .blended()
-                .add_to(self._renderer)
-                for shape, *_ in self.parts
-            ]
-            self.pieces += self._faint
-        for piece in self._faint:
-            piece.show(faint is not None)
-        if faint is not None:
-            self._apart = [~self._shapes.belonging(shape, ~faint) for shape, *_ in self.parts]
-
-    def _draw_faint(self, k: int, points: Array, colours: Colours | None) -> Array:
-        """Draw what is faint of a part; the points (V, 3) of what is not. No area: not drawn."""
-        apart = self._apart[k][:, None]
-        nowhere = points[0]
-        self._faint[k].move(np.where(apart, points, nowhere))
-        if colours is not None:
+    def _paint(self, k: int, pose: Pose) -> None:
+        shape, faces, _ = self.parts[k]
+        if pose.offsets is None:
+            colours = paint(shape, self._colours, pose.roles)
+        else:
+            colours = scale_paint(shape, self._theme, pose.offsets)
+        faces.paint(colours)
+        if self._faint:
             alpha = np.full((len(colours), 1), _FAINT, np.uint8)
             self._faint[k].paint(np.hstack([colours, alpha]))
-        solid: Array = np.where(apart, nowhere, points)
-        return solid
+
+    def _set_apart(self, faint: NDArray[np.bool_] | None) -> None:
+        """Find what is faint of the shapes, and make pieces for it."""
+        for piece in self._faint:
+            piece.remove()
+            self.pieces.remove(piece)
+        self._faint, self._apart = [], []
+        if faint is None:
+            return
+        for shape, *_ in self.parts:
+            apart = ~self._shapes.belonging(shape, ~faint)
+            thin = Piece(len(apart), faces=shape.faces[apart[shape.faces[:, 0]]], channels=4)
+            thin.unlit(back_faces=False).blended().add_to(self._renderer)
+            self._apart.append(apart)
+            self._faint.append(thin)
+        self.pieces += self._faint
 
 
 class Ghost(_Figure):
