@@ -172,6 +172,9 @@ class Stage(QWidget):
             for pane in self.timeline.panes.values():
                 QCoreApplication.sendPostedEvents(pane)
         QCoreApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
+        if self.timeline is not None and not self._film:
+            self.timeline.fit_titles()
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
 
     def picture(self) -> QImage:
         """What is on the stage, a pixel a unit."""

@@ -6,7 +6,6 @@ cost no more than those on screen; one item per region would be slow.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,12 +17,12 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from inspector.timeline.regions import Regions
 from inspector.timeline.time_view import TimeView
+from inspector.timeline.title_lines import title_lines
 from inspector.widgets.theme import Theme, figures_font, mixed
 from twistcore.review import Judged
 from twistcore.rotation import Array
 
 _TITLE_HEIGHT = 17.0
-_NARROWEST = 0.75  # of the usual letters, for a long title over a narrow figure
 _REMEMBERED = 8  # pictures of regions kept: every plot asks for the same one or two
 
 
@@ -49,6 +48,7 @@ class Scenery:
     theme: Theme
     scale: float = 1.0  # of type and lines: larger in a presentation
     still: bool = False  # in a figure: no number changes, none needs a column of its own
+    title_lines: int = 1  # there is room for, above every plot
     frames: int = 0
     frame: int = 0
     intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
@@ -63,7 +63,12 @@ class Scenery:
 
     @property
     def title_height(self) -> float:
-        """Pixels of the line of words above a plot."""
+        """Pixels of the words above a plot."""
+        return self.line_height * self.title_lines
+
+    @property
+    def line_height(self) -> float:
+        """Pixels of a line of them."""
         return _TITLE_HEIGHT * self.scale
 
     def font(self, *, bold: bool = False) -> QFont:
@@ -276,27 +281,24 @@ class FrontLayer(Layer):
         painter.setPen(QColor(theme.surface))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
+    def title_lines(self) -> list[list[tuple[str, str]]]:
+        """The title: one line, in a figure as many as it needs."""
+        if not self.scenery.still:
+            return [self.title]
+        advance = QFontMetricsF(self.scenery.font()).horizontalAdvance
+        return title_lines(self.title, self.boundingRect().width() - 6.0, advance)
+
     def _paint_title(self, painter: QPainter) -> None:
         theme, edges = self.scenery.theme, self.boundingRect()
-        x, y = edges.left() + 4.0, -4.5 * self.scenery.scale
-        title = self.title
-        if self.scenery.still:
-            title = [(re.sub(r"  +", " ", text), role) for text, role in title]
-            painter.setFont(_narrowed(painter.font(), title, edges.right() - 2.0 - x))
         metrics = QFontMetricsF(painter.font())
-        for text, role in title:
-            advance = metrics.horizontalAdvance(text)
-            if x + advance > edges.right() - 2.0:
-                break
-            painter.setPen(QColor(getattr(theme, role)))
-            painter.drawText(QPointF(x, y), text)
-            x += advance
-
-
-def _narrowed(font: QFont, title: list[tuple[str, str]], room: float) -> QFont:
-    """Letters as large as a whole title has room for, within reason."""
-    wide = QFontMetricsF(font).horizontalAdvance("".join(text for text, _ in title))
-    share = max(_NARROWEST, 0.99 * room / max(wide, 1.0))
-    narrow = QFont(font)
-    narrow.setPointSizeF(font.pointSizeF() * min(1.0, share))
-    return narrow
+        lines = self.title_lines()
+        for k, line in enumerate(lines):
+            above = (len(lines) - 1 - k) * self.scenery.line_height
+            x, y = edges.left() + 4.0, -4.5 * self.scenery.scale - above
+            for text, role in line:
+                advance = metrics.horizontalAdvance(text)
+                if x + advance > edges.right() - 2.0:
+                    break
+                painter.setPen(QColor(getattr(theme, role)))
+                painter.drawText(QPointF(x, y), text)
+                x += advance

@@ -173,6 +173,15 @@ class Timeline(QWidget):
         for pane in self.panes.values():
             pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # of the ground: that is a picture
 
+    def fit_titles(self) -> None:
+        """In a figure, room for all lines of the longest title."""
+        lines = max(len(self.panes[key].front.title_lines()) for key in self.grid.shown)
+        if lines != self.scenery.title_lines:
+            for scenery in (self.scenery, self.other.scenery):
+                scenery.title_lines = lines
+            for pane in self.panes.values():
+                pane.set_scale()
+
     def height_for(self, width: float) -> float:
         """Pixels that it needs for all its plots to be read, on such a width."""
         return self._head.sizeHint().height() + self.grid.height_for(width) + 1.0

@@ -15,6 +15,7 @@ from inspector.recording.page_layout import boxes
 from inspector.recording.sheet import Picture, Shape, Sheet, Words
 from inspector.recording.stage import WHITE, Shown, Stage
 from inspector.recording.svg_file import svg_of
+from inspector.timeline.title_lines import title_lines
 from inspector.widgets.theme import DARK
 from tests.gui.windows import act
 
@@ -205,6 +206,7 @@ def test_svg_has_the_sheets_own_units_only():
     assert letters.attrib["aria-label"] == "a < b"
     assert curve.attrib["d"] == "M0 0 C2 2 4 4 6 2"
     assert (curve.attrib["fill"], curve.attrib["fill-opacity"]) == ("#ff0000", "0.2")
+    assert "clip-path" not in line.attrib
     assert b'width="52.92mm"' in text
     assert QSvgRenderer(text).viewBoxF() == QRectF(0.0, 0.0, 200.0, 100.0)
 
@@ -233,6 +235,10 @@ def test_svg_of_everything_needs_nothing_that_readers_pass_over(figure):
     assert float(line.attrib["stroke-width"]) == 1.6
     assert "stroke-dasharray" not in line.attrib
     assert y0 == y1
+    cut = [p for p in root.iter(f"{SVG}path") if "clip-path" in p.attrib and "stroke" in p.attrib]
+    names = {p.attrib["clip-path"] for p in cut}
+    assert names <= {f"url(#{c.attrib['id']})" for c in root.iter(f"{SVG}clipPath")}
+    assert len(names) >= 4  # the curves of each plot
     said = " ".join(p.attrib.get("aria-label", "") for p in root.iter())
     for words in ("Twist", "Strength", "frame", "Parent:", "(13)", "captured"):
         assert words in said
@@ -388,6 +394,19 @@ def test_a_figure_shows_what_the_plots_show(window, sheet):
     assert min(frames) >= 100
     assert max(frames) <= 140
     assert not any("Per" in t for t in said)
+
+
+def test_a_long_title_goes_on_in_a_second_line_and_parts_no_name_from_its_number(window, sheet):
+    window.taught.alter(twist=1.3, counter=True)
+    items = sheet(size=(pixels(90.0), 0)).items
+    words = {w.text.strip(): w.outline().boundingRect() for w in items if isinstance(w, Words)}
+    angle = next(text for text in words if text.startswith("○"))
+    assert words["Twist"].bottom() < words[angle].top()
+    title = [("Twist ", "soft"), ("θp", "text"), ("   1.0°", "before"), ("   ", "soft"),
+             ("   what if", "soft"), ("  m", "text"), (" ● 2.0°", "after")]  # fmt: skip
+    told = ["".join(text for text, _ in line) for line in title_lines(title, 20.0, len)]
+    assert told == ["Twist θp 1.0° ", "what if m ● 2.0°"]
+    assert len(title_lines(title, 40.0, len)) == 1
 
 
 def test_type_alone_decides_what_a_size_holds():
