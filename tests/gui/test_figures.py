@@ -16,7 +16,7 @@ from inspector.recording.sheet import Picture, Shape, Sheet, Words
 from inspector.recording.stage import WHITE, Shown, Stage
 from inspector.recording.svg_file import svg_of
 from inspector.timeline.title_lines import title_lines
-from inspector.widgets.theme import DARK
+from inspector.widgets.theme import DARK, figures_font
 from tests.gui.windows import act
 
 EVERYTHING = Contents(equations=True)
@@ -435,3 +435,27 @@ def test_equations_are_typeset_first_where_the_tab_was_never_shown(qtbot, at_for
     assert not at_forearm.taught.active
     assert "atan2" not in path.read_text()  # TeX is outlines …
     assert path.read_text().count("<path") > 60
+
+
+def test_letters_are_set_alike_wherever_they_are_put_down(qapp):
+    """In the font they were painted in, though that is the program's and it has another now."""
+    sheet = Sheet(300.0, 60.0, 96)
+    painter = QPainter(sheet)
+    painter.drawText(QPointF(5.0, 30.0), "0.981 iii")
+    painter.end()
+    (words,) = sheet.items
+    image = QImage(1200, 240, QImage.Format.Format_RGB32)
+    image.fill(QColor("white"))
+    mine = qapp.font()
+    qapp.setFont(figures_font(2.0 * mine.pointSizeF()))
+    try:
+        painter = QPainter(image)
+        painter.scale(4.0, 4.0)
+        sheet.paint(painter)
+        painter.end()
+        box = words.outline().boundingRect()
+    finally:
+        qapp.setFont(mine)
+    columns = np.flatnonzero((grey(image) < 128.0).any(axis=0))
+    assert columns[0] / 4.0 == pytest.approx(box.left(), abs=0.5)
+    assert columns[-1] / 4.0 == pytest.approx(box.right(), abs=0.5)
