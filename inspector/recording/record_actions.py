@@ -13,7 +13,7 @@ from inspector.recording.record_dialog import RecordDialog
 from inspector.recording.recorder import Recorder, save_picture
 from inspector.recording.stage import Shown, Stage
 from inspector.session.document import Document
-from inspector.teaching.symbols import typeset_texts
+from inspector.teaching.equation_table import typeset_texts
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QRectF, QSize, QSizeF, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, QRectF, QSize, QSizeF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPalette, QRegion
 from PySide6.QtWidgets import QLabel, QWidget
 
@@ -26,6 +26,7 @@ from inspector.widgets.typeset import Typesetter
 
 WHITE = replace(LIGHT, window="#ffffff", raised="#ffffff")  # paper has no grey of its own
 _TYPE = 9.0  # points of the legend and of the equations where the plots have USUAL_POINTS
+_STAR = "* as corrected here; the paper prints it otherwise."
 _NOTHING = QSizeF(1.0, 1.0)
 
 
@@ -76,6 +77,7 @@ class Stage(QWidget):
         wanted = self._choice.sweep is not None or self._choice.contents.equations
         mirrored.active = taught.active or wanted
         mirrored.what_if, mirrored.lit, mirrored.stage = taught.what_if, taught.lit, taught.stage
+        mirrored.rows = taught.rows
         return mirrored
 
     def _dress(self) -> None:
@@ -111,12 +113,23 @@ class Stage(QWidget):
         if contents.equations:
             self.equations = Equations(self.taught, shown.typesetter)
             self.equations.setParent(self)
-            self._ink(self.equations)
-            self.equations.set_theme(self.theme)
-            self.equations.show_numbers(self.taught.quantities)
-            self.equations.show_lit(self.taught.lit)
-            self._wanted = QSizeF(self.equations.minimumSizeHint())
-            self.equations.resize(self._wanted.toSize())
+            self._set_up(self.equations)
+
+    def _set_up(self, equations: Equations) -> None:
+        """As large as its rows need, with nothing to press and nothing to be looked up."""
+        self._ink(equations)
+        equations.set_theme(self.theme)
+        equations.show_only(self.taught.rows or None)
+        equations.show_lit(self.taught.lit)
+        for head in equations.heads:
+            head.setEnabled(False)
+        equations.conventions.setText(f"{equations.conventions.text()} {_STAR}")
+        layout = equations.layout()
+        assert layout is not None
+        heads = [head.sizeHint().width() for head in equations.heads if not head.isHidden()]
+        wide = max(equations.minimumSizeHint().width(), *heads)  # they are cut short in the tab
+        self._wanted = QSizeF(wide, layout.totalHeightForWidth(wide))
+        equations.resize(self._wanted.toSize())
 
     def _ink(self, equations: Equations) -> None:
         """The theme's ink for words: the program's style sheet may have them in another one's."""
@@ -128,6 +141,7 @@ class Stage(QWidget):
             part.setObjectName("")
             palette = self.palette()
             palette.setColor(QPalette.ColorRole.WindowText, QColor(ink))
+            palette.setColor(QPalette.ColorRole.PlaceholderText, QColor(self.theme.soft))
             part.setPalette(palette)
 
     def _place(self, choice: RecordChoice) -> None:
@@ -163,7 +177,7 @@ class Stage(QWidget):
         if self.viewport is not None:
             self.viewport.refresh()
         if self.equations is not None:
-            self.equations.show_numbers(self.taught.quantities)
+            self.equations.refresh()
         # No event loop runs in between: what Qt would do in the next turn is done now. The readout
         # has grown, and a plot that is new in its grid is shown only then.
         if self.timeline is not None:
@@ -197,7 +211,7 @@ class Stage(QWidget):
                 painter.drawImage(box, view_picture(self.viewport, (box.size() * pixels).toSize()))
             for child in self.viewport.children():
                 if isinstance(child, QWidget) and child.isVisible() and child != self.viewport.view:
-                    _render(child, painter, box.topLeft() + child.pos(), 1.0)
+                    _render(child, painter, box.topLeft() + child.pos())
         painter.end()
         return sheet
 
@@ -209,10 +223,12 @@ class Stage(QWidget):
             if box.top() and not self._choice.paper.white:
                 rule = QRectF(0.0, box.top() - 2.0, box.width(), 2.0)
                 painter.fillRect(rule, QColor(self.theme.line))
-            _render(self.timeline, painter, box.topLeft(), 1.0)
+            _render(self.timeline, painter, box.topLeft())
         if self.equations is not None:
             box = self._boxes["equations"]
-            _render(self.equations, painter, box.topLeft(), box.width() / self._wanted.width())
+            painter.translate(box.topLeft())
+            self.equations.paint_into(painter, box.size())
+            painter.translate(-box.topLeft())
 
     def strike(self) -> None:
         """Take it down."""
@@ -222,10 +238,9 @@ class Stage(QWidget):
         self.deleteLater()
 
 
-def _render(widget: QWidget, painter: QPainter, at: object, scale: float) -> None:
+def _render(widget: QWidget, painter: QPainter, at: QPointF) -> None:
     """A widget and what is in it, on something else."""
     painter.save()
-    painter.translate(at)  # type: ignore[call-overload]
-    painter.scale(scale, scale)
+    painter.translate(at)
     widget.render(painter, QPoint(), QRegion(), QWidget.RenderFlag.DrawChildren)
     painter.restore()

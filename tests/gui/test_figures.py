@@ -240,7 +240,7 @@ def test_svg_of_everything_needs_nothing_that_readers_pass_over(figure):
     assert names <= {f"url(#{c.attrib['id']})" for c in root.iter(f"{SVG}clipPath")}
     assert len(names) >= 4  # the curves of each plot
     said = " ".join(p.attrib.get("aria-label", "") for p in root.iter())
-    for words in ("Twist", "Strength", "frame", "Parent:", "(13)", "captured"):
+    for words in ("Twist", "Strength", "frame", "Parent P", "(13)", "captured"):
         assert words in said
     assert root.attrib["width"] == "180mm" or float(root.attrib["width"][:-2]) == pytest.approx(
         180.0, abs=0.05
@@ -294,6 +294,7 @@ def test_every_word_is_whole_and_on_the_paper(sheet, wide):
     for words in (item for item in paper.items if isinstance(item, Words)):
         box = words.outline().boundingRect()
         assert paper.box.contains(box), words.text
+        assert "…" not in words.text
         assert words.clip is None or words.clip.boundingRect().contains(box), words.text
     titles = "".join(w.text for w in paper.items if isinstance(w, Words))
     for plot in ("Twist", "Perframe", "Strength", "Offset", "after"):
