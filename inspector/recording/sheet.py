@@ -29,6 +29,8 @@ from PySide6.QtGui import (
     QTransform,
 )
 
+from inspector.recording.cutting import cut_lines, is_straight, upright
+
 _HATCH = 8.0  # units between two stripes, as far as Qt's own are
 
 _Box = QRect | QRectF
@@ -258,16 +260,24 @@ class _Keeper(QPaintEngine):
         brush, pen = self._brush, self._wide_pen()
         wide = 0.5 * pen.widthF() if pen is not None else 0.0
         clip = self._clip_of(path.boundingRect().adjusted(-wide, -wide, wide, wide))
-        if not filled or brush.style() == Qt.BrushStyle.NoBrush:
-            if pen is not None:
-                self.items.append(Shape(path, None, pen, clip, self._smooth))
-            return
-        ink = self._faded(brush.color())
-        if brush.style() == Qt.BrushStyle.SolidPattern:
-            self.items.append(Shape(path, ink, pen, clip, self._smooth))
-            return
-        self.items.append(_striped(path, ink, clip))
+        if filled and brush.style() != Qt.BrushStyle.NoBrush:
+            ink = self._faded(brush.color())
+            if brush.style() != Qt.BrushStyle.SolidPattern:
+                self._draw_lines(*_stripes(path, ink), path.intersected(clip) if clip else path)
+            elif clip is None:
+                self.items.append(Shape(path, ink, pen, None, self._smooth))
+                return
+            else:
+                self.items.append(Shape(path.intersected(clip), ink, None, None, self._smooth))
         if pen is not None:
+            self._draw_lines(path, pen, clip)
+
+    def _draw_lines(self, path: QPainterPath, pen: QPen, clip: QPainterPath | None) -> None:
+        """Cut off by hand where that can be done: not every reader knows clips."""
+        box = upright(clip) if clip is not None else None
+        if box is not None and is_straight(path):
+            path, clip = cut_lines(path, box), None
+        if not path.isEmpty():
             self.items.append(Shape(path, None, pen, clip, self._smooth))
 
     def _forget_below(self, rect: QRectF) -> None:
@@ -328,13 +338,8 @@ class _Keeper(QPaintEngine):
 
 def _holds(clip: QPainterPath, box: QRectF) -> bool:
     """Whether all of a box is inside; Qt says no where an edge of one is an edge of the other."""
-    edges = clip.boundingRect()
-    corners = {edges.left(), edges.right()}, {edges.top(), edges.bottom()}
-    places = (clip.elementAt(k) for k in range(clip.elementCount()))
-    upright = clip.elementCount() == 5 and all(
-        place.x in corners[0] and place.y in corners[1] for place in places
-    )
-    return edges.contains(box) if upright else clip.contains(box)
+    edges = upright(clip)
+    return edges.contains(box) if edges is not None else clip.contains(box)
 
 
 def _whole(font: QFont) -> QFont:
@@ -348,8 +353,8 @@ def _whole(font: QFont) -> QFont:
     return whole
 
 
-def _striped(path: QPainterPath, ink: QColor, clip: QPainterPath | None) -> Shape:
-    """Rising stripes in a shape, whatever Qt's pattern."""
+def _stripes(path: QPainterPath, ink: QColor) -> tuple[QPainterPath, QPen]:
+    """Rising lines over all of a shape, whatever Qt's pattern."""
     box, lines = path.boundingRect(), QPainterPath()
     count = math.ceil((box.width() + box.height()) / _HATCH)
     first = math.floor((box.left() + box.top()) / _HATCH) * _HATCH
@@ -357,7 +362,6 @@ def _striped(path: QPainterPath, ink: QColor, clip: QPainterPath | None) -> Shap
         total = first + k * _HATCH  # x + y along a stripe
         lines.moveTo(total - box.top(), box.top())
         lines.lineTo(total - box.bottom(), box.bottom())
-    inside = path if clip is None else path.intersected(clip)
     pen = QPen(ink, 1.0)
     pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-    return Shape(lines, None, pen, inside, True)
+    return lines, pen

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPainterPath, QPen
 from PySide6.QtSvg import QSvgRenderer
 
 from inspector.recording.choice import Contents, Paper, RecordChoice, Shot
+from inspector.recording.cutting import cut_lines
 from inspector.recording.page_layout import boxes
 from inspector.recording.sheet import Picture, Shape, Sheet, Words
 from inspector.recording.stage import WHITE, Shown, Stage
@@ -123,10 +124,36 @@ def test_a_clip_stays_where_it_was_set():
         painter.drawLine(0, 5, 90, 5)
 
     inside, cut, twice, free = on_a_sheet(paint)
-    assert inside.clip is None
-    assert cut.clip.boundingRect() == QRectF(50.0, 10.0, 20.0, 20.0)
-    assert twice.clip.boundingRect() == QRectF(55.0, 15.0, 15.0, 5.0)
-    assert free.clip is None
+    assert inside.path.boundingRect() == QRectF(52.0, 15.0, 8.0, 0.0)
+    assert cut.path.boundingRect() == QRectF(50.0, 15.0, 20.0, 0.0)
+    assert twice.path.boundingRect() == QRectF(55.0, 15.0, 15.0, 0.0)
+    assert free.path.boundingRect() == QRectF(550.0, 15.0, 90.0, 0.0)
+    assert [line.clip for line in (inside, cut, twice, free)] == [None] * 4
+
+
+def test_a_line_is_cut_where_it_leaves_and_goes_on_where_it_comes_back():
+    points = [(0, 5), (5, 5), (5, 25), (15, 25), (15, 5), (20, 5)]
+    path = QPainterPath(QPointF(*points[0]))
+    for point in points[1:]:
+        path.lineTo(QPointF(*point))
+    path.moveTo(0.0, 100.0)
+    path.lineTo(20.0, 100.0)
+    cut = cut_lines(path, QRectF(0.0, 0.0, 18.0, 20.0))
+    places = [cut.elementAt(k) for k in range(cut.elementCount())]
+    assert [(e.x, e.y) for e in places] == [(0, 5), (5, 5), (5, 20), (15, 20), (15, 5), (18, 5)]
+    assert [k for k, e in enumerate(places) if e.isMoveTo()] == [0, 3]
+
+
+def test_a_shape_is_cut_and_what_is_round_keeps_its_clip():
+    def paint(painter):
+        painter.setClipRect(QRectF(0.0, 0.0, 20.0, 20.0))
+        painter.fillRect(QRectF(10.0, 10.0, 50.0, 50.0), QColor("red"))
+        painter.drawEllipse(QRectF(10.0, 10.0, 50.0, 50.0))
+
+    square, ring = on_a_sheet(paint)
+    assert square.path.boundingRect() == QRectF(10.0, 10.0, 10.0, 10.0)
+    assert square.clip is None
+    assert ring.clip.boundingRect() == QRectF(0.0, 0.0, 20.0, 20.0)
 
 
 def test_a_ground_below_another_is_left_out_and_no_line_is():
@@ -150,8 +177,10 @@ def test_stripes_are_lines_inside_their_shape():
 
     (stripes,) = on_a_sheet(paint)
     assert stripes.pen.widthF() == 1.0
-    assert stripes.clip.boundingRect() == QRectF(10.0, 10.0, 40.0, 30.0)
-    assert stripes.path.boundingRect().contains(QRectF(10.0, 10.0, 40.0, 30.0))
+    assert stripes.clip is None
+    box = QRectF(10.0, 10.0, 40.0, 30.0)
+    assert box.contains(stripes.path.boundingRect())
+    assert stripes.path.boundingRect().width() > 35.0
 
 
 def test_opacity_goes_into_the_ink_and_letters_know_their_place():
@@ -225,7 +254,7 @@ def tau_lines(root):
 
 def test_svg_of_everything_needs_nothing_that_readers_pass_over(figure):
     text = figure("all.svg").read_bytes()
-    for unknown in (b"vector-effect", b"transform", b"<text", b"<use", b"<style", b"<pattern"):
+    for unknown in (b"vector-effect", b"transform", b"<text", b"<use", b"<style", b"clip-path"):
         assert unknown not in text
     root = ElementTree.fromstring(text)
     widths = [float(p.attrib["stroke-width"]) for p in root.iter() if "stroke-width" in p.attrib]
@@ -235,10 +264,6 @@ def test_svg_of_everything_needs_nothing_that_readers_pass_over(figure):
     assert float(line.attrib["stroke-width"]) == 1.6
     assert "stroke-dasharray" not in line.attrib
     assert y0 == y1
-    cut = [p for p in root.iter(f"{SVG}path") if "clip-path" in p.attrib and "stroke" in p.attrib]
-    names = {p.attrib["clip-path"] for p in cut}
-    assert names <= {f"url(#{c.attrib['id']})" for c in root.iter(f"{SVG}clipPath")}
-    assert len(names) >= 4  # the curves of each plot
     said = " ".join(p.attrib.get("aria-label", "") for p in root.iter())
     for words in ("Twist", "Strength", "frame", "Parent P", "(13)", "captured"):
         assert words in said
