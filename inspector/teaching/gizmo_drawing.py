@@ -37,6 +37,12 @@ _TOGETHER = {
     "twist": ("theta_p",),
     "product": ("dtheta_p", "dtheta_c"),
     "m": ("dtheta_p", "dtheta_c", "v", "ideal"),
+    "err": ("dtheta_p", "dtheta_c", "v", "ideal"),
+    "offset": ("theta_p", "dtheta_p"),
+    "taken": ("theta_p",),
+    "parent_after": ("a", "w", "alpha", "theta_p", "n"),
+    "child_after": ("v", "across"),
+    "check": ("v",),
 }
 
 

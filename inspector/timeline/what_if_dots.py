@@ -48,13 +48,14 @@ class WhatIfDots:
             self._place(pane, self.layers[key], frame, dots)
 
     def title(self, key: str) -> list[tuple[str, str]]:
-        """What is said of a plot's dots, as (text, colour role)."""
-        told = [("   what if", "soft")]
+        """What is said of a plot's dots, as (text, colour role); where room ends, a whole one."""
+        told: list[tuple[str, str]] = []
         for name, symbol, ring in _SHOWN.get(key, ()):
             if name in self._values:
                 angle = in_degrees(float(np.degrees(self._values[name]))).strip()
-                told += [(f"  {symbol}", "text"), (f" {'○' if ring else '●'} {angle}", "after")]
-        return told if len(told) > 1 else []
+                first = "" if told else " what if"
+                told.append((f"  {first} {symbol} {'○' if ring else '●'} {angle}", "after"))
+        return told
 
     def _place(self, pane: Pane, layer: _Dots, frame: int, dots: list[tuple[float, bool]]) -> None:
         if (frame, dots) == (layer.frame, layer.dots):

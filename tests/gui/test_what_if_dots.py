@@ -78,7 +78,7 @@ def test_dots_go_with_the_playhead_and_the_title_tells_their_numbers(taught):
     assert {d[0] for each in dots(taught.timeline).values() for d in each} == {120}
     words = "".join(text for text, _ in taught.timeline.panes["strength"].front.title)
     m = np.degrees(taught.taught.quantities.strength)
-    assert f"what if  m ● {m:.1f}°" in words
+    assert f"what if m ● {m:.1f}°" in words
 
 
 def test_what_is_undefined_has_no_dot(taught):
