@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QSize
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
+from inspector.recording.choice import RecordChoice
 from inspector.recording.record_dialog import RecordDialog
-from inspector.recording.recorder import RecordChoice, Recorder, save_picture
-from inspector.recording.stage import Stage
+from inspector.recording.recorder import Recorder, save_picture
+from inspector.recording.stage import Shown, Stage
 from inspector.session.document import Document
+from inspector.teaching.equation_table import typeset_texts
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
@@ -43,7 +45,9 @@ class RecordActions:
         elif self.recorder.running:
             self.bar.show_message("A film is being made; wait for it or cancel it.", False)
         else:
-            dialog = RecordDialog(self.document, self.timeline.visible.ends, self.window)
+            seen = self.timeline.visible.ends
+            teaching = self.taught.active
+            dialog = RecordDialog(self.document, seen, self.window, teaching=teaching)
             dialog.accepted.connect(lambda: self.record(dialog.choice()))
             dialog.open()
 
@@ -52,11 +56,15 @@ class RecordActions:
         if choice.path.exists() and not choice.replace:
             self.bar.show_message(f"{choice.path}: there is such a file already.", True)
             return
-        if self.viewport.view is None:
-            self.bar.show_message("Without the 3D view there is nothing to record.", True)
+        if self.viewport.view is None and choice.contents.view:
+            self.bar.show_message("Without OpenGL there is no 3D view to record.", True)
             return
-        size, curves = QSize(*choice.size), choice.curves
-        stage = Stage(self.taught, self.viewport, self.typesetter, size, curves=curves)
+        taught = choice.contents.equations or choice.sweep is not None or self.taught.active
+        if taught and not self.typesetter.done and not self.typesetter.trouble:
+            self._typeset_first(choice)
+            return
+        shown = Shown(self.taught, self.viewport, self.timeline, self.typesetter)
+        stage = Stage(shown, choice)
         if choice.film:
             self.recorder.start(stage, choice)
             return
@@ -67,6 +75,13 @@ class RecordActions:
             self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
         finally:
             stage.strike()
+
+    def _typeset_first(self, choice: RecordChoice) -> None:
+        """The symbols take a moment where the teaching tab has not been seen yet."""
+        self.bar.show_message("The equations are being typeset.", False)
+        ready = self.typesetter.ready
+        ready.connect(lambda: self.record(choice), Qt.ConnectionType.SingleShotConnection)
+        self.typesetter.start(typeset_texts())
 
     def _recorded(self, path: Path) -> None:
         self.bar.show_message(f"{path.name} written.", False)

@@ -1,4 +1,4 @@
-"""What to record: a film or a picture, of which frames, how fast, how large."""
+"""What to record: a film or a picture, of what, how fast, how large."""
 
 from __future__ import annotations
 
@@ -7,74 +7,111 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
-from inspector.recording.recorder import FPS, RecordChoice, film_frames
+from inspector.recording.choice import Contents, Paper, RecordChoice, shots
+from inspector.recording.film import SUFFIXES
+from inspector.recording.picture_rows import PictureRows
+from inspector.recording.sweep_rows import SweepRows
 from inspector.session.document import Document
-from inspector.widgets.building import soft
+from inspector.viewport.frame_drawing import selected_chain
+from inspector.widgets.building import hbox, soft
 from inspector.widgets.write_dialog import WriteDialog
+from twistcore.limb import Limb
 
 _FORMATS = {
     ".mp4": "Film, MP4",
     ".gif": "Film, GIF",
     ".png": "Picture, PNG",
-    ".svg": "Picture, SVG (curves as lines)",
+    ".svg": "Picture, SVG (lines and letters)",
+    ".pdf": "Picture, PDF (lines and letters)",
 }
 _SIZES = ((1280, 720), (1920, 1080), (960, 540))
 _SPEEDS = {"Real time": 1.0, "Half speed": 0.5, "A quarter": 0.25, "A tenth": 0.1}
 _AROUND_S = 0.5
+_SWEEP = "A slider that moves, at this frame"
+_NEEDS_CHAIN = "Select a chain: of a whole limb there are no equations"
 
 
 class RecordDialog(WriteDialog):
-    """A form; its `choice` is what is to be recorded."""
+    """A form; its `choice` is what is to be recorded. Rows that do not apply are not there."""
 
-    def __init__(self, document: Document, seen: tuple[float, float], parent: QWidget) -> None:
-        """`seen`: the frames that the plots show now."""
+    def __init__(
+        self, document: Document, seen: tuple[float, float], parent: QWidget, *, teaching: bool
+    ) -> None:
+        """`seen`: the frames that the plots show now; teaching: its tab is in front."""
         assert document.data is not None
         clip = document.data.clip.path
         wanted = clip.with_name(f"{clip.stem}_{document.chain or 'clip'}.mp4")
         super().__init__("Record", wanted, parent)
         self._document = document
+        chain = selected_chain(document)
+        taught = chain is not None and not isinstance(chain, Limb)
         self.format = _box((text, suffix) for suffix, text in _FORMATS.items())
-        self.range = _box(self._ranges(seen))
+        self.range = _box(self._ranges(seen, taught=taught))
         self.speed = _box(_SPEEDS.items())
         self.size_box = _box((f"{width} × {height}", (width, height)) for width, height in _SIZES)
-        self.curves = QCheckBox("With the curves below the 3D view")
+        self.view, self.curves = QCheckBox("3D view"), QCheckBox("Curves")
+        self.equations = QCheckBox("Equations")
+        self.view.setChecked(True)
         self.curves.setChecked(True)
+        self.equations.setChecked(taught and teaching)
+        self.equations.setEnabled(taught)
+        self.equations.setToolTip("" if taught else _NEEDS_CHAIN)
         self.length = soft(QLabel())
         self.form.addRow("Format", self.format)
         self.form.addRow("Write to", self.where)
         self.form.addRow("", self.replace)
-        for name, box in (("Frames", self.range), ("Speed", self.speed), ("Size", self.size_box)):
-            self.form.addRow(name, box)
-        self.form.addRow("", self.curves)
+        self.form.addRow("Film of", self.range)
+        self.form.addRow("Speed", self.speed)
+        self.sweep = SweepRows(self.form)
+        contents = hbox(self.view, self.curves, self.equations, None, spacing=14)
+        self.form.addRow("Show", contents)
+        self.form.addRow("Size", self.size_box)
+        self.picture = PictureRows(self.form)
         self.form.addRow("", self.length)
         self.end_form()
         self.format.currentIndexChanged.connect(self._reformat)
         for box in (self.range, self.speed):
             box.currentIndexChanged.connect(self._describe)
+        for part in (self.sweep, self.picture):
+            part.changed.connect(self._describe)
+        for check in (self.view, self.curves, self.equations):
+            check.toggled.connect(self._describe)
         self.path.textChanged.connect(self._describe)
         self._describe()
 
     def choice(self) -> RecordChoice:
         """What the form says."""
-        first, stop = self.range.currentData()
+        span = self.range.currentData()
         path = Path(self.path.text()).expanduser()
         suffix = str(self.format.currentData())
         if path.suffix.lower() != suffix:
             path = path.with_name(path.name + suffix)
+        film = suffix in SUFFIXES
+        first, stop = span or (0, 1)
         return RecordChoice(
             path,
             first,
             stop,
             self.speed.currentData(),
-            tuple(self.size_box.currentData()),
-            self.curves.isChecked(),
+            tuple(self.size_box.currentData()) if film else self.picture.size,
+            self._contents(),
             self.replace.isChecked(),
+            Paper() if film else self.picture.paper,
+            self.sweep.sweep if film and span is None else None,
         )
 
-    def _ranges(self, seen: tuple[float, float]) -> list[tuple[str, tuple[int, int]]]:
+    def _contents(self) -> Contents:
+        checks = (self.view, self.curves, self.equations)
+        return Contents(*(check.isChecked() for check in checks))
+
+    def _ranges(
+        self, seen: tuple[float, float], *, taught: bool
+    ) -> list[tuple[str, tuple[int, int] | None]]:
+        """What a film may be of; None: of a slider that is swept."""
         document = self._document
         assert document.data is not None
-        frames, out = document.frames, []
+        frames = document.frames
+        out: list[tuple[str, tuple[int, int] | None]] = []
         if (judged := document.interval) is not None:
             around = round(_AROUND_S * document.data.motion.fps)
             low, high = judged.interval.start - around, judged.interval.stop + around
@@ -83,6 +120,8 @@ class RecordDialog(WriteDialog):
         if stop - first < frames and stop > first:
             out.append(("What the plots show", (first, stop)))
         out.append(("The whole clip", (0, frames)))
+        if taught:
+            out.append((_SWEEP, None))
         return out
 
     def _reformat(self) -> None:
@@ -92,23 +131,36 @@ class RecordDialog(WriteDialog):
         self._describe()
 
     def _describe(self) -> None:
+        """Show the rows that apply and say what it will be."""
         choice = self.choice()
-        film = choice.film
-        for box in (self.range, self.speed):
-            box.setEnabled(film)
-        self.replace.setVisible(choice.path.exists())
-        if not film or self._document.data is None:
-            number = self._document.frame + self._document.first_frame
-            self.length.setText(f"Frame {number}, as the window shows it.")
-            return
-        count = len(film_frames(choice, self._document.data.motion.fps))
-        seconds = count / FPS[choice.path.suffix.lower()]
-        self.length.setText(f"{count} pictures, {seconds:.1f} s; the camera stays as it is now.")
+        film, sweep = choice.film, choice.sweep is not None
+        for row, shown in (
+            (self.range, film),
+            (self.speed, film and not sweep),
+            (self.size_box, film),
+            (self.replace, choice.path.exists()),
+        ):
+            self.form.setRowVisible(row, shown)
+        self.sweep.show(sweep)
+        self.picture.show(not film)
+        self.do_it.setEnabled(choice.contents.anything)
+        self.length.setText(self._words(choice))
+
+    def _words(self, choice: RecordChoice) -> str:
+        document = self._document
+        if not choice.contents.anything:
+            return "Nothing is to be shown."
+        if document.data is None:
+            return ""
+        if not choice.film:
+            return f"Frame {document.frame + document.first_frame}: {self.picture.words()}."
+        count = len(shots(choice, document.data.motion.fps, document.frame))
+        return f"{count} pictures, {count / choice.fps:.1f} s; the camera stays as it is now."
 
     def pattern(self) -> str:
         """Files of the chosen format."""
         suffix = str(self.format.currentData())
-        return f"{_FORMATS[suffix]} (*{suffix})"
+        return f"{_FORMATS[suffix].split(' (')[0]} (*{suffix})"
 
 
 def _box(choices: Iterable[tuple[str, object]]) -> QComboBox:

@@ -2,57 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QWidget
 
-from inspector.recording.film import SUFFIXES, FilmWriter
+from inspector.recording.choice import RecordChoice, Shot, shots
+from inspector.recording.figure_file import figure_file
+from inspector.recording.film import FilmWriter
 from inspector.recording.stage import Stage
 from inspector.widgets.building import hbox
 from twistcore.atomic import write_atomically
 
 _POLL_MS = 5  # between looks at whether ffmpeg has caught up
-FPS = {".mp4": 30.0, ".gif": 15.0}
-
-
-@dataclass(frozen=True)
-class RecordChoice:
-    """What a person asked for.
-
-    path: its suffix says what it becomes, .mp4, .gif, .png or .svg; first, stop: frames of the
-    clip for a film; speed: times real time; size: pixels; curves: with the plots below.
-    """
-
-    path: Path
-    first: int = 0
-    stop: int = 1
-    speed: float = 1.0
-    size: tuple[int, int] = (1280, 720)
-    curves: bool = True
-    replace: bool = False
-
-    @property
-    def film(self) -> bool:
-        """Whether it is one, not a picture."""
-        return self.path.suffix.lower() in SUFFIXES
-
-
-def film_frames(choice: RecordChoice, clip_fps: float) -> list[int]:
-    """The clip's frames that a film shows, one after the other."""
-    step = choice.speed * clip_fps / FPS[choice.path.suffix.lower()]
-    count = max(1, int(np.ceil((choice.stop - choice.first) / step - 1e-9)))
-    return [min(choice.first + int(k * step), choice.stop - 1) for k in range(count)]
 
 
 def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
-    """Write a PNG or SVG of a frame, atomically; raises OSError."""
-    stage.show_frame(frame)
-    svg = choice.path.suffix.lower() == ".svg"
-    write_atomically(choice.path, stage.svg(choice.path.stem) if svg else stage.png())
+    """Write a picture of a frame, atomically; raises OSError."""
+    stage.show_shot(Shot(frame))
+    path, pixels = choice.path, stage.size_in_pixels
+    data = figure_file(stage.sheet(), path.suffix.lower(), path.stem, pixels, choice.paper.dpi)
+    write_atomically(path, data)
 
 
 class Recorder(QObject):
@@ -66,7 +36,7 @@ class Recorder(QObject):
         super().__init__(parent)
         self._stage: Stage | None = None
         self._writer: FilmWriter | None = None
-        self._frames: list[int] = []
+        self._shots: list[Shot] = []
         self._at = 0
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._step)
@@ -80,16 +50,17 @@ class Recorder(QObject):
         """Film the stage, which is taken down at the end."""
         assert stage.document.data is not None
         self._stage = stage
-        self._frames = film_frames(choice, stage.document.data.motion.fps)
+        fps = stage.document.data.motion.fps
+        self._shots = shots(choice, fps, stage.document.frame)
         self._at = 0
         size = (stage.width(), stage.height())
         try:
-            self._writer = FilmWriter(choice.path, size, FPS[choice.path.suffix.lower()])
+            self._writer = FilmWriter(choice.path, size, choice.fps)
         except OSError as error:
             self._end()
             self.failed.emit(f"{choice.path}: not written ({error.strerror}).")
             return
-        self.progress.emit(0, len(self._frames))
+        self.progress.emit(0, len(self._shots))
         self._timer.start(0)
 
     def cancel(self) -> None:
@@ -104,25 +75,25 @@ class Recorder(QObject):
         writer, stage = self._writer, self._stage
         assert writer is not None
         assert stage is not None
-        if self._at == len(self._frames) or writer.trouble:
+        if self._at == len(self._shots) or writer.trouble:
             self._wait(writer)
             return
         if writer.full:
             self._timer.setInterval(_POLL_MS)
             return
         self._timer.setInterval(0)
-        stage.show_frame(self._frames[self._at])
+        stage.show_shot(self._shots[self._at])
         writer.offer(_rgb(stage.picture()))
         self._at += 1
-        self.progress.emit(self._at, len(self._frames))
-        if self._at == len(self._frames):
+        self.progress.emit(self._at, len(self._shots))
+        if self._at == len(self._shots):
             writer.finish()
             self._timer.setInterval(_POLL_MS)
 
     def _wait(self, writer: FilmWriter) -> None:
         """Until ffmpeg is through."""
-        if writer.trouble and self._at < len(self._frames):
-            self._at = len(self._frames)
+        if writer.trouble and self._at < len(self._shots):
+            self._at = len(self._shots)
             writer.finish()
         if not writer.ended:
             return

@@ -1,114 +1,246 @@
-"""What is filmed: 3D view and curves on a stage of their own, off the screen.
+"""What is filmed or printed: copies of the views on a stage of their own, off the screen.
 
-So the window stays free while a film is made, and the film has its own size.
+So the window stays free while a film is made, and what is made has its own size.
 """
 
 from __future__ import annotations
 
-from PySide6.QtCore import QBuffer, QIODevice, QRect, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPalette
-from PySide6.QtSvg import QSvgGenerator
-from PySide6.QtWidgets import QFrame, QWidget
+from dataclasses import dataclass, replace
 
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, QRectF, QSize, QSizeF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPalette, QRegion
+from PySide6.QtWidgets import QLabel, QWidget
+
+from inspector.recording.choice import SCREEN_DPI, USUAL_POINTS, Contents, Paper, RecordChoice, Shot
+from inspector.recording.page_layout import boxes, natural_height
+from inspector.recording.sheet import Sheet
+from inspector.recording.view_picture import view_picture
+from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if_values import plotted
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.building import vbox
+from inspector.widgets.theme import LIGHT
 from inspector.widgets.typeset import Typesetter
 
-_SHARE = 58  # percent of the height for the 3D view where there are curves
+WHITE = replace(LIGHT, window="#ffffff", raised="#ffffff")  # paper has no grey of its own
+_TYPE = 9.0  # points of the legend and of the equations where the plots have USUAL_POINTS
+_STAR = "* as corrected here; the paper prints it otherwise."
+_NOTHING = QSizeF(1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the window shows, to be copied."""
+
+    taught: TaughtFrame
+    viewport: Viewport
+    timeline: Timeline
+    typesetter: Typesetter
 
 
 class Stage(QWidget):
-    """A copy of the views with a copy of the document: nothing of it shows in the window."""
+    """A copy of the views with a copy of the document: nothing of it shows in the window.
 
-    def __init__(
-        self,
-        taught: TaughtFrame,
-        viewport: Viewport,
-        typesetter: Typesetter,
-        size: QSize,
-        *,
-        curves: bool,
-    ) -> None:
-        """As the window shows the clip now; of `size`, with the curves or without."""
+    It is laid out in units of which a picture's pixels hold more or less than one: so type and
+    lines have one size on paper, whatever the resolution.
+    """
+
+    def __init__(self, shown: Shown, choice: RecordChoice) -> None:
+        """As the window shows the clip now."""
         super().__init__()
-        theme = viewport.theme
+        self._choice, self._film = choice, choice.film
+        paper = choice.paper if not self._film else Paper()
+        self._units = SCREEN_DPI / paper.dpi * USUAL_POINTS / paper.points  # a pixel
+        self.theme = WHITE if paper.white else shown.viewport.theme
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
-        self.document = taught.document.snapshot(self)
-        self.viewport = Viewport(self.document, theme)
-        self.viewport.look_like(viewport)
-        self._taught = mirrored = TaughtFrame(self.document, self)
-        if taught.active:
-            mirrored.active, mirrored.what_if, mirrored.lit = True, taught.what_if, taught.lit
-            mirrored.stage = taught.stage
-            self.viewport.invite(GizmoGuest(self.viewport, mirrored, typesetter))
-        layout = vbox((self.viewport, _SHARE), owner=self, margins=(0, 0, 0, 0), spacing=0)
+        self._dress()
+        self.document = shown.taught.document.snapshot(self)
+        self.taught = self._mirrored(shown.taught)
+        self.viewport: Viewport | None = None
         self.timeline: Timeline | None = None
-        if curves:
-            rule = QFrame()
-            rule.setFixedHeight(2)
-            rule.setStyleSheet(f"background: {theme.line}")
-            self.timeline = Timeline(self.document, theme)
-            self.timeline.plots_button.hide()
-            layout.addWidget(rule)
-            layout.addWidget(self.timeline, 100 - _SHARE)
-        palette = self.palette()
-        palette.setColor(QPalette.ColorRole.Window, QColor(theme.surface))
-        self.setPalette(palette)
-        # Films want even numbers of pixels, and so do the halves of a split view.
-        self.resize(size.width() // 2 * 2, size.height() // 2 * 2)
+        self.equations: Equations | None = None
+        self._wanted = _NOTHING
+        self._make(shown, choice.contents)
+        self._place(choice)
         self.show()
-
-    def show_frame(self, frame: int) -> None:
-        """Set the frame and draw what it changes."""
-        self.document.go_to(frame)
-        self.viewport.refresh()
         if self.timeline is not None:
             self.timeline.refresh()
-            self.timeline.show_what_if(plotted(self._taught))
-            if (head := self.timeline.layout()) is not None:
-                head.activate()  # the readout has grown, and no event loop runs in between
+            self.timeline.look_like(shown.timeline)
+
+    # -- making -------------------------------------------------------------------------------
+
+    def _mirrored(self, taught: TaughtFrame) -> TaughtFrame:
+        """The taught frame of the stage; what is swept or set as equations is taught."""
+        mirrored = TaughtFrame(self.document, self)
+        wanted = self._choice.sweep is not None or self._choice.contents.equations
+        mirrored.active = taught.active or wanted
+        mirrored.what_if, mirrored.lit, mirrored.stage = taught.what_if, taught.lit, taught.stage
+        mirrored.rows = taught.rows
+        return mirrored
+
+    def _dress(self) -> None:
+        """The theme's colours for what is no view: the program may be in another one."""
+        theme, palette, role = self.theme, self.palette(), QPalette.ColorRole
+        for of, colour in (
+            (role.Window, theme.surface),
+            (role.WindowText, theme.text),
+            (role.Text, theme.text),
+        ):
+            palette.setColor(of, QColor(colour))
+        self.setPalette(palette)
+        if not self._film:
+            font = self.font()
+            font.setPointSizeF(_TYPE)
+            self.setFont(font)
+
+    def _make(self, shown: Shown, contents: Contents) -> None:
+        if contents.view:
+            self.viewport = Viewport(self.document, self.theme)
+            self.viewport.setParent(self)
+            self.viewport.look_like(shown.viewport)
+            if self.taught.active:
+                guest = GizmoGuest(self.viewport, self.taught, shown.typesetter)
+                self.viewport.invite(guest)
+        if contents.curves:
+            self.timeline = Timeline(self.document, self.theme)
+            self.timeline.setParent(self)
+            self.timeline.set_theme(self.theme)  # again: what is given a parent forgets its colours
+            self.timeline.plots_button.hide()
+            if not self._film:
+                self.timeline.become_figure()
+        if contents.equations:
+            self.equations = Equations(self.taught, shown.typesetter)
+            self.equations.setParent(self)
+            self._set_up(self.equations)
+
+    def _set_up(self, equations: Equations) -> None:
+        """As large as its rows need, with nothing to press and nothing to be looked up."""
+        self._ink(equations)
+        equations.set_theme(self.theme)
+        equations.show_only(self.taught.rows or None)
+        equations.show_lit(self.taught.lit)
+        for head in equations.heads:
+            head.setEnabled(False)
+        equations.conventions.setText(f"{equations.conventions.text()} {_STAR}")
+        layout = equations.layout()
+        assert layout is not None
+        heads = [head.sizeHint().width() for head in equations.heads if not head.isHidden()]
+        wide = max(equations.minimumSizeHint().width(), *heads)  # they are cut short in the tab
+        self._wanted = QSizeF(wide, layout.totalHeightForWidth(wide))
+        equations.resize(self._wanted.toSize())
+
+    def _ink(self, equations: Equations) -> None:
+        """The theme's ink for words: the program's style sheet may have them in another one's."""
+        for part in equations.findChildren(QWidget):
+            ink = self.theme.soft if part.objectName() == "soft" else self.theme.text
+            if isinstance(part, QLabel) and part.styleSheet():
+                part.setStyleSheet(f"{part.styleSheet()}; color: {ink}")
+                continue
+            part.setObjectName("")
+            palette = self.palette()
+            palette.setColor(QPalette.ColorRole.WindowText, QColor(ink))
+            palette.setColor(QPalette.ColorRole.PlaceholderText, QColor(self.theme.soft))
+            part.setPalette(palette)
+
+    def _place(self, choice: RecordChoice) -> None:
+        wide, high = (self._units * side for side in choice.size)
+        curves = 0.0
+        if not high:
+            if self.timeline is not None:
+                curves = self.timeline.height_for(wide)
+            high = curves + natural_height(wide, choice.contents, self._wanted)
+        # Films want even numbers of pixels, and so do the halves of a split view.
+        self.resize(max(2, round(wide) // 2 * 2), max(2, round(high) // 2 * 2))
+        page = QSizeF(self.size())
+        self._boxes = boxes(page, choice.contents, self._wanted, curves)
+        for key, widget in (("view", self.viewport), ("curves", self.timeline)):
+            if widget is not None:
+                widget.setGeometry(self._boxes[key].toRect())
+
+    # -- showing ------------------------------------------------------------------------------
+
+    @property
+    def size_in_pixels(self) -> QSize:
+        """Of the picture."""
+        if self._film:
+            return self.size()
+        wide, high = self._choice.size
+        return QSize(wide, high or round(self.height() * wide / self.width()))
+
+    def show_shot(self, shot: Shot) -> None:
+        """Draw a frame, the slider where it is to be."""
+        self.document.go_to(shot.frame)
+        if self._choice.sweep is not None and shot.value is not None:
+            self._choice.sweep.show(self.taught, shot.value)
+        if self.viewport is not None:
+            self.viewport.refresh()
+        if self.equations is not None:
+            self.equations.refresh()
+        # No event loop runs in between: what Qt would do in the next turn is done now. The readout
+        # has grown, and a plot that is new in its grid is shown only then.
+        if self.timeline is not None:
+            self.timeline.refresh()
+            self.timeline.show_what_if(plotted(self.taught))
+            for pane in self.timeline.panes.values():
+                QCoreApplication.sendPostedEvents(pane)
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
+        if self.timeline is not None and not self._film:
+            self.timeline.fit_titles()
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
 
     def picture(self) -> QImage:
-        """What is on the stage, as large as it is, whatever the screen's pixel ratio."""
-        image = self.grab().toImage()
-        if image.size() != self.size():
-            image = image.scaled(
-                self.size(),
-                Qt.AspectRatioMode.IgnoreAspectRatio,
-                Qt.TransformationMode.SmoothTransformation,
-            )
-            image.setDevicePixelRatio(1.0)
+        """What is on the stage, a pixel a unit."""
+        image = QImage(self.size(), QImage.Format.Format_RGB32)
+        painter = QPainter(image)
+        self._paint(painter)
+        if self.viewport is not None:
+            painter.drawImage(self._boxes["view"], self.viewport.grab().toImage())
+        painter.end()
         return image
 
-    def png(self) -> bytes:
-        """The picture as a file."""
-        buffer = QBuffer()
-        self.picture().save(buffer, "PNG")  # type: ignore[call-overload]  # its stub wants bytes
-        return bytes(buffer.data().data())
-
-    def svg(self, title: str) -> bytes:
-        """Curves as lines and letters over the 3D view as a picture."""
-        buffer = QBuffer()
-        buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-        generator = QSvgGenerator()
-        generator.setOutputDevice(buffer)
-        generator.setSize(self.size())
-        generator.setViewBox(QRect(0, 0, self.width(), self.height()))
-        generator.setTitle(title)
-        painter = QPainter(generator)
-        painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Window))
-        painter.drawImage(self.viewport.geometry(), self.viewport.grab().toImage())
-        if self.timeline is not None:
-            self.timeline.render(painter, self.timeline.pos())
+    def sheet(self) -> Sheet:
+        """The same with lines as lines and letters as letters; pixels only where a figure is."""
+        sheet = Sheet(self.width(), self.height(), self.logicalDpiX())
+        painter = QPainter(sheet)
+        self._paint(painter)
+        if self.viewport is not None:
+            box, pixels = self._boxes["view"], self.size_in_pixels.width() / self.width()
+            if self.viewport.view is not None:
+                painter.drawImage(box, view_picture(self.viewport, (box.size() * pixels).toSize()))
+            for child in self.viewport.children():
+                if isinstance(child, QWidget) and child.isVisible() and child != self.viewport.view:
+                    _render(child, painter, box.topLeft() + child.pos())
         painter.end()
-        return bytes(buffer.data().data())
+        return sheet
+
+    def _paint(self, painter: QPainter) -> None:
+        """All but the figure."""
+        painter.fillRect(self.rect(), QColor(self.theme.surface))
+        if self.timeline is not None:
+            box = self._boxes["curves"]
+            if box.top() and not self._choice.paper.white:
+                rule = QRectF(0.0, box.top() - 2.0, box.width(), 2.0)
+                painter.fillRect(rule, QColor(self.theme.line))
+            _render(self.timeline, painter, box.topLeft())
+        if self.equations is not None:
+            box = self._boxes["equations"]
+            painter.translate(box.topLeft())
+            self.equations.paint_into(painter, box.size())
+            painter.translate(-box.topLeft())
 
     def strike(self) -> None:
         """Take it down."""
-        self.viewport.close()
+        if self.viewport is not None:
+            self.viewport.close()
         self.close()
         self.deleteLater()
+
+
+def _render(widget: QWidget, painter: QPainter, at: QPointF) -> None:
+    """A widget and what is in it, on something else."""
+    painter.save()
+    painter.translate(at)
+    widget.render(painter, QPoint(), QRegion(), QWidget.RenderFlag.DrawChildren)
+    painter.restore()

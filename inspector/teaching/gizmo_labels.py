@@ -9,6 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt
 from PySide6.QtGui import (
     QColor,
     QFont,
+    QPaintEngine,
     QPainter,
     QPainterPath,
     QPaintEvent,
@@ -106,13 +107,31 @@ class Labels(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Every label where it was placed."""
         painter = QPainter(self)
+        engine = painter.paintEngine()
+        printed = engine is not None and engine.type() == QPaintEngine.Type.User
         for formula, box, ink, bright in self._placed:
-            painter.drawPixmap(
-                box.topLeft() - QPointF(_HALO, _HALO), self._drawn(formula, ink, bright)
-            )
+            if printed:  # outlines stay outlines on a sheet
+                painter.save()
+                painter.translate(box.topLeft())
+                self._draw(painter, formula, ink, bright)
+                painter.restore()
+            else:
+                corner = box.topLeft() - QPointF(_HALO, _HALO)
+                painter.drawPixmap(corner, self._drawn(formula, ink, bright))
+
+    def _draw(self, painter: QPainter, formula: Formula, ink: str, bright: bool) -> None:
+        """A label on a halo of the background's colour, from its box's corner."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.scale(self._scale, self._scale)
+        painter.translate(-formula.box.topLeft())
+        painter.setOpacity(1.0 if bright else 0.3)
+        halo = QPen(self._paper, 2.0 * _HALO / self._scale)
+        halo.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        painter.strokePath(formula.path, halo)
+        painter.fillPath(formula.path, QColor(ink))
 
     def _drawn(self, formula: Formula, ink: str, bright: bool) -> QPixmap:
-        """A label on a halo of the background's colour; stroked once, not for every frame."""
+        """The same as a picture: stroked once, not for every frame."""
         ratio = self.devicePixelRatioF()
         key = (formula, ink, bright, self._scale, self._paper.rgb(), ratio)
         if key not in self._pixmaps:
@@ -121,15 +140,8 @@ class Labels(QWidget):
             pixmap.setDevicePixelRatio(ratio)
             pixmap.fill(Qt.GlobalColor.transparent)
             painter = QPainter(pixmap)
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             painter.translate(_HALO, _HALO)
-            painter.scale(self._scale, self._scale)
-            painter.translate(-formula.box.topLeft())
-            painter.setOpacity(1.0 if bright else 0.3)
-            halo = QPen(self._paper, 2.0 * _HALO / self._scale)
-            halo.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-            painter.strokePath(formula.path, halo)
-            painter.fillPath(formula.path, QColor(ink))
+            self._draw(painter, formula, ink, bright)
             painter.end()
             self._pixmaps[key] = pixmap
         return self._pixmaps[key]

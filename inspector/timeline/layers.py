@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from inspector.timeline.regions import Regions
 from inspector.timeline.time_view import TimeView
+from inspector.timeline.title_lines import title_lines
 from inspector.widgets.theme import Theme, figures_font, mixed
 from twistcore.review import Judged
 from twistcore.rotation import Array
@@ -46,6 +47,8 @@ class Scenery:
 
     theme: Theme
     scale: float = 1.0  # of type and lines: larger in a presentation
+    still: bool = False  # in a figure: no number changes, none needs a column of its own
+    title_lines: int = 1  # there is room for, above every plot
     frames: int = 0
     frame: int = 0
     intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
@@ -60,7 +63,12 @@ class Scenery:
 
     @property
     def title_height(self) -> float:
-        """Pixels of the line of words above a plot."""
+        """Pixels of the words above a plot."""
+        return self.line_height * self.title_lines
+
+    @property
+    def line_height(self) -> float:
+        """Pixels of a line of them."""
         return _TITLE_HEIGHT * self.scale
 
     def font(self, *, bold: bool = False) -> QFont:
@@ -229,11 +237,12 @@ class FrontLayer(Layer):
         theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
         painter.setPen(QColor(theme.soft))
         edge, high = self.boundingRect().left(), metrics.height()
-        if self.values and metrics.horizontalAdvance(self.values) <= self._view.height():
+        top, bottom = self._beside_tau(metrics, edge + high)
+        if self.values and metrics.horizontalAdvance(self.values) <= bottom - top:
             painter.save()
-            painter.translate(edge, self._view.height())
+            painter.translate(edge, bottom)
             painter.rotate(-90.0)
-            box = QRectF(0.0, 0.0, self._view.height(), high)
+            box = QRectF(0.0, 0.0, bottom - top, high)
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.values)
             painter.restore()
         if self.time:
@@ -241,31 +250,55 @@ class FrontLayer(Layer):
             box = QRectF(edge, self._view.height() + 3.0 * self.scenery.scale, -edge - 6.0, high)
             painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
 
+    def _beside_tau(self, metrics: QFontMetricsF, edge: float) -> tuple[float, float]:
+        """Top and bottom of the room for words left of `edge`: where τ is said there, the rest."""
+        tall, box = self._view.height(), self._tau_box(metrics)
+        if box is None or box.left() >= edge:
+            return 0.0, tall
+        wanted = metrics.horizontalAdvance(self.values)
+        top, bottom = 0.5 * (tall - wanted), 0.5 * (tall + wanted)
+        if box.bottom() <= top or box.top() >= bottom:
+            return 0.0, tall
+        return (0.0, box.top()) if box.center().y() > 0.5 * tall else (box.bottom(), tall)
+
+    def _tau_box(self, metrics: QFontMetricsF) -> QRectF | None:
+        """Where τ is said, on the axis beside its line; None where that is out of view."""
+        low, high = self._view.viewRange()[1]
+        if self.tau is None or not low <= self.tau[0] <= high:
+            return None
+        y = (high - self.tau[0]) / (high - low) * self._view.height()
+        wide, tall = metrics.horizontalAdvance(self.tau[1]) + 6.0, metrics.height()
+        top = min(max(y - 0.5 * tall, 0.0), self._view.height() - tall)
+        return QRectF(-wide, top, wide, tall)
+
     def _paint_tau(self, painter: QPainter) -> None:
         """On the axis, where no curve runs."""
-        if self.tau is None:
+        theme, box = self.scenery.theme, self._tau_box(QFontMetricsF(painter.font()))
+        if box is None or self.tau is None:
             return
-        place, words = self.tau
-        low, high = self._view.viewRange()[1]
-        if not low <= place <= high:
-            return
-        theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
-        y = (high - place) / (high - low) * self._view.height()
-        wide, tall = metrics.horizontalAdvance(words) + 6.0, metrics.height()
-        top = min(max(y - 0.5 * tall, 0.0), self._view.height() - tall)
-        box = QRectF(-wide, top, wide, tall)
+        words = self.tau[1]
         painter.fillRect(box, QColor(theme.tau))
         painter.setPen(QColor(theme.surface))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
+    def title_lines(self) -> list[list[tuple[str, str]]]:
+        """The title: one line, in a figure as many as it needs."""
+        if not self.scenery.still:
+            return [self.title]
+        advance = QFontMetricsF(self.scenery.font()).horizontalAdvance
+        return title_lines(self.title, self.boundingRect().width() - 6.0, advance)
+
     def _paint_title(self, painter: QPainter) -> None:
         theme, edges = self.scenery.theme, self.boundingRect()
         metrics = QFontMetricsF(painter.font())
-        x, y = edges.left() + 4.0, -4.5 * self.scenery.scale
-        for text, role in self.title:
-            advance = metrics.horizontalAdvance(text)
-            if x + advance > edges.right() - 2.0:
-                break
-            painter.setPen(QColor(getattr(theme, role)))
-            painter.drawText(QPointF(x, y), text)
-            x += advance
+        lines = self.title_lines()
+        for k, line in enumerate(lines):
+            above = (len(lines) - 1 - k) * self.scenery.line_height
+            x, y = edges.left() + 4.0, -4.5 * self.scenery.scale - above
+            for text, role in line:
+                advance = metrics.horizontalAdvance(text)
+                if x + advance > edges.right() - 2.0:
+                    break
+                painter.setPen(QColor(getattr(theme, role)))
+                painter.drawText(QPointF(x, y), text)
+                x += advance

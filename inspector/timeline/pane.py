@@ -141,6 +141,11 @@ class Pane(Canvas):
             self._set_pens()
             self.touch()
 
+    def look_like(self, other: Pane) -> None:
+        """Show the values that another one shows, the same curves boldly."""
+        self.time.look_like(other.time)
+        self.light(other._lit)
+
     def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
         """Give a line its values, degrees, (frames,), NaN where nothing is drawn.
 

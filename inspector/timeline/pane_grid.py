@@ -81,6 +81,11 @@ class PaneGrid(QStackedWidget):
         self._alone = "" if self.alone else chosen
         self.arrange()
 
+    def height_for(self, width: float) -> float:
+        """Pixels that all that are wanted need to be read, on such a width."""
+        count = 1 if self.alone else len(self.wanted)
+        return _ROW * float(-(-count // max(1, int(width / _COLUMN))))
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         """More or less room may change the number of columns."""
         super().resizeEvent(event)

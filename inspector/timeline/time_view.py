@@ -80,6 +80,11 @@ class TimeView(pg.ViewBox):
         if not self.zoomed:
             self.fit()
 
+    def look_like(self, other: TimeView) -> None:
+        """Show the values that a person chose to see in another one."""
+        if other.zoomed:
+            self._show_values(*other.viewRange()[1])
+
     def zoom_values(self, at: float, notches: float) -> None:
         """See more of few values or less of many, around one of them."""
         low, high = self.viewRange()[1]

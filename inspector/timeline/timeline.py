@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QColor, QPalette
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
@@ -99,14 +100,14 @@ class Timeline(QWidget):
         self.plots_button = tool_button("Plots ▾", "Choose which plots are shown")
         self.plots_button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
         self.plots_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        head = hbox(
+        self._head = hbox(
             (self.overview, 1),
             self.readout,
             self.plots_button,
             margins=(AXIS_WIDTH, 2, 4, 2),
             spacing=8,
         )
-        layout = vbox(head, owner=self, margins=(0, 0, 0, 0), spacing=0)
+        layout = vbox(self._head, owner=self, margins=(0, 0, 0, 0), spacing=0)
         panes: dict[str, Pane] = {
             key: Pane(
                 key,
@@ -151,6 +152,39 @@ class Timeline(QWidget):
         self.grid.show_pane(key, shown=shown)
         if shown and key == "other" and self.document.limb is not None:
             self.document.message.emit(_ONE_DETECTOR, False)
+
+    def look_like(self, other: Timeline) -> None:
+        """Take over how another time line of the same clip looks at it: plots, frames, values."""
+        for key, toggle in other.toggles.items():
+            self.toggles[key].setChecked(toggle.isChecked())
+        if other.grid.alone:
+            self.grid.enlarge(other.grid.shown[0])
+        for key, pane in self.panes.items():
+            pane.look_like(other.panes[key])
+        self.visible.show(*other.visible.ends)
+
+    def become_figure(self) -> None:
+        """Nothing to press or drag: plots with their words and the number of the frame."""
+        for part in (self.overview, self.plots_button):
+            part.hide()
+        self._head.setAlignment(self.readout, Qt.AlignmentFlag.AlignLeft)
+        for scenery in (self.scenery, self.other.scenery):
+            scenery.still = True
+        for pane in self.panes.values():
+            pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # of the ground: that is a picture
+
+    def fit_titles(self) -> None:
+        """In a figure, room for all lines of the longest title."""
+        lines = max(len(self.panes[key].front.title_lines()) for key in self.grid.shown)
+        if lines != self.scenery.title_lines:
+            for scenery in (self.scenery, self.other.scenery):
+                scenery.title_lines = lines
+            for pane in self.panes.values():
+                pane.set_scale()
+
+    def height_for(self, width: float) -> float:
+        """Pixels that it needs for all its plots to be read, on such a width."""
+        return self._head.sizeHint().height() + self.grid.height_for(width) + 1.0
 
     def _show_other(self) -> None:
         if "other" in self.grid.shown:

@@ -7,14 +7,14 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 from PySide6.QtCore import QTimer
-from PySide6.QtGui import QImage
-from PySide6.QtSvg import QSvgRenderer
 
+from inspector.recording.choice import FPS, Contents, Paper, RecordChoice, shots
 from inspector.recording.film import FilmWriter
 from inspector.recording.record_dialog import RecordDialog
-from inspector.recording.recorder import FPS, RecordChoice, film_frames
+from inspector.recording.sweep import SWEPT, Sweep
 from tests.conftest import ASSETS
 from tests.gui.windows import act
+from twistcore.decomposition import WhatIf
 
 SIZE = (640, 360)
 
@@ -106,24 +106,11 @@ def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
     assert there.read_bytes() == b"mine"
 
 
-def test_pictures_for_slides(qtbot, window, tmp_path):
-    window.record_actions.record(RecordChoice(tmp_path / "p.png", size=SIZE))
-    image = QImage(str(tmp_path / "p.png"))
-    assert (image.width(), image.height()) == SIZE
-    window.record_actions.record(RecordChoice(tmp_path / "p.svg", size=(960, 540)))
-    text = (tmp_path / "p.svg").read_text()
-    assert QSvgRenderer(str(tmp_path / "p.svg")).isValid()
-    assert text.count("<polyline") > 50  # curves are lines
-    assert "Twist" in text  # and words are letters
-    window.record_actions.record(RecordChoice(tmp_path / "bare.svg", size=SIZE, curves=False))
-    assert (tmp_path / "bare.svg").read_text().count("<polyline") == 0
-
-
 def test_frames_of_a_film_keep_time():
     real = RecordChoice(ASSETS / "x.mp4", 10, 130, 1.0)
-    assert film_frames(real, 120.0) == list(range(10, 130, 4))
+    assert [s.frame for s in shots(real, 120.0, 0)] == list(range(10, 130, 4))
     slow = RecordChoice(ASSETS / "x.mp4", 0, 12, 0.1)
-    frames = film_frames(slow, 120.0)
+    frames = [s.frame for s in shots(slow, 120.0, 0)]
     assert len(frames) == round(12 / 120.0 / 0.1 * FPS[".mp4"])
     assert frames == sorted(frames)
     assert (frames[0], frames[-1]) == (0, 11)
@@ -131,15 +118,16 @@ def test_frames_of_a_film_keep_time():
 
 def test_the_form_says_what_it_will_make(qtbot, window):
     act(window, "next_interval")
-    dialog = RecordDialog(window.document, (10.0, 60.0), window)
+    dialog = RecordDialog(window.document, (10.0, 60.0), window, teaching=False)
     qtbot.addWidget(dialog)
-    assert dialog.range.count() == 3
+    dialog.show()
+    assert dialog.range.count() == 4
     judged = window.document.interval.interval
     assert dialog.choice().first == max(0, judged.start - 60)
     assert "pictures" in dialog.length.text()
     dialog.format.setCurrentIndex(3)
     assert dialog.choice().path.suffix == ".svg"
-    assert not dialog.speed.isEnabled()
+    assert not dialog.speed.isVisible()
     dialog.path.setText("name")
     assert dialog.choice().path.name == "name.svg"
 
@@ -175,3 +163,114 @@ def test_a_film_into_a_fifo_is_refused_and_said(qtbot, window, tmp_path):
     assert not window.recorder.running
     assert window.bar.label.text().endswith("not written (is no file, and a film needs one).")
     assert (tmp_path / "film.mp4").is_fifo()
+
+
+# -- a slider that moves --------------------------------------------------------------------------
+
+
+def test_a_sweep_shows_both_ends_and_comes_back():
+    there = Sweep("twist", -90.0, 90.0, 1.0, and_back=False).values(30.0)
+    assert (there[0], there[-1], len(there)) == (-90.0, 90.0, 30)
+    assert np.allclose(np.diff(there), there[1] - there[0])
+    back = Sweep("twist", -90.0, 90.0, 1.0).values(30.0)
+    assert back == there + there[-2:0:-1]  # a film that repeats shows no picture twice
+
+
+@pytest.mark.parametrize(
+    ("slider", "value", "expected"),
+    [
+        ("twist", 90.0, {"twist": np.pi / 2}),
+        ("swing", 180.0, {"swing": np.pi}),
+        ("bend", 45.0, {"bend": np.pi / 4}),
+        ("nudge", -3.0, {"nudge": np.radians(-3.0)}),
+        ("applied", 25.0, {"applied": 0.25}),
+    ],
+)
+def test_every_slider_is_swept_in_its_unit(qapp, window, slider, value, expected):
+    window.taught.alter(counter=True)
+    Sweep(slider, 0.0, value).show(window.taught, value)
+    assert vars(window.taught.what_if) == vars(WhatIf(counter=True, **expected))
+    assert SWEPT[slider].low <= value <= SWEPT[slider].high
+
+
+def test_stages_are_swept(window):
+    Sweep("stage", 0.0, 2.0).show(window.taught, 1.5)
+    assert window.taught.stage == 1.5
+
+
+def test_a_film_of_a_sweep_moves_the_figure_and_not_the_persons(qtbot, window, tmp_path):
+    window.taught.alter(nudge=0.01)
+    mine, frame = window.taught.what_if, window.document.frame
+    sweep = Sweep("twist", 0.0, 120.0, 0.5)
+    contents = Contents(curves=False)
+    choice = RecordChoice(tmp_path / "s.mp4", size=SIZE, contents=contents, sweep=sweep)
+    window.record_actions.record(choice)  # its symbols are typeset first
+    qtbot.waitUntil(lambda: window.bar.label.text() == "s.mp4 written.", timeout=60_000)
+    pictures, seconds = frames_of(choice.path)
+    assert len(pictures) == len(sweep.values(30.0)) == 28
+    assert seconds == pytest.approx(28 / 30, abs=0.02)
+    apart = np.abs(pictures.astype(int) - pictures[0]).mean(axis=(1, 2, 3))
+    assert apart.argmax() in range(11, 18)  # farthest at the far end
+    mirrored = np.abs(pictures[5].astype(int) - pictures[28 - 5]).mean()  # the way back
+    assert mirrored < 0.3 * np.abs(pictures[5].astype(int) - pictures[14]).mean()
+    assert (window.taught.what_if, window.taught.stage) == (mine, None)
+    assert window.document.frame == frame
+    assert not window.taught.active
+
+
+def test_rows_that_do_not_apply_are_not_there(qtbot, window):
+    dialog = RecordDialog(window.document, (10.0, 60.0), window, teaching=True)
+    qtbot.addWidget(dialog)
+    dialog.show()
+    sweep, picture = dialog.sweep, dialog.picture
+    assert dialog.speed.isVisible()
+    assert not sweep.slider.isVisible()
+    assert not picture.preset.isVisible()
+    dialog.range.setCurrentIndex(dialog.range.count() - 1)
+    assert sweep.slider.isVisible()
+    assert not dialog.speed.isVisible()
+    sweep.slider.setCurrentIndex(sweep.slider.findData("nudge"))
+    sweep.first.setValue(-3.0)
+    assert dialog.choice().sweep == Sweep("nudge", -3.0, 3.0)
+    assert dialog.length.text().startswith("238 pictures, 7.9 s")
+    dialog.format.setCurrentIndex(2)
+    assert not sweep.slider.isVisible()
+    assert dialog.choice().sweep is None
+    for check in (dialog.view, dialog.curves, dialog.equations):
+        check.setChecked(False)
+    assert not dialog.do_it.isEnabled()
+
+
+def test_a_picture_has_any_size_in_any_unit(qtbot, window):
+    dialog = RecordDialog(window.document, (10.0, 60.0), window, teaching=True)
+    qtbot.addWidget(dialog)
+    dialog.show()
+    dialog.format.setCurrentIndex(2)
+    picture = dialog.picture
+    assert picture.size == (2126, 0)  # 90 mm at 600 dpi, as high as needed
+    assert picture.paper == Paper(600.0, 7.0, white=True)
+    assert not picture.width.isVisible()
+    picture.preset.setCurrentIndex(picture.preset.findText("1920 × 1080 pixels"))
+    assert (picture.size, picture.paper) == ((1920, 1080), Paper(96.0, 12.0, white=False))
+    assert not picture.dpi.isVisible()
+    picture.preset.setCurrentIndex(picture.preset.findText("Another size"))
+    picture.width.setValue(100)
+    picture.height.setValue(50)
+    picture.dpi.setCurrentIndex(picture.dpi.findData(300))
+    assert picture.size == (1181, 591)
+    picture.unit.setCurrentText("pixels")
+    assert picture.size == (1181, 591)  # the same, told otherwise
+    picture.width.setValue(4000)
+    assert dialog.choice().size == (4000, 591)
+    assert "339 × 50 mm (4000 × 591 pixels)" in dialog.length.text()
+
+
+def test_of_a_whole_limb_nothing_is_taught(qtbot, window):
+    limb = window.document.data.analysis.limbs[0]
+    window.document.select_chain(limb.name)
+    dialog = RecordDialog(window.document, (10.0, 60.0), window, teaching=True)
+    qtbot.addWidget(dialog)
+    assert not dialog.equations.isEnabled()
+    assert not dialog.choice().contents.equations
+    spans = [dialog.range.itemData(k) for k in range(dialog.range.count())]
+    assert None not in spans

@@ -1,0 +1,59 @@
+"""A picture as a file: PNG at any resolution, SVG and PDF of lines and letters."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QSize, QSizeF
+from PySide6.QtGui import QImage, QPageLayout, QPageSize, QPainter, QPdfWriter
+
+from inspector.recording.sheet import Sheet
+from inspector.recording.svg_file import svg_of
+
+_MM = 25.4  # an inch
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float) -> bytes:
+    """The file's bytes; so many pixels large, or what that is on paper."""
+    if suffix == ".png":
+        return _png(sheet, pixels, dpi)
+    wide, high = (_MM * side / dpi for side in (pixels.width(), pixels.height()))
+    if suffix == ".svg":
+        return svg_of(sheet, title, wide, high)
+    return _pdf(sheet, title, QSizeF(wide, high))
+
+
+def _png(sheet: Sheet, pixels: QSize, dpi: float) -> bytes:
+    image = QImage(pixels, QImage.Format.Format_RGB32)
+    painter = QPainter(image)
+    painter.scale(pixels.width() / sheet.box.width(), pixels.height() / sheet.box.height())
+    sheet.paint(painter)
+    painter.end()
+    for set_it in (image.setDotsPerMeterX, image.setDotsPerMeterY):
+        set_it(round(1000.0 * dpi / _MM))  # now: before, type would have been set in other pixels
+    buffer = _buffer()
+    image.save(buffer, "PNG")  # type: ignore[call-overload]  # its stub wants bytes
+    return bytes(buffer.data().data())
+
+
+def _pdf(sheet: Sheet, title: str, paper: QSizeF) -> bytes:
+    """Letters in fonts that are inside, lines as lines."""
+    buffer = _buffer()
+    writer = QPdfWriter(buffer)
+    writer.setTitle(title)
+    writer.setCreator("Twist Inspector")
+    writer.setResolution(sheet.density)  # in which the type was measured; its numbers are exact
+    size = QPageSize(paper, QPageSize.Unit.Millimeter, title, QPageSize.SizeMatchPolicy.ExactMatch)
+    whole = QPageLayout(size, QPageLayout.Orientation.Portrait, QMarginsF())
+    writer.setPageLayout(whole)
+    painter = QPainter(writer)
+    wide, high = (side / _MM * sheet.density for side in (paper.width(), paper.height()))
+    painter.scale(wide / sheet.box.width(), high / sheet.box.height())
+    sheet.paint(painter)
+    painter.end()
+    return bytes(buffer.data().data())
+
+
+def _buffer() -> QBuffer:
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    return buffer

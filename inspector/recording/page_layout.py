@@ -1,0 +1,61 @@
+"""Where figure, curves and equations stand in a picture or a film."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPointF, QRectF, QSizeF
+
+from inspector.recording.choice import Contents
+
+WIDE = 620.0  # units from which the equations stand beside the figure, not below everything
+_CURVES_SHARE = 0.42  # of the height, for the curves below a figure
+_VIEW_SHAPE = {True: 0.46, False: 0.72}  # height by width, in a wide picture and in a narrow one
+_GAP = 2.0
+
+
+def boxes(
+    page: QSizeF, contents: Contents, wanted: QSizeF, curves: float = 0.0
+) -> dict[str, QRectF]:
+    """Boxes by 'view', 'curves' and 'equations'.
+
+    wanted: the room that the equations would have: they get no more than that, and in its
+    proportions; curves: the height of the curves below a figure, 0 for the usual share.
+    """
+    wide, high = page.width(), page.height()
+    beside = contents.view and contents.equations and wide >= WIDE
+    if contents.equations and not beside:
+        others = contents.view or contents.curves
+        room = _fitted(wanted, wide, 0.5 * high if others else high)
+        top = high - room.height() if others else 0.0
+        out = {"equations": QRectF(QPointF(0.0, top), room)}
+        rest = Contents(contents.view, contents.curves, equations=False)
+        return out | (boxes(QSizeF(wide, top), rest, wanted, curves) if others else {})
+    out, left = {}, wide
+    top = round(high - (curves or _CURVES_SHARE * high)) if contents.curves else high
+    if not contents.view:
+        top = 0.0
+    if beside:
+        room = _fitted(wanted, 0.5 * wide, top)
+        left = float(int(wide - room.width()))
+        out["equations"] = QRectF(QPointF(left, 0.5 * (top - room.height())), room)
+    if contents.view:
+        out["view"] = QRectF(0.0, 0.0, left, top)
+    if contents.curves:
+        start = top + _GAP if top else 0.0
+        out["curves"] = QRectF(0.0, start, wide, high - start)
+    return out
+
+
+def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
+    """What figure and equations need to be read, above each other or beside each other."""
+    wide = width >= WIDE
+    view = _VIEW_SHAPE[wide] * width if contents.view else 0.0
+    if not contents.equations:
+        return view
+    beside = wide and contents.view
+    room = _fitted(wanted, 0.5 * width if beside else width, wanted.height()).height()
+    return max(view, room) if beside else view + room
+
+
+def _fitted(wanted: QSizeF, wide: float, high: float) -> QSizeF:
+    """Inside that, in the same proportions, no larger than wanted."""
+    return wanted * min(1.0, wide / wanted.width(), high / wanted.height())

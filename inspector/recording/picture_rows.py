@@ -1,0 +1,142 @@
+"""Rows of the Record form that a picture has: how large, how fine, its type, its paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QLabel,
+    QSpinBox,
+)
+
+from inspector.recording.choice import SCREEN_DPI, Paper
+from inspector.widgets.building import hbox
+
+_INCH = 25.4  # mm
+_LONGEST = 12_000  # pixels of a side; Qt makes no larger pictures than 32,767
+_RESOLUTIONS = (96, 150, 300, 600)
+_UNITS = ("mm", "pixels")
+
+
+@dataclass(frozen=True)
+class _Preset:
+    """width, height: in `unit`, height 0: as high as needed; dpi, points: proposed with it."""
+
+    width: int
+    height: int
+    unit: str
+    dpi: int
+    points: float
+
+
+_PRESETS = {
+    "A column, 90 mm": _Preset(90, 0, "mm", 600, 7.0),
+    "A page, 180 mm": _Preset(180, 0, "mm", 600, 8.0),
+    "1280 × 720 pixels": _Preset(1280, 720, "pixels", 96, 8.0),
+    "1920 × 1080 pixels": _Preset(1920, 1080, "pixels", 96, 12.0),
+    "Another size": _Preset(120, 0, "mm", 600, 8.0),
+}
+_OWN = "Another size"
+
+
+class PictureRows(QObject):
+    """Puts its rows into a form; `size` and `paper` are what they say."""
+
+    changed = Signal()
+
+    def __init__(self, form: QFormLayout) -> None:
+        super().__init__(form)
+        self._form, self._shown = form, False
+        self.preset = QComboBox()
+        for name, preset in _PRESETS.items():
+            self.preset.addItem(name, preset)
+        self.width, self.height = QSpinBox(), QSpinBox()
+        self.width.setRange(1, _LONGEST)
+        self.height.setRange(0, _LONGEST)
+        self.height.setSpecialValueText("as needed")
+        self.unit = QComboBox()
+        self.unit.addItems(_UNITS)
+        self.width.setAccessibleName("Width")
+        self.height.setAccessibleName("Height")
+        self.unit.setAccessibleName("Unit")
+        self._sides = hbox(self.width, "×", self.height, self.unit, None, spacing=6)
+        self.dpi = QComboBox()
+        for dpi in _RESOLUTIONS:
+            self.dpi.addItem(f"{dpi} dpi", dpi)
+        self.points = QDoubleSpinBox(suffix=" pt", decimals=1, singleStep=0.5)
+        self.points.setRange(4.0, 48.0)
+        self.points.setToolTip("The smallest letters on paper; lines go with them")
+        self._at = QLabel("at")
+        self._fine = hbox(self.points, self._at, self.dpi, None, spacing=6)
+        self.white = QCheckBox("On white paper, for print")
+        self.white.setChecked(True)
+        form.addRow("Size", self.preset)
+        form.addRow("", self._sides)
+        form.addRow("Letters", self._fine)
+        form.addRow("", self.white)
+        self._propose()
+        self.preset.currentIndexChanged.connect(self._propose)
+        for box in (self.width, self.height, self.points):
+            box.valueChanged.connect(self.changed)
+        self.dpi.currentIndexChanged.connect(self.changed)
+        self.unit.currentIndexChanged.connect(self._other_unit)
+
+    def show(self, shown: bool) -> None:
+        """The rows that apply, or none."""
+        self._shown = shown
+        preset = self.preset.currentData()
+        own = self.preset.currentText() == _OWN
+        for row in (self.preset, self._fine, self.white):
+            self._form.setRowVisible(row, shown)
+        self._form.setRowVisible(self._sides, shown and own)
+        for part in (self._at, self.dpi):
+            part.setVisible(shown and (own or preset.unit == "mm"))
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """In pixels; the height may be 0: as needed."""
+        sides = self.width.value(), self.height.value()
+        if self.unit.currentText() == "pixels":
+            return sides
+        wide, high = (round(side / _INCH * self.dpi.currentData()) for side in sides)
+        return wide, high
+
+    @property
+    def paper(self) -> Paper:
+        """What it is made for."""
+        return Paper(float(self.dpi.currentData()), self.points.value(), self.white.isChecked())
+
+    def words(self) -> str:
+        """How large it becomes."""
+        wide, high = self.size
+        pixels = f"{wide} × {high} pixels" if high else f"{wide} pixels wide"
+        if self.dpi.currentData() == SCREEN_DPI:
+            return pixels
+        mm = [round(_INCH * side / self.dpi.currentData()) for side in (wide, high)]
+        return f"{mm[0]} × {mm[1]} mm ({pixels})" if high else f"{mm[0]} mm wide ({wide} pixels)"
+
+    def _propose(self) -> None:
+        """What the preset stands for."""
+        preset = self.preset.currentData()
+        self.unit.setCurrentText(preset.unit)
+        self.width.setValue(preset.width)
+        self.height.setValue(preset.height)
+        self.dpi.setCurrentIndex(self.dpi.findData(preset.dpi))
+        self.points.setValue(preset.points)
+        self.white.setChecked(preset.unit == "mm")
+        self.show(self._shown)
+        self.changed.emit()
+
+    def _other_unit(self) -> None:
+        """The same size on paper, told otherwise."""
+        times = self.dpi.currentData() / _INCH
+        if self.unit.currentText() == "mm":
+            times = 1.0 / times
+        for box in (self.width, self.height):
+            box.setValue(round(box.value() * times))
+        self.changed.emit()

@@ -1,0 +1,367 @@
+"""A sheet to paint on that keeps lines, letters and pictures apart, to be put down in any format.
+
+Qt's own writer of SVG knows no clips that hold where a widget is painted into it, and pens that
+keep their width at any zoom only by a property that librsvg and others pass over. Here everything
+is in the sheet's own units before a format sees it, widths and clips too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import QLine, QLineF, QPointF, QRect, QRectF, Qt
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QImage,
+    QPaintDevice,
+    QPaintEngine,
+    QPaintEngineState,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QPolygonF,
+    QTextItem,
+    QTransform,
+)
+
+from inspector.recording.cutting import cut_lines, is_straight, upright
+
+_HATCH = 8.0  # units between two stripes, as far as Qt's own are
+
+_Box = QRect | QRectF
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """An outline in the sheet's units, filled with `ink`, drawn with `pen`; None: not."""
+
+    path: QPainterPath
+    ink: QColor | None
+    pen: QPen | None
+    clip: QPainterPath | None
+    smooth: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Words:
+    """Letters from `at` on, where `places` leads from there to the sheet's units."""
+
+    text: str
+    font: QFont
+    at: QPointF
+    places: QTransform
+    ink: QColor
+    clip: QPainterPath | None
+
+    def outline(self) -> QPainterPath:
+        """The letters' edges in the sheet's units."""
+        path = QPainterPath()
+        path.addText(self.at, self.font, self.text)
+        return self.places.map(path)
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Pixels in a box of the sheet."""
+
+    image: QImage
+    box: QRectF
+    clip: QPainterPath | None
+
+
+Item = Shape | Words | Picture
+
+
+class Sheet(QPaintDevice):
+    """So many units wide and high, `density` of them an inch; `items`: what was painted on it."""
+
+    def __init__(self, width: float, height: float, density: int) -> None:
+        super().__init__()
+        self.box = QRectF(0.0, 0.0, width, height)
+        self.density = density
+        self._engine = _Keeper()
+
+    @property
+    def items(self) -> Sequence[Item]:
+        """From the lowest to the uppermost."""
+        return self._engine.items
+
+    def paintEngine(self) -> QPaintEngine:
+        """Qt's hook."""
+        return self._engine
+
+    def metric(self, which: QPaintDevice.PaintDeviceMetric) -> int:
+        """Likewise."""
+        metric = QPaintDevice.PaintDeviceMetric
+        inches = {
+            metric.PdmWidthMM: self.box.width() / self.density,
+            metric.PdmHeightMM: self.box.height() / self.density,
+        }
+        if which in inches:
+            return round(25.4 * inches[which])
+        return {
+            metric.PdmWidth: math.ceil(self.box.width()),
+            metric.PdmHeight: math.ceil(self.box.height()),
+            metric.PdmDpiX: self.density,
+            metric.PdmDpiY: self.density,
+            metric.PdmPhysicalDpiX: self.density,
+            metric.PdmPhysicalDpiY: self.density,
+            metric.PdmNumColors: 1 << 24,
+            metric.PdmDepth: 32,
+            metric.PdmDevicePixelRatio: 1,
+            metric.PdmDevicePixelRatioScaled: int(QPaintDevice.devicePixelRatioFScale()),
+        }.get(which, 0)
+
+    def paint(self, painter: QPainter) -> None:
+        """Everything again, on something that fills shapes and sets letters by itself.
+
+        One unit of the sheet on one pixel is as sharp as in a window; else all edges are smooth.
+        """
+        hint = QPainter.RenderHint
+        exact = math.isclose(painter.worldTransform().m11(), 1.0, rel_tol=1e-6)
+        for item in self.items:
+            painter.save()
+            if item.clip is not None:
+                painter.setClipPath(item.clip)
+            if isinstance(item, Shape):
+                painter.setRenderHint(hint.Antialiasing, item.smooth or not exact)
+                painter.setPen(item.pen if item.pen is not None else Qt.PenStyle.NoPen)
+                painter.setBrush(item.ink if item.ink is not None else Qt.BrushStyle.NoBrush)
+                painter.drawPath(item.path)
+            elif isinstance(item, Words):
+                painter.setRenderHint(hint.TextAntialiasing)
+                painter.setWorldTransform(item.places, True)
+                painter.setFont(item.font)
+                painter.setPen(item.ink)
+                painter.drawText(item.at, item.text)
+            else:
+                painter.setRenderHints(hint.SmoothPixmapTransform | hint.LosslessImageRendering)
+                painter.drawImage(item.box, item.image)
+            painter.restore()
+
+
+class _Keeper(QPaintEngine):
+    """Keeps what a painter does, in the units of what it paints on."""
+
+    def __init__(self) -> None:
+        feature = QPaintEngine.PaintEngineFeature
+        super().__init__(
+            feature.PainterPaths
+            | feature.PrimitiveTransform
+            | feature.PixmapTransform
+            | feature.PatternBrush
+            | feature.AlphaBlend
+            | feature.ConstantOpacity
+            | feature.Antialiasing
+        )
+        self.items: list[Item] = []
+        self._places = QTransform()
+        self._pen, self._brush = QPen(), QPen().brush()
+        self._clip: QPainterPath | None = None
+        self._opacity, self._smooth = 1.0, False
+
+    # -- what Qt asks -------------------------------------------------------------------------
+
+    def begin(self, device: QPaintDevice) -> bool:
+        """A painter begins."""
+        return True
+
+    def end(self) -> bool:
+        """It is done."""
+        return True
+
+    def type(self) -> QPaintEngine.Type:
+        """One of our own."""
+        return QPaintEngine.Type.User
+
+    def updateState(self, state: QPaintEngineState) -> None:
+        """How the next things are painted; a clip comes with the places that it is told in."""
+        dirty, changed = QPaintEngine.DirtyFlag, state.state()
+        self._places = QTransform(state.transform())
+        self._pen, self._brush = QPen(state.pen()), state.brush()
+        self._opacity = state.opacity()
+        self._smooth = bool(state.renderHints() & QPainter.RenderHint.Antialiasing)
+        if changed & dirty.DirtyClipPath:
+            self._cut(state.clipPath(), state.clipOperation())
+        elif changed & dirty.DirtyClipRegion:
+            path = QPainterPath()
+            path.addRegion(state.clipRegion())
+            self._cut(path, state.clipOperation())
+        elif changed & dirty.DirtyClipEnabled and not state.isClipEnabled():
+            self._clip = None
+
+    def drawPath(self, path: QPainterPath) -> None:
+        """Filled and drawn."""
+        self._add(path, self._brush.style() != Qt.BrushStyle.NoBrush)
+
+    def drawPolygon(self, points: Any, mode: Any = None) -> None:
+        """Likewise; a mere line of points is not filled."""
+        corners = QPolygonF([QPointF(p) for p in points])
+        path = QPainterPath()
+        path.addPolygon(corners)
+        line = mode == QPaintEngine.PolygonDrawMode.PolylineMode
+        if not line:
+            path.closeSubpath()
+        if mode == QPaintEngine.PolygonDrawMode.WindingMode:
+            path.setFillRule(Qt.FillRule.WindingFill)
+        self._add(path, not line)
+
+    def drawLines(self, lines: Sequence[QLine | QLineF]) -> None:  # type: ignore[override]
+        """Each by itself."""
+        for line in lines:
+            path = QPainterPath(QPointF(line.p1()))
+            path.lineTo(QPointF(line.p2()))
+            self._add(path, False)
+
+    def drawRects(self, rects: Sequence[QRect | QRectF]) -> None:  # type: ignore[override]
+        """Each by itself."""
+        for rect in rects:
+            path = QPainterPath()
+            path.addRect(QRectF(rect))
+            self._forget_below(QRectF(rect))
+            self._add(path, True)
+
+    def drawEllipse(self, rect: QRect | QRectF) -> None:
+        """As a path."""
+        path = QPainterPath()
+        path.addEllipse(QRectF(rect))
+        self._add(path, True)
+
+    def drawTextItem(self, at: Any, item: QTextItem) -> None:
+        """Letters."""
+        if item.text().strip():
+            ink = self._faded(self._pen.color())
+            font = _whole(item.font())
+            words = Words(item.text(), font, QPointF(at), self._places, ink, None)
+            box = words.outline().boundingRect()
+            clip = self._clip_of(box)
+            self.items.append(Words(words.text, words.font, words.at, words.places, ink, clip))
+
+    def drawPixmap(self, box: _Box, pixmap: QPixmap | QImage, part: _Box) -> None:
+        """As a picture."""
+        self.drawImage(box, pixmap if isinstance(pixmap, QImage) else pixmap.toImage(), part)
+
+    def drawImage(
+        self, box: _Box, image: QImage, part: _Box, flags: Qt.ImageConversionFlag | None = None
+    ) -> None:
+        """Pixels of an image in a box."""
+        inside, there = image.copy(QRectF(part).toAlignedRect()), self._places.mapRect(QRectF(box))
+        self.items.append(Picture(inside, there, self._clip_of(there)))
+
+    # -- keeping ------------------------------------------------------------------------------
+
+    def _add(self, path: QPainterPath, filled: bool) -> None:
+        path = self._places.map(path)
+        brush, pen = self._brush, self._wide_pen()
+        wide = 0.5 * pen.widthF() if pen is not None else 0.0
+        clip = self._clip_of(path.boundingRect().adjusted(-wide, -wide, wide, wide))
+        if filled and brush.style() != Qt.BrushStyle.NoBrush:
+            ink = self._faded(brush.color())
+            if brush.style() != Qt.BrushStyle.SolidPattern:
+                self._draw_lines(*_stripes(path, ink), path.intersected(clip) if clip else path)
+            elif clip is None:
+                self.items.append(Shape(path, ink, pen, None, self._smooth))
+                return
+            else:
+                self.items.append(Shape(path.intersected(clip), ink, None, None, self._smooth))
+        if pen is not None:
+            self._draw_lines(path, pen, clip)
+
+    def _draw_lines(self, path: QPainterPath, pen: QPen, clip: QPainterPath | None) -> None:
+        """Cut off by hand where that can be done: not every reader knows clips."""
+        box = upright(clip) if clip is not None else None
+        if box is not None and is_straight(path):
+            path, clip = cut_lines(path, box), None
+        if not path.isEmpty():
+            self.items.append(Shape(path, None, pen, clip, self._smooth))
+
+    def _forget_below(self, rect: QRectF) -> None:
+        """What was last painted and is hidden by a rectangle; its edges would show beside it.
+
+        So is the ground of a plot: Qt fills it in the program's colour, the plot in its own.
+        """
+        solid = self._brush.style() == Qt.BrushStyle.SolidPattern
+        if not solid or self._faded(self._brush.color()).alpha() < 255:
+            return
+        box = self._places.mapRect(rect)
+        if self._clip_of(box) is not None:
+            return
+        while self.items and isinstance(last := self.items[-1], Shape):
+            if last.pen is not None or not box.contains(last.path.boundingRect()):
+                return
+            self.items.pop()
+
+    def _wide_pen(self) -> QPen | None:
+        """The pen with its width in the sheet's units."""
+        if self._pen.style() == Qt.PenStyle.NoPen:
+            return None
+        pen = QPen(self._pen)
+        width = pen.widthF() or 1.0
+        if not pen.isCosmetic():
+            width *= math.sqrt(abs(self._places.determinant()))
+        pen.setCosmetic(False)
+        pen.setWidthF(width)
+        pen.setColor(self._faded(pen.color()))
+        return pen
+
+    def _faded(self, colour: QColor) -> QColor:
+        """A colour at the painter's opacity."""
+        faded = QColor(colour)
+        faded.setAlphaF(colour.alphaF() * self._opacity)
+        return faded
+
+    def _cut(self, path: QPainterPath, how: Qt.ClipOperation) -> None:
+        there = self._places.map(path)
+        if how == Qt.ClipOperation.NoClip:
+            self._clip = None
+        elif how == Qt.ClipOperation.ReplaceClip or self._clip is None:
+            self._clip = there
+        else:
+            self._clip = self._clip.intersected(there)
+
+    def _clip_of(self, box: QRectF) -> QPainterPath | None:
+        """What cuts a thing that is as large as `box`: None where all of it is inside."""
+        clip = self._clip
+        window = self.systemClip()  # of the widget that is being painted, in whole units
+        near = QRectF(window.boundingRect()).adjusted(-1.0, -1.0, 1.0, 1.0)
+        if not window.isEmpty() and (window.rectCount() > 1 or not near.contains(box)):
+            edges = QPainterPath()
+            edges.addRegion(window)
+            clip = edges if clip is None else clip.intersected(edges)
+        return None if clip is None or _holds(clip, box) else clip
+
+
+def _holds(clip: QPainterPath, box: QRectF) -> bool:
+    """Whether all of a box is inside; Qt says no where an edge of one is an edge of the other."""
+    edges = upright(clip)
+    return edges.contains(box) if edges is not None else clip.contains(box)
+
+
+def _whole(font: QFont) -> QFont:
+    """The same, with nothing left to be filled in by what it is painted on."""
+    whole = QFont(font)
+    whole.setFamilies(font.families())
+    whole.setStyleHint(font.styleHint())
+    whole.setPointSizeF(font.pointSizeF())
+    whole.setWeight(font.weight())
+    whole.setStyle(font.style())
+    return whole
+
+
+def _stripes(path: QPainterPath, ink: QColor) -> tuple[QPainterPath, QPen]:
+    """Rising lines over all of a shape, whatever Qt's pattern."""
+    box, lines = path.boundingRect(), QPainterPath()
+    count = math.ceil((box.width() + box.height()) / _HATCH)
+    first = math.floor((box.left() + box.top()) / _HATCH) * _HATCH
+    for k in range(count + 2):
+        total = first + k * _HATCH  # x + y along a stripe
+        lines.moveTo(total - box.top(), box.top())
+        lines.lineTo(total - box.bottom(), box.bottom())
+    pen = QPen(ink, 1.0)
+    pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+    return lines, pen

@@ -1,0 +1,60 @@
+"""A slider of the teaching tab that goes from one end to the other by itself, to be filmed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspector.teaching.taught_frame import TaughtFrame
+
+
+@dataclass(frozen=True)
+class Swept:
+    """What can be swept: its words, the unit of its numbers, its ends, and the decimals they need.
+
+    unit: "°" for an angle; "%" for a share; "" for the stage: 0 is the bone at rest, 1 swung, 2
+    twisted as well.
+    """
+
+    words: str
+    unit: str
+    low: float
+    high: float
+    decimals: int = 0
+
+
+SWEPT = {
+    "twist": Swept("Twist of the parent", "°", -180.0, 180.0),
+    "swing": Swept("Swing α", "°", 0.0, 180.0),
+    "bend": Swept("Bend", "°", 0.0, 180.0),
+    "nudge": Swept("Nudge", "°", -3.0, 3.0, 1),
+    "applied": Swept("Apply: offset taken off", "%", 0.0, 100.0),
+    "stage": Swept("Stages: a, swing, then twist", "", 0.0, 2.0, 1),
+}
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """`slider`, a key of SWEPT, from `first` to `last` in its unit, in so many seconds each way."""
+
+    slider: str
+    first: float
+    last: float
+    seconds: float = 4.0
+    and_back: bool = True
+
+    def values(self, fps: float) -> list[float]:
+        """Where the slider stands in every picture of a film; both ends are shown."""
+        count = max(2, round(self.seconds * fps))
+        there: list[float] = np.linspace(self.first, self.last, count).tolist()
+        return there + there[-2:0:-1] if self.and_back else there
+
+    def show(self, taught: TaughtFrame, value: float) -> None:
+        """Let a taught frame stand there; what else a person altered stays."""
+        if self.slider == "stage":
+            taught.set_stage(value)
+        elif self.slider == "applied":
+            taught.alter(applied=0.01 * value)
+        else:
+            taught.alter(**{self.slider: float(np.radians(value))})

@@ -1,0 +1,68 @@
+"""Rows of the Record form that say which slider a film sweeps, from where to where, how fast."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QFormLayout
+
+from inspector.recording.sweep import SWEPT, Sweep
+from inspector.widgets.building import hbox
+from inspector.widgets.signed_numbers import SignedBox
+
+
+class SweepRows(QObject):
+    """Puts its rows into a form; `sweep` is what they say."""
+
+    changed = Signal()
+
+    def __init__(self, form: QFormLayout) -> None:
+        super().__init__(form)
+        self._form = form
+        self.slider = QComboBox()
+        for name, swept in SWEPT.items():
+            self.slider.addItem(swept.words, name)
+        self.first, self.last = SignedBox(), SignedBox()
+        self.seconds = QDoubleSpinBox(suffix=" s", decimals=1, singleStep=0.5)
+        self.seconds.setRange(0.5, 60.0)
+        self.seconds.setValue(4.0)
+        self.and_back = QCheckBox("and back")
+        self.and_back.setChecked(True)
+        self.first.setAccessibleName("From")
+        self.last.setAccessibleName("To")
+        self.seconds.setAccessibleName("Seconds each way")
+        ends = "from", self.first, "to", self.last, "in", self.seconds, self.and_back, None
+        self._ends = hbox(*ends, spacing=6)
+        form.addRow("Slider", self.slider)
+        form.addRow("", self._ends)
+        self._propose()
+        self.slider.currentIndexChanged.connect(self._propose)
+        for box in (self.first, self.last, self.seconds):
+            box.valueChanged.connect(self.changed)
+        self.and_back.toggled.connect(self.changed)
+
+    def show(self, shown: bool) -> None:
+        """The rows, or not."""
+        self._form.setRowVisible(self.slider, shown)
+        self._form.setRowVisible(self._ends, shown)
+
+    @property
+    def sweep(self) -> Sweep:
+        """What they say."""
+        return Sweep(
+            self.slider.currentData(),
+            self.first.value(),
+            self.last.value(),
+            self.seconds.value(),
+            self.and_back.isChecked(),
+        )
+
+    def _propose(self) -> None:
+        """From one end to the other; from rest for what can go both ways."""
+        swept = SWEPT[self.slider.currentData()]
+        for box in (self.first, self.last):
+            box.setDecimals(swept.decimals)
+            box.setRange(swept.low, swept.high)
+            box.setSuffix(f" {swept.unit}" if swept.unit == "%" else swept.unit)
+        self.first.setValue(max(swept.low, 0.0))
+        self.last.setValue(swept.high)
+        self.changed.emit()

@@ -1,0 +1,42 @@
+"""A plot's title in a figure: as many lines as it needs, as nobody can make the figure wider."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+Parts = list[tuple[str, str]]  # text and the theme's colour role
+
+
+def title_lines(title: Sequence[tuple[str, str]], room: float,
+                advance: Callable[[str], float]) -> list[Parts]:  # fmt: skip
+    """The title's parts by line; no symbol is parted from its numbers.
+
+    advance: the width of a text. Columns that keep numbers in place as they change are not kept.
+    """
+    lines: list[Parts] = [[]]
+    used = 0.0
+    for group in _groups(title):
+        wide = sum(advance(text) for text, _ in group)
+        if lines[-1] and used + wide > room:
+            text, role = group[0]
+            group = [(text.lstrip(), role), *group[1:]]
+            wide = sum(advance(text) for text, _ in group)
+            lines.append([])
+            used = 0.0
+        lines[-1] += group
+        used += wide
+    return lines
+
+
+def _groups(title: Sequence[tuple[str, str]]) -> list[Parts]:
+    """What stays together: soft words with the symbol behind them, and that with its numbers."""
+    groups: list[Parts] = []
+    for raw, role in title:
+        text = re.sub(r"  +", " ", raw)
+        before = {r for t, r in groups[-1] if t.strip()} if groups else set()
+        symbol = role == "text" and before != {"soft"}
+        if not groups or symbol or (role == "soft" and text.strip()) or text.startswith("━"):
+            groups.append([])
+        groups[-1].append((text, role))
+    return groups
