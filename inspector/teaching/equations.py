@@ -3,39 +3,50 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen
+from PySide6.QtCore import QPoint, QRectF, QSize, QSizeF, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QRegion
 from PySide6.QtWidgets import QAbstractButton, QGridLayout, QLabel, QSizePolicy, QWidget
 
-from inspector.teaching.symbols import SECTIONS, SYMBOLS, Equation, colour
+from inspector.teaching.equation_table import SECTIONS, Equation
+from inspector.teaching.section_head import SectionHead
+from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.widgets.building import RIGHT, hbox, soft
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Theme, figures_font
 from inspector.widgets.typeset import EM, Typesetter
-from twistcore.decomposition import Decomposition
 
-_SIZE = 1.04  # of a formula, in heights of the program's font
-_PAD = (6, 3)  # pixels beside and above a formula
+_SIZE = 0.97  # of a formula, in heights of the program's font
+_ASIDE = 5  # pixels beside a formula
+_Row = tuple[float, float]
+# Above and below the baseline of a row, heights of the font; by what in a formula asks for more.
+_ROW = (0.83, 0.31)
+_HIGHER_ROWS = {r"\frac": (0.96, 0.54), "^{-1}": (0.89, 0.44)}
+_CONVENTIONS = (
+    "Hamilton, scalar first (w, x, y, z); q = swing · twist; rotations are local; degrees."
+)
 
 
 class _Typeset:
     """What a formula's widget measures and paints."""
 
-    def __init__(self, widget: QWidget, typesetter: Typesetter, tex: str) -> None:
+    def __init__(self, widget: QWidget, typesetter: Typesetter, tex: str, row: _Row) -> None:
         self._widget, self._typesetter, self._tex = widget, typesetter, tex
+        self._above, below = row
+        self._high = self._above + below
 
     @property
     def _scale(self) -> float:
         return _SIZE * self._widget.fontMetrics().height() / EM
 
     def size(self) -> QSize:
-        """As large as the formula; every one has room for a fraction."""
+        """As wide as the formula and as high as its row."""
         formula = self._typesetter.formula(self._tex)
         width = formula.box.width() * self._scale if formula else 20.0
-        high = round(1.7 * self._widget.fontMetrics().height())
-        return QSize(round(width) + 2 * _PAD[0], high)
+        high = round(self._high * self._widget.fontMetrics().height())
+        return QSize(round(width) + 2 * _ASIDE, high)
 
     def paint(self, painter: QPainter, ink: QColor) -> None:
         """On the common baseline, from the left."""
@@ -44,7 +55,7 @@ class _Typeset:
             return
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.translate(_PAD[0], 0.64 * self._widget.height())
+        painter.translate(_ASIDE, self._above * self._widget.fontMetrics().height())
         painter.scale(self._scale, self._scale)
         painter.translate(-formula.box.left(), 0.0)
         painter.fillPath(formula.path, ink)
@@ -54,10 +65,12 @@ class _Typeset:
 class SymbolButton(QAbstractButton):
     """A symbol to click."""
 
-    def __init__(self, symbol: str, typesetter: Typesetter) -> None:
+    def __init__(self, symbol: str, typesetter: Typesetter, row: _Row = _ROW) -> None:
         super().__init__()
         self.symbol = symbol
-        self._formula = _Typeset(self, typesetter, SYMBOLS[symbol].tex)
+        self._formula = _Typeset(self, typesetter, SYMBOLS[symbol].tex, row)
+        self._theme: Theme | None = None
+        self._calm = False
         self._ink = self._paper = "#000000"
         self.setCheckable(True)
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)  # painted anew under the mouse
@@ -69,9 +82,20 @@ class SymbolButton(QAbstractButton):
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
-        self._ink = colour(SYMBOLS[self.symbol].family, theme)
-        self._paper = theme.surface
-        self.update()
+        self._theme = theme
+        self._inked()
+
+    def set_calm(self, *, calm: bool) -> None:
+        """In the colour of text: there is nothing to be alarmed at."""
+        if calm != self._calm:
+            self._calm = calm
+            self._inked()
+
+    def _inked(self) -> None:
+        if (theme := self._theme) is not None:
+            family = "bone" if self._calm else SYMBOLS[self.symbol].family
+            self._ink, self._paper = colour(family, theme), theme.surface
+            self.update()
 
     def sizeHint(self) -> QSize:
         """The formula's."""
@@ -81,7 +105,7 @@ class SymbolButton(QAbstractButton):
         """A pill, filled when lit."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        box = QRectF(self.rect()).adjusted(1.0, 1.5, -1.0, -1.5)
+        box = QRectF(self.rect()).adjusted(1.0, 0.5, -1.0, -0.5)
         ink, paper = QColor(self._ink), QColor(self._paper)
         if self.isChecked() or self.underMouse() or self.hasFocus():
             painter.setPen(QPen(ink, 1.4 if self.isChecked() or self.hasFocus() else 0.8))
@@ -93,9 +117,9 @@ class SymbolButton(QAbstractButton):
 class RightSide(QWidget):
     """= and what a symbol is."""
 
-    def __init__(self, tex: str, typesetter: Typesetter) -> None:
+    def __init__(self, tex: str, typesetter: Typesetter, row: _Row = _ROW) -> None:
         super().__init__()
-        self._formula = _Typeset(self, typesetter, tex)
+        self._formula = _Typeset(self, typesetter, tex, row)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
@@ -108,38 +132,47 @@ class RightSide(QWidget):
 
 
 class Equations(QWidget):
-    """All rows; a click on a symbol is told, and lit when the taught frame says so."""
+    """All rows under heads that fold; a click on a symbol is told, and lit where it is so."""
 
     clicked = Signal(str)
 
     def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
         super().__init__()
         self._taught = taught
+        self._theme: Theme | None = None
         self.values: dict[str, QLabel] = {}
         self.buttons: dict[str, SymbolButton] = {}
+        self.heads: list[SectionHead] = []
         self._rights: list[RightSide] = []
+        self._rows: dict[str, tuple[QWidget, ...]] = {}
+        self._only: frozenset[str] | None = None
         grid = QGridLayout(self)
-        grid.setContentsMargins(4, 2, 6, 6)
+        grid.setContentsMargins(4, 1, 6, 4)
         grid.setHorizontalSpacing(2)
         grid.setVerticalSpacing(0)
         row = 0
-        for title, equations in SECTIONS.items():
-            head = soft(QLabel(title))
-            head.setStyleSheet("font-weight: 600")
-            head.setContentsMargins(4, 6, 0, 2)
+        for section in SECTIONS:
+            head = SectionHead(section.title)
+            head.toggled.connect(self._arrange)
+            self.heads.append(head)
             grid.addWidget(head, row, 0, 1, 4)
             row += 1
-            for equation in equations:
+            for equation in section.rows:
                 self._add(grid, row, equation, typesetter)
                 row += 1
+        self.conventions = soft(QLabel(_CONVENTIONS, wordWrap=True))
+        self.conventions.setContentsMargins(4, 4, 0, 0)
+        grid.addWidget(self.conventions, row, 0, 1, 4)
         grid.setColumnStretch(2, 1)
-        grid.setRowStretch(row, 1)
+        grid.setRowStretch(row + 1, 1)
         typesetter.ready.connect(self._measured)
+        taught.rows_changed.connect(lambda: self.show_only(taught.rows or None))
 
     def _add(self, grid: QGridLayout, row: int, equation: Equation, typesetter: Typesetter) -> None:
-        button = SymbolButton(equation.symbol, typesetter)
+        line = next((row for part, row in _HIGHER_ROWS.items() if part in equation.right), _ROW)
+        button = SymbolButton(equation.symbol, typesetter, line)
         button.clicked.connect(lambda _=False, s=equation.symbol: self.clicked.emit(s))
-        right = RightSide(equation.right, typesetter)
+        right = RightSide(equation.right, typesetter, line)
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         value = SteadyLabel(alignment=RIGHT, textInteractionFlags=selectable)
         value.setFont(figures_font(9.0))
@@ -151,30 +184,68 @@ class Equations(QWidget):
             number.setToolTip(f"Equation {equation.number} is {equation.corrected}.")
         equals = QLabel("" if equation.right.startswith("<") else "=")
         # In one cell: the widest formula and the widest number are not of one row.
-        both = hbox(right, None, value, spacing=4)
+        both = QWidget()
+        hbox(right, None, value, owner=both, margins=(0, 0, 0, 0), spacing=4)
         grid.addWidget(button, row, 0, Qt.AlignmentFlag.AlignRight)
-        grid.addWidget(equals, row, 1)
-        grid.addLayout(both, row, 2)
-        grid.addWidget(number, row, 3)
+        for column, widget in enumerate((equals, both, number), 1):
+            grid.addWidget(widget, row, column)
         self.values[equation.symbol] = value
         self.buttons[equation.symbol] = button
         self._rights.append(right)
+        self._rows[equation.symbol] = (button, equals, both, number)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
+        self._theme = theme
         for button in self.buttons.values():
             button.set_theme(theme)
+        self.refresh()
 
-    def show_numbers(self, quantities: Decomposition | None) -> None:
-        """Every row's value, or none."""
-        for equation in itertools.chain(*SECTIONS.values()):
-            text = equation.value(quantities) if quantities is not None else ""
+    def refresh(self) -> None:
+        """Every row's value of the taught frame, or none, and the joints' names."""
+        numbers = self._taught.numbers if self._taught.active else None
+        for equation in itertools.chain(*(section.rows for section in SECTIONS)):
+            text = equation.value(numbers) if numbers is not None else ""
             self.values[equation.symbol].setText(text)
+        joints = self._taught.joints
+        for head, section in zip(self.heads, SECTIONS, strict=True):
+            head.set_text(section.title.format(**joints) if joints else section.bare_title)
+        event = numbers is not None and numbers.is_event
+        for symbol, button in self.buttons.items():
+            if symbol in ("product", "m"):  # natural motion makes small opposed changes
+                button.set_calm(calm=not event)
+
+    def show_only(self, symbols: Iterable[str] | None) -> None:
+        """List the rows of these symbols, folded or not; None: all."""
+        self._only = None if symbols is None else frozenset(symbols)
+        self._arrange()
+
+    def _arrange(self) -> None:
+        for head, section in zip(self.heads, SECTIONS, strict=True):
+            listed = [self._only is None or e.symbol in self._only for e in section.rows]
+            head.setVisible(any(listed))
+            head.setEnabled(self._only is None)
+            folded = self._only is None and head.folded
+            for equation, on in zip(section.rows, listed, strict=True):
+                for widget in self._rows[equation.symbol]:
+                    widget.setVisible(on and not folded)
 
     def show_lit(self, symbol: str) -> None:
         """Mark the lit symbol."""
         for name, button in self.buttons.items():
             button.setChecked(name == symbol)
+
+    def paint_into(self, painter: QPainter, size: QSizeF) -> None:
+        """Paint the list as large as fits into `size`, from the painter's origin; outlines."""
+        self.ensurePolished()
+        own = self.size() if self.isVisible() else self.sizeHint()
+        if not self.isVisible():
+            self.resize(own)
+        scale = min(size.width() / own.width(), size.height() / own.height())
+        painter.save()
+        painter.scale(scale, scale)
+        self.render(painter, QPoint(), QRegion(), QWidget.RenderFlag.DrawChildren)
+        painter.restore()
 
     def _measured(self) -> None:
         for widget in (*self.buttons.values(), *self._rights):

@@ -161,6 +161,7 @@ class Hold(QObject):
         if camera is None or places is None:
             self._let_go()
             return
+        self._taught.set_stage(None)  # whoever plays it stops
         size, pixel = self._pixel(self._at)
         if isinstance(self._drag, SwingDrag):
             way = places.own(self._drag.way(places, camera, size, pixel))

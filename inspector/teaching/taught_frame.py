@@ -5,8 +5,9 @@ Nothing here reaches the review: a what-if is a pose that is looked at, no comma
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -15,12 +16,36 @@ from inspector.session.document import Document
 from inspector.viewport.frame_drawing import selected_chain
 from inspector.widgets.signed_numbers import signed
 from twistcore.chain import Chain
-from twistcore.decomposition import Decomposition, WhatIf, altered, decompose
-from twistcore.detection.paper import error_of, running_offset
+from twistcore.decomposition import (
+    Decomposition,
+    FrameCorrection,
+    WhatIf,
+    altered,
+    correct_frame,
+    decompose,
+)
+from twistcore.detection.paper import running_offset
 from twistcore.limb import Limb
 from twistcore.motion import forward_kinematics
 from twistcore.review import Judged
 from twistcore.rotation import Array
+
+_ALONG = 1e-6  # how far off a line two vectors are one direction, in the file's unit
+
+
+class Numbers(NamedTuple):
+    """What the tab shows of a frame: the pose that is seen, and what is taken off for it."""
+
+    frame: Decomposition
+    correction: FrameCorrection
+    whose: str = ""  # 'the interval's ' where the selected one's own offset is taken off
+    staged: bool = False  # the pose that is seen is on its way
+
+    @property
+    def is_event(self) -> bool:
+        """Whether the pose that is seen passes the paper's test: opposed, and m ≥ τ."""
+        d, tau = self.frame, self.correction.tau
+        return not self.staged and d.strength_is_defined and d.strength >= tau > 0.0
 
 
 class TaughtFrame(QObject):
@@ -28,6 +53,7 @@ class TaughtFrame(QObject):
 
     changed = Signal()  # the quantities: another frame, chain, clip or what-if; or shown, hidden
     lit_changed = Signal()
+    rows_changed = Signal()
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -35,10 +61,11 @@ class TaughtFrame(QObject):
         self.active = False
         self.what_if = WhatIf()
         self.lit = ""
+        self.rows: frozenset[str] = frozenset()  # symbols that are listed; none: all
         self.stage: float | None = None  # None: the whole pose; else see `set_stage`
         self._running: tuple[object, Array] | None = None
         self._known: tuple[object, ...] = ()
-        self._quantities: Decomposition | None = None
+        self._numbers: Numbers | None = None
         document.opened.connect(self._afresh)
         document.chain_changed.connect(self._afresh)
         document.frame_changed.connect(self._tell)
@@ -55,18 +82,46 @@ class TaughtFrame(QObject):
 
     @property
     def quantities(self) -> Decomposition | None:
-        """Eq. 1-13 at the frame, as captured or as altered; None without a chain."""
+        """Eq. 1-13 of the pose that is seen: altered, corrected, at a stage; None: no chain."""
+        return None if (numbers := self.numbers) is None else numbers.frame
+
+    @property
+    def joints(self) -> dict[str, str]:
+        """What P, C and G are called in the file; empty without a chain."""
+        data, chain = self.document.data, self.chain
+        if data is None or chain is None:
+            return {}
+        skeleton = data.motion.skeleton
+        names = skeleton.names
+        child = names[chain.child]
+        told = {"P": names[chain.parent], "C": child}
+        if chain.grandchild >= 0:
+            return told | {"G": names[chain.grandchild]}
+        arm, end = np.atleast_2d(chain.arm)[0], skeleton.end_offsets.get(chain.child)
+        at_end = end is not None and float(np.linalg.norm(np.cross(arm, end))) < _ALONG
+        return told | {"G": "its End Site" if at_end else "none (an axis of C)"}
+
+    @property
+    def numbers(self) -> Numbers | None:
+        """All of section 3 at the frame; None without a chain."""
         data, chain, frame = self.document.data, self.chain, self.document.frame
         if data is None or chain is None:
             return None
-        key = (data.motion, chain, frame, self.what_if, self.stage, self.offset)
+        what_if, stage, tau, own = self.what_if, self.stage, self.tau, self._own_offset()
+        key = (data.motion, chain, frame, what_if, stage, tau, own)
         if key != self._known:
-            self._known = key
-            what_if = self.what_if if self.what_if.changes else None
-            self._quantities = decompose(
-                data.motion, chain, frame, what_if, offset=self.offset, stage=self.stage
+            before = self._running_offset(frame - 1)
+            found = correct_frame(
+                data.motion, chain, frame, what_if, tau=tau, offset_before=before, own=own
             )
-        return self._quantities
+            shown = found.before
+            if what_if.applied or stage is not None:
+                off = found.whole
+                shown = decompose(data.motion, chain, frame, what_if, offset=off, stage=stage)
+            whose = "" if own is None else "the interval’s "
+            self._known = key
+            self._numbers = Numbers(shown, found, whose, stage is not None)
+        return self._numbers
 
     @property
     def interval(self) -> Judged | None:
@@ -77,32 +132,20 @@ class TaughtFrame(QObject):
             return None
         return judged if judged.interval.start <= frame < judged.interval.stop else None
 
-    @property
-    def offset(self) -> float:
-        """What a share of is taken off, radians: `interval`'s, else the paper's running sum."""
-        data, chain, frame = self.document.data, self.chain, self.document.frame
-        if data is None or chain is None:
-            return 0.0
-        if (judged := self.interval) is not None:
-            return float(judged.interval.offset[frame - judged.interval.start])
-        return self._running_before(frame) + self._error(frame)
+    def _own_offset(self) -> float | None:
+        """That of `interval`, radians; without one the paper's running sum is taken off."""
+        if (judged := self.interval) is None:
+            return None
+        return float(judged.interval.offset[self.document.frame - judged.interval.start])
 
-    def _running_before(self, frame: int) -> float:
-        """offset(t−1) as the paper sums it up, with the review's τ."""
+    def _running_offset(self, frame: int) -> float:
+        """offset(t) of the captured clip as the paper sums it up, with the review's τ."""
         assert self.document.data is not None
         signals = self.document.data.signals[self.document.chain]
         key = (signals, self.tau)
         if self._running is None or self._running[0] != key:
             self._running = key, running_offset(signals, self.tau)
-        return float(self._running[1][frame - 1]) if frame else 0.0
-
-    def _error(self, frame: int) -> float:
-        """err(t) of the frame as altered, before anything is taken off."""
-        data, chain = self.document.data, self.chain
-        assert data is not None
-        assert chain is not None
-        d = decompose(data.motion, chain, frame, replace(self.what_if, applied=0.0))
-        return float(error_of(d.dtheta_p, d.strength, self.tau))
+        return float(self._running[1][frame]) if frame >= 0 else 0.0
 
     @property
     def tau(self) -> float:
@@ -116,13 +159,11 @@ class TaughtFrame(QObject):
         Without position channels of its own the root's place is the captured one.
         """
         data, chain = self.document.data, self.chain
-        changes = self.what_if.changes or self.stage is not None
-        if data is None or chain is None or not changes:
+        numbers = self.numbers if self.what_if.changes or self.stage is not None else None
+        if data is None or chain is None or numbers is None:
             return None
-        one = altered(
-            data.motion, chain, self.document.frame, self.what_if,
-            offset=self.offset, stage=self.stage,
-        )  # fmt: skip
+        frame, off = self.document.frame, numbers.correction.whole
+        one = altered(data.motion, chain, frame, self.what_if, offset=off, stage=self.stage)
         rotations, positions = forward_kinematics(one)
         return rotations[0], positions[0]
 
@@ -158,6 +199,13 @@ class TaughtFrame(QObject):
         self.set_stage(None)
         self.set_what_if(WhatIf())
 
+    def set_rows(self, symbols: Iterable[str]) -> None:
+        """List the rows of these symbols only; none: all."""
+        rows = frozenset(symbols)
+        if rows != self.rows:
+            self.rows = rows
+            self.rows_changed.emit()
+
     def light(self, symbol: str) -> None:
         """Light a symbol up everywhere; the lit one again: none."""
         self.lit = "" if symbol == self.lit else symbol
@@ -180,6 +228,11 @@ class TaughtFrame(QObject):
 def degrees(angle: float) -> str:
     """An angle in radians as every label of the tab shows it."""
     return f"{signed(np.degrees(angle), 2)}°"
+
+
+def reliable(share: float) -> str:
+    """How far an angle near its singularity is to be trusted."""
+    return "under 1 % reliable" if share < 0.01 else f"{100.0 * share:.0f} % reliable"
 
 
 def numbers(values: Array) -> str:

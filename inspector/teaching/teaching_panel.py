@@ -6,9 +6,11 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QSizePolicy, QWidget
 
+from inspector.teaching.equation_table import typeset_texts
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
-from inspector.teaching.symbols import SYMBOLS, typeset_texts
+from inspector.teaching.other_forms import OtherForms
+from inspector.teaching.symbols import SYMBOLS
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
 from inspector.teaching.what_if_values import plotted
@@ -46,7 +48,13 @@ class TeachingPanel(QWidget):
             button.setAutoRaise(True)
         head = hbox((self.title, 1), *buttons, margins=(12, 4, 8, 2), spacing=2)
         self.scroll_area = QScrollArea(widgetResizable=True)
-        self.scroll_area.setWidget(self.equations)
+        self.other_forms = OtherForms(taught, self.typesetter)
+        self.listed = QWidget()
+        vbox(
+            self.equations, self.other_forms, None,
+            owner=self.listed, margins=(0, 0, 0, 0), spacing=0,
+        )  # fmt: skip
+        self.scroll_area.setWidget(self.listed)
         self.scroll_area.setFrameShape(QFrame.Shape.NoFrame)
         self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         # Where there is little room the equations give way: sliders and buttons stay whole.
@@ -71,7 +79,7 @@ class TeachingPanel(QWidget):
         """Other colours."""
         self.equations.set_theme(theme)
         self.what_if.set_theme(theme)
-        for part in (self.scroll_area.viewport(), self.equations):
+        for part in (self.scroll_area.viewport(), self.listed):
             part.setStyleSheet(f"background: {theme.surface}")
         self._rule.setStyleSheet(f"background: {theme.line}")
         self.title.setStyleSheet("font-weight: 600")
@@ -79,9 +87,9 @@ class TeachingPanel(QWidget):
 
     def refresh(self) -> None:
         """Show the frame's numbers, and let the views show the rest."""
-        quantities = self._taught.quantities if self._taught.active else None
-        self.equations.show_numbers(quantities)
-        self.what_if.show_state(quantities)
+        self.equations.refresh()
+        self.other_forms.refresh()
+        self.what_if.refresh()
         self._timeline.show_what_if(plotted(self._taught))
         self._retitled()
         self._invite()
@@ -119,7 +127,7 @@ class TeachingPanel(QWidget):
         layout = self.equations.layout()
         assert layout is not None
         layout.activate()
-        width = self.equations.minimumSizeHint().width()
+        width = self.listed.minimumSizeHint().width()
         bar = self.scroll_area.verticalScrollBar().sizeHint().width()
         self.scroll_area.setMinimumWidth(width + bar)
 

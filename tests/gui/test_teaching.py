@@ -8,24 +8,33 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QColor, QImage
+from PySide6.QtCore import QBuffer, QPoint, QPointF, QRect, QSize, QSizeF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter
+from PySide6.QtSvg import QSvgGenerator
 
 from inspector.lessons.guided_exercise import make_exercise
 from inspector.session.document import Document
 from inspector.session.opening import analyse
+from inspector.teaching.equation_table import SECTIONS
+from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_shapes import CLEAR, sketch
-from inspector.teaching.symbols import SECTIONS, SYMBOLS, colour
+from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.teaching_panel import TeachingPanel
-from inspector.teaching.what_if import words
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK, LIGHT
 from tests.conftest import ASSETS
 from tests.gui.windows import act
-from twistcore.decomposition import WhatIf, decompose
-from twistcore.rotation import multiply, rotate, swing_twist
+from twistcore.decomposition import WhatIf, decompose, other_order
+from twistcore.rotation import (
+    multiply,
+    quaternion_from_euler,
+    rotate,
+    swing_twist,
+    twist_angle,
+    wrap,
+)
 from twistcore.signals import twist_signals
 
 FRAMES = 20
@@ -82,6 +91,16 @@ def core_values(motion, chain, signals, frame):
     }
 
 
+def undefined(symbol, motion, chain, signals, frame):
+    """Whether a value has no meaning, told from the clip's own signals."""
+    two = [max(frame - 1, 0), frame]
+    theta = signals.swing_reliability[two].min() < 1e-6
+    azimuth = signals.azimuth_reliability[two].min() < 1e-6
+    if symbol == "n":
+        return theta or decompose(motion, chain, int(frame)).alpha < 1e-6
+    return {"dtheta_p": theta, "theta_p": theta, "dtheta_c": azimuth}.get(symbol, theta or azimuth)
+
+
 def test_every_number_is_the_cores(qtbot, tmp_path):
     rng = np.random.default_rng(7)
     seen = 0
@@ -101,9 +120,11 @@ def test_every_number_is_the_cores(qtbot, tmp_path):
                 labels = {k: label.text() for k, label in panel.equations.values.items()}
                 for symbol, value in core_values(data.motion, chain, signals, frame).items():
                     if labels[symbol] == "undefined":
-                        assert decompose(data.motion, chain, int(frame)).alpha < 1e-6
+                        assert undefined(symbol, data.motion, chain, signals, frame)
                         continue
                     shown, wanted = read(labels[symbol]), np.atleast_1d(value)
+                    if symbol == "m":
+                        shown = shown[:1]  # τ stands beside it
                     angle = symbol not in ("a", "q", "w", "n", "v", "across", "swing", "twist")
                     half = 0.005 if angle else 0.0005
                     assert shown == pytest.approx(wanted, abs=half + 1e-6), (symbol, frame)
@@ -118,10 +139,10 @@ def test_every_number_is_the_cores(qtbot, tmp_path):
 
 
 def test_every_symbol_has_its_row_and_every_printed_slip_is_named():
-    rows = [e for equations in SECTIONS.values() for e in equations]
+    rows = [e for section in SECTIONS for e in section.rows]
     assert {e.symbol for e in rows} == set(SYMBOLS)
     assert [e.number for e in rows if e.corrected] == ["7", "8", "9", "12"]
-    assert len({e.number for e in rows if e.number}) == 13
+    assert len({e.number for e in rows if e.number}) == 15
 
 
 def test_nothing_is_typeset_and_no_ffmpeg_loaded_before_it_is_wanted(tmp_path):
@@ -196,7 +217,7 @@ def test_a_stage_and_what_is_taken_off_are_seen_in_the_pose(taught):
     assert frame.stage is None
     frame.set_what_if(WhatIf(twist=1.0, counter=True))
     wrong, places = frame.pose()
-    assert frame.offset == pytest.approx(1.0, abs=0.2)
+    assert frame.numbers.correction.whole == pytest.approx(1.0, abs=0.2)
     frame.alter(applied=1.0)
     right, same = frame.pose()
     assert same == pytest.approx(places, abs=1e-6)
@@ -233,25 +254,6 @@ def test_each_singularity_is_met_and_told(taught, slider, at, angle, named):
     assert abs(read(values[angle].text())[0] - still) > 40.0
     box.reset.click()
     assert "Singularity" not in box.words.text()
-
-
-def test_words_fit_in_two_lines(taught):
-    box, motion = taught.teaching.what_if, taught.document.data.motion
-    chain = taught.taught.chain
-    width = 480  # pixels, of the tab in a window 1280 wide
-    for what_if in (
-        WhatIf(),
-        WhatIf(twist=1.0),
-        WhatIf(twist=1.0, counter=True),
-        WhatIf(swing=np.pi),
-        WhatIf(bend=0.0),
-        WhatIf(swing=np.pi, bend=0.0),
-        WhatIf(nudge=0.01),
-    ):
-        text, role = words(decompose(motion, chain, 90, what_if), what_if, 0.03)
-        assert hasattr(DARK, role)
-        box.words.setText(text)
-        assert box.words.heightForWidth(width) <= box.words.minimumHeight() + 2
 
 
 # -- gizmo ----------------------------------------------------------------------------------------
@@ -385,3 +387,183 @@ def test_a_view_that_is_hidden_has_no_labels_left(qtbot, taught):
     qtbot.waitUntil(lambda: not labels.isVisible())
     assert taught.viewport.childAt(QPointF(5, 5).toPoint()) is not labels
     assert taught.viewport.size() != QSize()
+
+
+# -- the other forms, what is taken off, the stages ---------------------------------------------
+
+
+def test_one_page_s_rows_and_no_others(taught):
+    panel = taught.teaching
+    panel.scroll_area.ensureVisible(0, 0)
+    taught.taught.set_rows({"theta_p", "check", "minus_q"})
+    seen = {name for name, label in panel.equations.values.items() if label.isVisible()}
+    assert seen == {"theta_p", "check"}
+    heads = [head.isVisible() for head in panel.equations.heads]
+    assert heads == [True, False, False, True]
+    forms = panel.other_forms
+    assert forms.values["q"].isVisible()
+    assert not forms.values["n"].isVisible()
+    taught.taught.set_rows(())
+    assert all(label.isVisible() for label in panel.equations.values.values())
+    assert not forms.values["q"].isVisible()
+
+
+def test_heads_fold_their_rows_and_name_the_joints(qtbot, taught):
+    equations = taught.teaching.equations
+    assert "P = LeftForeArm" in equations.heads[0].text()
+    assert "C = LeftHand, G = none" in equations.heads[1].text()
+    taught.document.select_chain("LeftArm")
+    assert "C = LeftForeArm, G = LeftHand" in equations.heads[1].text()
+    qtbot.mouseClick(equations.heads[0], Qt.MouseButton.LeftButton, pos=QPoint(20, 6))
+    assert not equations.values["q"].isVisible()
+    assert equations.values["m"].isVisible()
+    qtbot.mouseClick(equations.heads[0], Qt.MouseButton.LeftButton, pos=QPoint(20, 6))
+    assert equations.values["q"].isVisible()
+
+
+def test_m_is_in_sight_without_scrolling(qtbot, taught):
+    taught.resize(1440, 900)
+    qtbot.wait(100)
+    area = taught.teaching.scroll_area
+    for symbol in ("a", "m"):
+        row = taught.teaching.equations.buttons[symbol]
+        place = QRect(row.mapTo(area.viewport(), QPoint(0, 0)), row.size())
+        assert area.viewport().rect().contains(place), symbol
+
+
+def test_apply_goes_from_wrong_to_right(qtbot, taught):
+    document, box = taught.document, taught.teaching.what_if
+    judged = next(j for j in document.intervals if j.interval.chain == "LeftForeArm")
+    document.select_interval(judged.id)
+    document.go_to(judged.interval.start + 1)
+    values = taught.teaching.equations.values
+    parent, wrong = taught.taught.chain.parent, document.pose(document.frame, after=False)[0]
+    right = document.corrected.pose(document.frame)[0]
+    assert np.abs(wrong[parent] @ right[parent]) < 0.999
+    box.sliders["applied"].setValue(50)
+    assert "50 % of the interval’s" in values["taken"].text()
+    assert read(values["check"].text()) == [0.0]
+    box.sliders["applied"].setValue(100)
+    rotations, _ = taught.taught.pose()
+    assert np.abs(rotations[parent] @ right[parent]) == pytest.approx(1.0, abs=1e-9)
+    # Altered, the interval's offset is no longer that of the frame: the running sum's is.
+    box.sliders["twist"].setValue(300)
+    assert "interval" not in values["taken"].text()
+    box.reset.click()
+    assert box.sliders["applied"].value() == 0
+
+
+def test_undefined_is_said_and_no_number(taught):
+    values, frame = taught.teaching.equations.values, taught.taught
+    frame.set_what_if(WhatIf(swing=np.pi))
+    for symbol in ("n", "swing", "twist", "theta_p", "dtheta_p", "product", "m", "err"):
+        assert values[symbol].text() == "undefined", symbol
+    assert read(values["dtheta_c"].text())
+    frame.set_what_if(WhatIf(bend=0.0))
+    for symbol in ("dtheta_c", "product", "m", "err"):
+        assert values[symbol].text() == "undefined", symbol
+    assert "no direction" in values["across"].text()
+    assert read(values["theta_p"].text())
+    frame.set_what_if(WhatIf(swing=np.radians(176.0)))
+    assert "3 % reliable" in values["theta_p"].text()
+
+
+def test_below_zero_is_answered_and_alarms_at_an_event_only(taught):
+    frame, equations = taught.taught, taught.teaching.equations
+    red = QColor(colour("error", DARK)).rgb()
+
+    def inks(symbol):
+        image = equations.buttons[symbol].grab().toImage()
+        return {
+            image.pixelColor(x, y).rgb()
+            for x in range(image.width())
+            for y in range(image.height())
+        }
+
+    frame.set_what_if(WhatIf(twist=0.5))
+    assert equations.values["product"].text().startswith("yes: −")  # the child's own motion
+    assert "<" in equations.values["m"].text()
+    assert red not in inks("m") | inks("product")
+    frame.set_what_if(WhatIf(twist=-0.5))
+    assert equations.values["product"].text().startswith("no")
+    frame.set_what_if(WhatIf(twist=0.5, counter=True))
+    assert equations.values["product"].text().startswith("yes: −")
+    assert "≥" in equations.values["m"].text()
+    assert red in inks("m") & inks("product")
+
+
+def test_other_forms_are_told_where_they_are_unfolded(qtbot, taught):
+    forms, frame = taught.teaching.other_forms, taught.taught
+    assert not any(label.text() for label in forms.values.values())
+    qtbot.mouseClick(forms.head, Qt.MouseButton.LeftButton, pos=QPoint(20, 6))
+    d = frame.quantities
+    assert read(forms.values["n"].text()) == pytest.approx(d.n, abs=6e-4)
+    _, after = other_order(d.q, d.a)
+    other = after[1:] / np.linalg.norm(after[1:])
+    assert read(forms.values["n_after"].text()) == pytest.approx(other, abs=6e-4)
+    plus = read(forms.values["theta_p"].text())
+    forms.minus.click()
+    assert read(forms.values["q"].text()) == pytest.approx(-d.q, abs=6e-4)
+    minus = read(forms.values["theta_p"].text())
+    assert abs(plus[0] - minus[0]) == pytest.approx(360.0, abs=0.011)
+    assert plus[1] == minus[1]
+    clip = taught.document.data.clip
+    layout = clip.channels[frame.chain.parent]
+    text = forms.values["parent"].text()
+    assert [c for c in text if c in "XYZ"] == list(layout.order)
+    assert read(text) == pytest.approx(clip.values[90, list(layout.rotation)], abs=0.006)
+    assert not forms.values["lock"].isVisible()
+    # P turned so that its middle channel is 90°: the first and the last axis coincide.
+    q = quaternion_from_euler(layout.order, np.radians([20.0, 90.0, 10.0]))
+    frame.set_what_if(WhatIf(toward=tuple(rotate(q, d.a))))
+    d = frame.quantities
+    twist = wrap(float(twist_angle(q, d.a)) - d.theta_p)
+    frame.alter(twist=float(twist))
+    assert "gimbal lock" in forms.values["lock"].text()
+    assert forms.values["lock"].isVisible()
+
+
+def test_the_player_goes_from_a_over_the_swing_to_the_twist(qtbot, taught):
+    player, frame = taught.teaching.what_if.player, taught.taught
+    stages = []
+    frame.changed.connect(lambda: stages.append(frame.stage))
+    player.speeds["2×"].trigger()
+    player.play.click()
+    qtbot.waitUntil(lambda: not player.playing, timeout=10_000)
+    assert stages[0] == 0.0
+    assert stages[-1] is None
+    way = stages[:-1]
+    assert way == sorted(way)
+    assert any(0.1 < s < 0.9 for s in way)
+    assert any(1.1 < s < 1.9 for s in way)
+    # Again and again, until a person takes the slider, or the tab goes.
+    player.loop.click()
+    player.play.click()
+    stages.clear()
+    qtbot.waitUntil(lambda: stages.count(0.0) >= 2, timeout=15_000)
+    player.slider.setValue(50)
+    assert frame.stage == 0.5
+    assert not player.playing
+    assert taught.teaching.equations.values["m"].text() == "–"
+    player.slider.setValue(player.slider.maximum())
+    assert frame.stage is None
+    player.play.click()
+    taught.docks["intervals"].raise_()
+    qtbot.waitUntil(lambda: not player.playing)
+
+
+def test_the_list_paints_itself_as_lines_of_any_size(qtbot, taught, tmp_path):
+    equations = Equations(taught.taught, taught.teaching.typesetter)
+    equations.set_theme(LIGHT)
+    buffer = QBuffer()
+    generator = QSvgGenerator()
+    generator.setOutputDevice(buffer)
+    generator.setSize(QSize(1600, 1600))
+    painter = QPainter(generator)
+    equations.paint_into(painter, QSizeF(1600.0, 1600.0))
+    painter.end()
+    drawn = bytes(buffer.data()).decode()
+    assert "<image" not in drawn
+    assert drawn.count("<path") >= 2 * len(SYMBOLS)
+    assert "cos" not in drawn  # formulas are outlines, no text of a font that may be missing
+    equations.deleteLater()

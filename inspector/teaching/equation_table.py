@@ -1,0 +1,258 @@
+"""The equations of [Choi26 §3] in one table, each with how its value is told."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspector.teaching.symbols import MARKS
+from inspector.teaching.taught_frame import Numbers, degrees, numbers, reliable
+from inspector.widgets.signed_numbers import plain
+from twistcore.decomposition import UNDEFINED, Decomposition, FrameCorrection
+
+NEAR_SWING = 0.10  # reliability of θp below which it is told: a swing beyond 168°
+NEAR_STRAIGHT = 0.17  # of the azimuth: a limb straighter than 10°
+LEAST = float(np.radians(0.005))  # an m that is more than the rounding of a file's numbers
+_UNDEFINED = "undefined"
+_NOT_YET = "–"  # while P's rotation is shown on its way
+_STAGED = frozenset(("a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"))
+
+
+@dataclass(frozen=True)
+class Equation:
+    """symbol = right, its number in the paper, and its value.
+
+    corrected: what the printed equation has otherwise, '' where it stands as printed; shown: the
+    value in words, else the quantity of the symbol's name is shown.
+    """
+
+    symbol: str
+    right: str
+    number: str
+    corrected: str = ""
+    shown: Callable[[Numbers], str] | None = None
+
+    def value(self, of: Numbers) -> str:
+        """As a label shows it."""
+        if of.staged and self.symbol not in _STAGED:
+            return _NOT_YET
+        if self.shown is not None:
+            return self.shown(of)
+        value = getattr(of.frame, self.symbol)
+        return numbers(value) if isinstance(value, np.ndarray) else degrees(value)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Rows under a head; title: with {P}, {C} and {G} for the joints' names."""
+
+    title: str
+    rows: tuple[Equation, ...]
+
+    @property
+    def bare_title(self) -> str:
+        """Without the joints' names, where there is no chain."""
+        return re.sub(r" = \{.\}", "", self.title)
+
+
+def _of_one_swing(tell: Callable[[Decomposition], str]) -> Callable[[Numbers], str]:
+    """A value that a swing of 180° leaves undefined."""
+    return lambda of: tell(of.frame) if of.frame.swing_is_one else _UNDEFINED
+
+
+def _theta(d: Decomposition) -> str:
+    return degrees(d.theta_p) + _unsure(d.swing_reliability, NEAR_SWING)
+
+
+def _dtheta_p(of: Numbers) -> str:
+    d = of.frame
+    if not d.dtheta_p_is_defined:
+        return _UNDEFINED
+    return degrees(d.dtheta_p) + _unsure(d.swing_reliability, NEAR_SWING)
+
+
+def _across(of: Numbers) -> str:
+    d = of.frame
+    return numbers(d.across) + (", no direction" if d.azimuth_reliability <= UNDEFINED else "")
+
+
+def _dtheta_c(of: Numbers) -> str:
+    d = of.frame
+    if not d.dtheta_c_is_defined:
+        return _UNDEFINED
+    return degrees(d.dtheta_c) + _unsure(d.azimuth_reliability, NEAR_STRAIGHT)
+
+
+def _opposed(of: Numbers) -> str:
+    """Yes or no to 'below zero?', with the number."""
+    if not of.frame.strength_is_defined:
+        return _UNDEFINED
+    product = float(np.degrees(np.degrees(of.frame.product)))
+    size = f"{abs(product):.{2 if abs(product) >= 0.01 else 4}f}"
+    sign = "−" if product < 0.0 else "+" if product > 0.0 else ""
+    answer = "yes" if of.frame.strength >= LEAST else "no, rounding" if sign == "−" else "no"
+    return f"{answer}: {sign}{size} (°)²"
+
+
+def _strength(of: Numbers) -> str:
+    """m beside τ."""
+    if not of.frame.strength_is_defined:
+        return _UNDEFINED
+    m, tau = of.frame.strength, of.correction.tau
+    return f"{_unsigned(m)} {'≥' if m >= tau else '<'} τ {plain(np.degrees(tau))}°"
+
+
+def _err(of: Numbers) -> str:
+    c = of.correction
+    return degrees(c.err) if c.before.strength_is_defined else _UNDEFINED
+
+
+def _offset(of: Numbers) -> str:
+    c = of.correction
+    return f"{degrees(c.offset_before)} {'−' if c.err < 0.0 else '+'} {_unsigned(abs(c.err))}"
+
+
+def _taken(of: Numbers) -> str:
+    c = of.correction
+    return f"{plain(100.0 * c.applied, 0)} % of {of.whose}{degrees(c.whole)}: {degrees(c.taken)}"
+
+
+def _apart(c: FrameCorrection) -> str:
+    return f"{plain(np.degrees(c.difference), 3)}° apart"
+
+
+def _unsigned(angle: float) -> str:
+    return degrees(angle).removeprefix("+")
+
+
+def _unsure(reliability: float, near: float) -> str:
+    return f" ({reliable(reliability)})" if reliability < near else ""
+
+
+SECTIONS = (
+    Section(
+        "Parent P = {P}: swing and twist",
+        (
+            Equation("a", r"\mathrm{unit}(P\rightarrow C)", ""),
+            Equation("q", r"q_\mathrm{swing}\,q_\mathrm{twist}", "2"),
+            Equation("w", r"q_P\,\mathbf{a}\,q_P^{-1}", "3"),
+            Equation(
+                "n",
+                r"(\mathbf{a}\times\mathbf{w})\,/\,\Vert\mathbf{a}\times\mathbf{w}\Vert",
+                "4",
+                shown=lambda of: numbers(of.frame.n) if of.frame.n_is_defined else _UNDEFINED,
+            ),
+            Equation(
+                "alpha",
+                r"\arccos(\mathbf{a}\cdot\mathbf{w})",
+                "5",
+                shown=lambda of: _unsigned(of.frame.alpha),
+            ),
+            Equation(
+                "swing",
+                r"\cos\frac{\alpha}{2}+\sin\frac{\alpha}{2}\,\mathbf{n}",
+                "6",
+                shown=_of_one_swing(lambda d: numbers(d.swing)),
+            ),
+            Equation(
+                "twist",
+                r"q_\mathrm{swing}^{-1}\,q_P",
+                "7",
+                "printed as q_P q_swing⁻¹, which is the twist about w: the same angle, another "
+                "quaternion",
+                shown=_of_one_swing(lambda d: numbers(d.twist)),
+            ),
+            Equation(
+                "theta_p",
+                r"2\,\mathrm{atan2}(\vec{q}_\mathrm{twist}\cdot\mathbf{a},\ w_\mathrm{twist})",
+                "8",
+                "printed with the norm of the vector part, which loses the sign",
+                shown=_of_one_swing(_theta),
+            ),
+            Equation(
+                "dtheta_p",
+                r"\mathrm{wrap}(\theta_p(t)-\theta_p(t{-}1))",
+                "9",
+                "printed without wrapping to (−180°, 180°]",
+                shown=_dtheta_p,
+            ),
+        ),
+    ),
+    Section(
+        "Child C = {C}, G = {G}: azimuth about the bone",
+        (
+            Equation("v", r"\mathbf{R}_C\,\mathbf{b}", "10"),
+            Equation(
+                "across",
+                r"\mathbf{v}-(\mathbf{v}\cdot\mathbf{a})\,\mathbf{a}",
+                "11",
+                shown=_across,
+            ),
+            Equation(
+                "dtheta_c",
+                r"\angle_{\mathbf{a}}(\mathbf{v}_\perp(t{-}1),\ \mathbf{v}_\perp(t))",
+                "12",
+                "printed as θ_C(t), but it is the change from frame to frame: "
+                "atan2((v⊥(t−1) × v⊥(t))·a, v⊥(t−1)·v⊥(t))",
+                shown=_dtheta_c,
+            ),
+        ),
+    ),
+    Section(
+        "Do they twist against each other?",
+        (
+            Equation("product", r"<0\ ?", "1", shown=_opposed),
+            Equation("m", r"\min(|\Delta\theta_p|,|\Delta\theta_c|)", "13", shown=_strength),
+        ),
+    ),
+    Section(
+        "Take the error off and keep the child where it is",
+        (
+            Equation(
+                "err",
+                r"\mathrm{sign}(\Delta\theta_p)\,m\ \ \mathrm{if}\ m\geq\tau,\ \mathrm{else}\ 0",
+                "",
+                shown=_err,
+            ),
+            Equation("offset", r"\mathrm{offset}(t{-}1)+\mathrm{err}(t)", "", shown=_offset),
+            Equation("taken", r"\mathrm{share}\cdot\mathrm{offset}", "", shown=_taken),
+            Equation(
+                "parent_after",
+                r"q_P\,R_{\mathbf{a}}(-\delta)",
+                "",
+                shown=lambda of: numbers(of.correction.parent_after),
+            ),
+            Equation(
+                "child_after",
+                r"{q\mathrm{ʹ}_P}^{-1}\,q_P\,q_C",
+                "15",
+                shown=lambda of: numbers(of.correction.child_after),
+            ),
+            Equation(
+                "check",
+                r"q\mathrm{ʹ}_P\,q\mathrm{ʹ}_C",
+                "14",
+                shown=lambda of: _apart(of.correction),
+            ),
+        ),
+    ),
+)
+
+
+OTHER_FORMS = {  # of q_P, typeset; what they are is told in other_forms
+    "swing first": r"q_P=q_\mathrm{swing}\,q_\mathrm{twist}",
+    "twist first": r"q_P=q_\mathrm{twist}\,q\mathrm{ʹ}_\mathrm{swing}",
+    "as it is": r"q_P",
+    "negative": r"-q_P",
+}
+
+
+def typeset_texts() -> tuple[str, ...]:
+    """Every TeX text that the tab shows."""
+    equations = [e.right for section in SECTIONS for e in section.rows]
+    return tuple(
+        dict.fromkeys([*(mark.tex for mark in MARKS.values()), *equations, *OTHER_FORMS.values()])
+    )

@@ -1,0 +1,201 @@
+"""The same rotation in other forms: the other order, −q, and the file's Euler angles."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
+
+from inspector.teaching.equation_table import OTHER_FORMS
+from inspector.teaching.equations import RightSide
+from inspector.teaching.section_head import SectionHead
+from inspector.teaching.taught_frame import TaughtFrame, degrees, numbers
+from inspector.widgets.building import soft
+from inspector.widgets.theme import figures_font
+from inspector.widgets.typeset import Typesetter
+from twistcore.decomposition import (
+    Decomposition,
+    EulerChannels,
+    altered,
+    euler_channels,
+    other_order,
+    unwrapped_twist,
+)
+from twistcore.rotation import Array, wrap
+
+ROWS = ("order", "minus_q", "euler")  # what a lesson may list
+_UNDEFINED = "undefined: w points against a"
+_TIPS = {
+    "order": "Twist first or swing first: the same twist about a and the same α, but another axis "
+    "of the swing, n′ = n turned back by the twist.",
+    "minus_q": "q and −q are one rotation. Before it is wrapped θp of −q is a full turn off.",
+    "euler": "The channels of the file in its order, degrees: the first axis is turned by none of "
+    "the others, the last by both. Near ±90° of the middle one the first and the last turn "
+    "about one line.",
+}
+
+
+class OtherForms(QWidget):
+    """A part of the tab that is folded at first; its numbers are told while it is open."""
+
+    def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
+        super().__init__()
+        self._taught = taught
+        self.head = SectionHead("The same rotation in other forms", folded=True)
+        self.values: dict[str, QLabel] = {}
+        self._rows: dict[str, list[QWidget]] = {name: [] for name in ROWS}
+        self._rights: list[RightSide] = []
+        self.minus = QPushButton("−q")
+        self.minus.setCheckable(True)
+        self.minus.setToolTip("Write the same pose with −q")
+        self.minus.setFixedHeight(self.fontMetrics().height() + 4)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(4, 0, 6, 4)
+        grid.setHorizontalSpacing(6)
+        grid.setVerticalSpacing(0)
+        grid.addWidget(self.head, 0, 0, 1, 3)
+        self._plus_and_minus = tuple(
+            self._formula(OTHER_FORMS[name], typesetter) for name in ("as it is", "negative")
+        )
+        self._add(grid, 1, "order", "n", self._formula(OTHER_FORMS["swing first"], typesetter))
+        self._add(
+            grid, 2, "order", "n_after", self._formula(OTHER_FORMS["twist first"], typesetter)
+        )
+        self._add(grid, 3, "order", "both", soft(QLabel("the same in both")))
+        self._add(grid, 4, "minus_q", "q", *self._plus_and_minus, self.minus)
+        self._add(grid, 5, "minus_q", "theta_p", soft(QLabel("θp → wrapped")))
+        self._add(grid, 6, "euler", "parent", soft(QLabel()))
+        self._add(grid, 7, "euler", "child", soft(QLabel()))
+        self._add(grid, 8, "euler", "lock", QLabel())
+        grid.setColumnStretch(2, 1)
+        self._only: frozenset[str] = frozenset()
+        self.head.toggled.connect(self._arrange)
+        self.minus.toggled.connect(self.refresh)
+        typesetter.ready.connect(self._measured)
+        taught.rows_changed.connect(self._arrange)
+        self._arrange()
+
+    def _formula(self, tex: str, typesetter: Typesetter) -> RightSide:
+        self._rights.append(RightSide(tex, typesetter))
+        return self._rights[-1]
+
+    def _add(self, grid: QGridLayout, row: int, name: str, key: str, *before: QWidget) -> None:
+        value = QLabel(textInteractionFlags=Qt.TextInteractionFlag.TextSelectableByMouse)
+        value.setFont(figures_font(9.0))
+        value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        grid.addWidget(before[0], row, 0)
+        for more in before[1:]:
+            column = 1 if isinstance(more, QPushButton) else 0
+            grid.addWidget(more, row, column)
+        grid.addWidget(value, row, 2)
+        for widget in (*before, value):
+            widget.setToolTip(widget.toolTip() or _TIPS[name])
+        self.values[key] = value
+        self._rows[name] += [*before, value]
+
+    @property
+    def open(self) -> bool:
+        """Whether its numbers are to be seen."""
+        return any(self._lists(name) for name in ROWS)
+
+    def _lists(self, name: str) -> bool:
+        rows = self._taught.rows
+        return name in rows if rows else not self.head.folded
+
+    def _arrange(self) -> None:
+        rows = self._taught.rows
+        self.setVisible(not rows or self.open)
+        self.head.setEnabled(not rows)
+        for name, widgets in self._rows.items():
+            for widget in widgets:
+                widget.setVisible(self._lists(name))
+        self.refresh()
+
+    def refresh(self) -> None:
+        """The numbers of the taught frame, where they are to be seen."""
+        numbers_now = self._taught.numbers if self._taught.active and self.open else None
+        for label in self.values.values():
+            label.clear()
+        if numbers_now is None:
+            return
+        d = numbers_now.frame
+        self._tell_order(d)
+        self._tell_sign(d)
+        self._tell_channels(d)
+
+    def _tell_order(self, d: Decomposition) -> None:
+        if not d.swing_is_one:
+            for key in ("n", "n_after", "both"):
+                self.values[key].setText(_UNDEFINED)
+            return
+        _, after = other_order(d.q, d.a)
+        length = float(np.linalg.norm(after[1:]))
+        none = "n undefined: no swing"
+        self.values["n"].setText(f"n  {numbers(d.n)}" if d.n_is_defined else none)
+        self.values["n_after"].setText(
+            f"n′ {numbers(after[1:] / length)}" if d.n_is_defined else none
+        )
+        alpha = degrees(d.alpha).removeprefix("+")
+        self.values["both"].setText(f"θp {degrees(d.theta_p)}, α {alpha}")
+
+    def _tell_sign(self, d: Decomposition) -> None:
+        negative = self.minus.isChecked()
+        q = -d.q if negative else d.q
+        for formula, on in zip(self._plus_and_minus, (not negative, negative), strict=True):
+            formula.setVisible(on and self._lists("minus_q"))
+        self.values["q"].setText(numbers(q))
+        if not d.swing_is_one:
+            self.values["theta_p"].setText(_UNDEFINED)
+            return
+        theta = unwrapped_twist(q, d.a)
+        self.values["theta_p"].setText(f"{degrees(theta)} → {degrees(float(wrap(theta)))}")
+
+    def _tell_channels(self, d: Decomposition) -> None:
+        chain, joints = self._taught.chain, self._taught.joints
+        assert chain is not None
+        locks = []
+        for key, joint, letter in (("parent", chain.parent, "P"), ("child", chain.child, "C")):
+            before = self._rows["euler"][0 if key == "parent" else 2]
+            assert isinstance(before, QLabel)
+            before.setText(f"BVH: {joints[letter]}")
+            found = self._channels(joint)
+            if found is None:
+                self.values[key].setText("not three rotations in the file")
+                continue
+            turned = zip(found.order, found.angles, strict=True)
+            self.values[key].setText("  ".join(f"{axis} {degrees(x)}" for axis, x in turned))
+            if found.locked:
+                locks.append(f"{letter}: {_lock(found)}")
+        self.values["lock"].setText("; ".join(locks))
+        self.values["lock"].setVisible(bool(locks) and self._lists("euler"))
+
+    def _channels(self, joint: int) -> EulerChannels | None:
+        """A joint's angles: those of the file as captured, else the nearest that mean the pose."""
+        data, taught, frame = self._taught.document.data, self._taught, self._taught.document.frame
+        chain, found = taught.chain, taught.numbers
+        assert data is not None
+        assert chain is not None
+        assert found is not None
+        layout = data.clip.channels[joint]
+        if not layout.rotatable:
+            return None
+        written: Array = np.radians(data.clip.values[frame, list(layout.rotation)])
+        q = data.motion.rotations[frame, joint]
+        if taught.what_if.changes or taught.stage is not None:
+            off = found.correction.whole
+            one = altered(data.motion, chain, frame, taught.what_if, offset=off, stage=taught.stage)
+            q = one.rotations[0, joint]
+        return euler_channels(layout.order, q, written)
+
+    def _measured(self) -> None:
+        for right in self._rights:
+            right.updateGeometry()
+            right.update()
+
+
+def _lock(found: EulerChannels) -> str:
+    """That the first channel and the last turn about the same line, or nearly."""
+    first, middle, last = tuple(found.order)
+    at = degrees(float(wrap(found.angles[1])))
+    apart = degrees(found.between).removeprefix("+")
+    return f"gimbal lock, {middle} {at}: {first} and {last} turn {apart} apart"

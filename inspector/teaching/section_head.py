@@ -1,0 +1,69 @@
+"""The head of a part of the teaching tab: a line that folds what is under it."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QPainter, QPaintEvent, QPalette, QPolygonF
+from PySide6.QtWidgets import QAbstractButton, QSizePolicy
+
+_ARROW = 8.0  # pixels, and a little room
+_GAP = 6.0
+
+
+class SectionHead(QAbstractButton):
+    """Bold words behind an arrow; checked while what is under it is shown."""
+
+    def __init__(self, text: str, *, folded: bool = False) -> None:
+        super().__init__()
+        self.setCheckable(True)
+        self.setChecked(not folded)
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        font = self.font()
+        font.setBold(True)
+        self.setFont(font)
+        self.set_text(text)
+
+    @property
+    def folded(self) -> bool:
+        """Whether what is under it is put away."""
+        return not self.isChecked()
+
+    def set_text(self, text: str) -> None:
+        """Other words."""
+        if text != self.text():
+            self.setText(text)
+            self.setToolTip(f"{text}. Click to fold or unfold.")
+            self.setAccessibleName(text)
+
+    def sizeHint(self) -> QSize:
+        """A line."""
+        letters = self.fontMetrics()
+        return QSize(letters.horizontalAdvance(self.text()) + 22, letters.height() + 2)
+
+    def minimumSizeHint(self) -> QSize:
+        """As narrow as it has to be."""
+        return QSize(0, self.sizeHint().height())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """An arrow where it can be pressed, and as much of the words as there is room for."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        role = QPalette.ColorRole
+        ink = self.palette().color(role.WindowText if self.underMouse() else role.PlaceholderText)
+        painter.setBrush(ink)
+        painter.setPen(Qt.PenStyle.NoPen)
+        left = 4.0
+        if self.isEnabled():
+            middle = QPointF(left + _ARROW / 2.0, self.height() / 2.0)
+            corners = ((-3.0, -4.0), (3.0, 0.0), (-3.0, 4.0))
+            if not self.folded:
+                corners = ((-4.0, -3.0), (4.0, -3.0), (0.0, 3.0))
+            painter.drawPolygon(QPolygonF([middle + QPointF(*corner) for corner in corners]))
+            left += _ARROW + _GAP
+        painter.setPen(self.palette().color(role.Highlight) if self.hasFocus() else ink)
+        room = self.rect().adjusted(round(left), 0, 0, 0)
+        end = Qt.TextElideMode.ElideRight
+        text = self.fontMetrics().elidedText(self.text(), end, room.width())
+        painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, text)
+        painter.end()

@@ -1,0 +1,120 @@
+"""Plays P's rotation on its way: from a by the swing, then by the twist."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QElapsedTimer, QSignalBlocker, Qt, QTimer
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QMenu, QSizePolicy, QSlider, QWidget
+
+from inspector.teaching.taught_frame import TaughtFrame
+from inspector.widgets.building import hbox, tool_button
+
+_STEPS = 100  # of the slider, a stage
+_END = 2.0  # the swing, then the twist
+_TICK_MS = 30
+_SECONDS = 1.6  # of a stage at 1×
+_REST = 0.6  # seconds at the end, before it begins again
+_SPEEDS = {"¼×": 0.25, "½×": 0.5, "1×": 1.0, "2×": 2.0}
+_PLAY, _PAUSE = "▶", "⏸"
+_TIP = (
+    "a → swing → twist: P’s rotation on its way. In the first half the swing takes a to w, in the "
+    "second the twist rolls the bone; the children are carried. At the end stands the whole pose."
+)
+
+
+class StagePlayer(QWidget):
+    """A button, a slider from a over the swing to the twist, the speed, and whether it goes on."""
+
+    def __init__(self, taught: TaughtFrame) -> None:
+        super().__init__()
+        self._taught = taught
+        self._at: float | None = None  # the stage that this player has set
+        self.play = tool_button(_PLAY, "Play: a → swing → twist")
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider.setRange(0, round(_END * _STEPS))
+        self.slider.setPageStep(_STEPS // 4)
+        self.slider.setToolTip(_TIP)
+        self.slider.setAccessibleName("Swing, then twist")
+        self.slider.setMinimumWidth(50)
+        self.speed = tool_button("1×", "How fast")
+        menu = QMenu(self.speed)
+        self.speeds: dict[str, QAction] = {}
+        for text in _SPEEDS:
+            self.speeds[text] = menu.addAction(text)
+            self.speeds[text].triggered.connect(lambda _=False, t=text: self.speed.setText(t))
+        self.speed.setMenu(menu)
+        self.speed.setPopupMode(self.speed.ToolButtonPopupMode.InstantPopup)
+        self.loop = tool_button("↻", "Again and again")
+        self.loop.setCheckable(True)
+        high = self.fontMetrics().height() + 2
+        for button in (self.play, self.speed, self.loop):
+            button.setFixedHeight(high)
+            button.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        hbox(
+            "a→swing→twist", self.play, (self.slider, 1), self.speed, self.loop,
+            owner=self, margins=(0, 0, 0, 0), spacing=2,
+        )  # fmt: skip
+        self._timer = QTimer(self, interval=_TICK_MS)
+        self._timer.timeout.connect(self._tick)
+        self._clock = QElapsedTimer()
+        self._rest = 0.0
+        self.play.clicked.connect(self._toggle)
+        self.slider.valueChanged.connect(self._dragged)
+        taught.changed.connect(self._follow)
+        self._follow()
+
+    @property
+    def playing(self) -> bool:
+        """Whether it moves by itself."""
+        return self._timer.isActive()
+
+    def _toggle(self) -> None:
+        if self.playing:
+            self.stop()
+            return
+        self._set(0.0 if self._taught.stage is None else self._taught.stage)
+        self._rest = 0.0
+        self._clock.start()
+        self._timer.start()
+        self.play.setText(_PAUSE)
+
+    def stop(self) -> None:
+        """Stay where it is."""
+        self._timer.stop()
+        self.play.setText(_PLAY)
+
+    def _tick(self) -> None:
+        passed = 1e-3 * self._clock.restart()
+        at = self._taught.stage
+        if at is None:  # it rests at the whole pose, and goes on after a while
+            self._rest -= passed
+            if self._rest <= 0.0:
+                self._set(0.0)
+            return
+        at += passed * _SPEEDS[self.speed.text()] / _SECONDS
+        if at < _END:
+            self._set(at)
+            return
+        self._rest = _REST
+        if not self.loop.isChecked():
+            self.stop()
+        self._set(None)
+
+    def _dragged(self, place: int) -> None:
+        self.stop()
+        self._set(place / _STEPS if place < self.slider.maximum() else None)
+
+    def _set(self, stage: float | None) -> None:
+        self._at = stage
+        self._taught.set_stage(stage)
+
+    def _follow(self) -> None:
+        """The slider where the frame is; somebody else's stage, or none to be seen, ends it."""
+        stage = self._taught.stage
+        if stage != self._at or not self._taught.active:
+            self._at = stage
+            self.stop()
+        place = self.slider.maximum() if stage is None else round(stage * _STEPS)
+        if place != self.slider.value():
+            with QSignalBlocker(self.slider):
+                self.slider.setValue(place)
