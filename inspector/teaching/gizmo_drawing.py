@@ -72,14 +72,16 @@ class GizmoGuest:
         """Rich text for the corner."""
         theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
         name = f"<b>{chain.label}</b>&nbsp;&nbsp; " if chain is not None else ""
+        captured = f"{inked('□', theme.before)}&nbsp;as captured"
         if stage is not None:
-            return name + _stage_words(stage)
+            return (
+                f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;{_stage_words(stage)}"
+            )
         d = self._taught.quantities
         near = d is not None and d.swing_reliability < NEAR_SWING
         family = f"<br>{_FAMILY}" if near else ""
         if not self._taught.what_if.changes:
             return f"{name}as captured{family}"
-        captured = f"{inked('□', theme.before)}&nbsp;as captured"
         return f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;what if{family}"
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
@@ -220,7 +222,7 @@ class GizmoGuest:
 def _stage_words(stage: float) -> str:
     """How much of P's rotation is there, as 0…2 of TaughtFrame."""
     if stage <= 0.0:
-        return "no rotation: the bone lies along a"
+        return "no rotation: along <b>a</b>"
     if stage <= 1.0:
-        return f"swing about n: {stage:.0%}"
-    return f"swing, then twist about the bone: {stage - 1.0:.0%}"
+        return f"swing: {100.0 * stage:.0f}&nbsp;%"
+    return f"swing, then twist: {100.0 * (stage - 1.0):.0f}&nbsp;%"
