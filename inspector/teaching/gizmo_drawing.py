@@ -9,7 +9,8 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.open_clip import Show
 from inspector.teaching import gizmo_joints
-from inspector.teaching.gizmo_family import NEAR, add_family
+from inspector.teaching.equation_table import NEAR_SWING
+from inspector.teaching.gizmo_family import add_family
 from inspector.teaching.gizmo_handles import handles
 from inspector.teaching.gizmo_hold import Hold
 from inspector.teaching.gizmo_labels import Labels
@@ -77,14 +78,16 @@ class GizmoGuest:
         """Rich text for the corner."""
         theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
         name = f"<b>{chain.label}</b>&nbsp;&nbsp; " if chain is not None else ""
+        captured = f"{inked('□', theme.before)}&nbsp;as captured"
         if stage is not None:
-            return name + _stage_words(stage)
+            return (
+                f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;{_stage_words(stage)}"
+            )
         d = self._taught.quantities
-        near = d is not None and d.swing_reliability < NEAR
+        near = d is not None and d.swing_reliability < NEAR_SWING
         family = f"<br>{_FAMILY}" if near else ""
         if not self._taught.what_if.changes:
             return f"{name}as captured{family}"
-        captured = f"{inked('□', theme.before)}&nbsp;as captured"
         return f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;what if{family}"
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
@@ -131,7 +134,7 @@ class GizmoGuest:
         level = np.cos(around)[..., None] * ahead + np.sin(around)[..., None] * aside
         seen = np.cos(above)[..., None] * level + np.sin(above)[..., None] * scene.up
         seen = seen.reshape(-1, 3)
-        slant = 0.75 if d.swing_reliability < NEAR else 0.5  # the family's fan stands open
+        slant = 0.75 if d.swing_reliability < NEAR_SWING else 0.5  # the family's fan stands open
         worth = np.abs(seen @ normal) + 1.4 * np.minimum(np.abs(seen @ along), slant)
         worth += 0.35 * (seen @ outward) + 0.25 * (seen @ ahead)
         return points, seen[int(np.argmax(worth))]
@@ -225,7 +228,7 @@ class GizmoGuest:
 def _stage_words(stage: float) -> str:
     """How much of P's rotation is there, as 0…2 of TaughtFrame."""
     if stage <= 0.0:
-        return "no rotation: the bone lies along a"
+        return "no rotation: along <b>a</b>"
     if stage <= 1.0:
-        return f"swing about n: {stage:.0%}"
-    return f"swing, then twist about the bone: {stage - 1.0:.0%}"
+        return f"swing: {100.0 * stage:.0f}&nbsp;%"
+    return f"swing, then twist: {100.0 * (stage - 1.0):.0f}&nbsp;%"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from inspector.teaching.equation_table import NEAR_SWING
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, THIN, Mark, Part, Sketch, beside, turned
 from inspector.viewport.mesh_actor import Index, segments
 from inspector.widgets.signed_numbers import signed
@@ -16,7 +17,6 @@ from twistcore.decomposition import Decomposition
 from twistcore.rotation import Array, conjugate, multiply, rotate, wrap
 
 MEMBERS = 8
-NEAR = 0.10  # reliability of θp below which the family is shown: a swing beyond 168°
 _STEPS = 16  # of a dial
 _OUT, _SIZE = 0.62, 0.13  # how far from P the dials are, and their radius, of the bone's length
 _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
@@ -39,7 +39,7 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
     """
     spokes, rings = np.zeros((MEMBERS, 2, 3)), np.zeros((MEMBERS, _STEPS + 1, 3))
     sectors, hands = np.zeros((MEMBERS, _STEPS + 2, 3)), np.zeros((MEMBERS, 2, 3))
-    if d.swing_reliability < NEAR:
+    if d.swing_reliability < NEAR_SWING:
         above = multiply(q_parent, conjugate(d.q))
         normals, angles = family(d)
         zero = 2.0 * (normals @ beside(d.a))[:, None] * normals - beside(d.a)

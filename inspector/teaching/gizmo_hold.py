@@ -161,6 +161,7 @@ class Hold(QObject):
         if camera is None or places is None:
             self._let_go()
             return
+        self._taught.set_stage(None)  # whoever plays it stops
         size, pixel = self._pixel(self._at)
         if isinstance(self._drag, SwingDrag):
             way = places.own(self._drag.way(places, camera, size, pixel))
@@ -213,8 +214,10 @@ class Hold(QObject):
             view.view.setCursor(Qt.CursorShape.ClosedHandCursor)
         words = ""
         if self.held:
-            angle = degrees(d.alpha).removeprefix("+") if self.under == W else degrees(d.theta_p)
-            words = f"{'α' if self.under == W else 'θp'} {angle}"
+            if self.under == W:
+                words = f"α {degrees(d.alpha).removeprefix('+')}"
+            else:
+                words = f"θp {degrees(d.theta_p) if d.swing_is_one else 'undefined'}"
             if self.under == DIAL and self._taught.what_if.counter:
                 words += ", child counters"
         size = view.picture_size()

@@ -22,7 +22,6 @@ _CONE = np.array([(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in r
 _SIDES = np.sort(TRIANGLES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
 _WIRES = np.unique(_SIDES, axis=0)  # of a sphere
 _SEEN = np.radians(1.0)  # a smaller difference is not drawn apart
-UNDEFINED = 1e-6  # reliability below which an angle has no value
 W_LONG = 0.92  # where the arrow of w ends, of the bone's length
 DIAL_AT, DIAL_SIZE = 0.60, 0.25  # where along w the dial is, and its radius, likewise
 HAND_LONG = 1.12  # of the dial's hand, of its radius
@@ -139,12 +138,11 @@ def sketch(
 
 def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
     """The quantities with no angle where there is none: neither fills a dial nor has a label."""
-    if d.swing_reliability < UNDEFINED:
+    if not d.swing_is_one:
         d = replace(d, theta_p=0.0)
-    if staged or d.swing_reliability < UNDEFINED:
+    if staged or not d.dtheta_p_is_defined:
         d = replace(d, theta_p_before=d.theta_p, dtheta_p=0.0)
-    azimuths = d.azimuth_reliability, float(np.linalg.norm(d.across_before))
-    if staged or min(azimuths) < UNDEFINED:
+    if staged or not d.dtheta_c_is_defined:
         d = replace(d, across_before=d.across, v_ideal=d.v, dtheta_c=0.0)
     return d
 
@@ -157,7 +155,7 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
     out.arrow("w", parent, W_LONG * unit * along)
     out.mark("w", parent + 0.80 * unit * along, parent + 0.80 * unit * bone)
     # At 180° no normal is better than another: then it has no arrow of its own.
-    arrow = normal if d.swing_reliability >= UNDEFINED else np.zeros(3)
+    arrow = normal if d.n_is_defined else np.zeros(3)
     out.arrow("n", parent, 0.5 * unit * arrow)
     out.mark("n", parent + 0.5 * unit * arrow, parent, shown=bool(arrow.any()))
     arc = 0.46 * unit * fan(bone, normal, d.alpha)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from inspector.teaching.gizmo_shapes import UNDEFINED
 from inspector.teaching.taught_frame import TaughtFrame
 
 
@@ -15,10 +14,12 @@ def plotted(taught: TaughtFrame) -> dict[str, float]:
     if d is None or (taught.stage is not None and taught.stage < 2.0):
         return {}
     out: dict[str, float] = {}
-    if d.swing_reliability >= UNDEFINED:
-        out |= {"theta_p": d.theta_p, "dtheta_p": d.dtheta_p}
-    if d.azimuth_reliability >= UNDEFINED:
+    if d.swing_is_one:
+        out["theta_p"] = d.theta_p
+    if d.dtheta_p_is_defined:
+        out["dtheta_p"] = d.dtheta_p
+    if d.dtheta_c_is_defined:
         out["dtheta_c"] = d.dtheta_c
-    if len(out) == 3:
+    if d.strength_is_defined:
         out["strength"] = d.strength
     return out
