@@ -25,6 +25,7 @@ from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_file import body_and_task
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
+from inspector.widgets.building import tool_button
 from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.signed_numbers import signed
 from twistcore.atomic import write_atomically
@@ -84,9 +85,9 @@ class Exercise(QObject):
         self.hand_in_button = QPushButton("Hand in…")
         self.hand_in_button.setToolTip("Write your verdicts into a file for your teacher")
         self.hand_in_button.clicked.connect(self._ask_hand_in)
-        self.for_class = QToolButton()
-        self.for_class.setText("Class")
-        self.for_class.setToolTip("An exercise for others, one of a class, and what was handed in")
+        tip = "An exercise for others, one of a class, and what was handed in"
+        self.for_class = tool_button("Class ▾", tip)
+        self.for_class.setStyleSheet("QToolButton::menu-indicator { image: none; }")
         self.for_class.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._add_menu()
         self.leave = leave_button("the exercise")
