@@ -2,28 +2,44 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import secrets
+import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSpinBox
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
 from inspector.bundled import EXERCISE_PAGE
+from inspector.lessons.classroom import (
+    hidden,
+    open_for_student,
+    scored,
+    to_review,
+    write_for_class,
+)
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_file import body_and_task
-from inspector.session.opening import Analysed, analysed
+from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
+from inspector.widgets.building import tool_button
+from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.signed_numbers import signed
+from twistcore.atomic import write_atomically
 from twistcore.bvh import read_bvh, write_bvh
-from twistcore.chain import find_chains
 from twistcore.detection import Interval
-from twistcore.review import Review
-from twistcore.study.exercise import Score, decoys, hide_errors, score
+from twistcore.encoding import encoded
+from twistcore.errors import TwistError
+from twistcore.review import Decision
+from twistcore.study.class_exercise import ClassExercise, HandedIn, write_handed_in
+from twistcore.study.exercise import Score, score
 from twistcore.synthesis import InjectedError
 
 KINDS = ("Judge", "Find")
+_SEEDS = 2**31
 
 
 def exercise_page() -> tuple[str, str, str]:
@@ -37,17 +53,10 @@ def make_exercise(
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
     """A copy of a clip with hidden errors, as a review to begin with; safe in any thread."""
     source = read_bvh(clip)
-    motion, chains = source.motion, find_chains(source.motion)
-    dirty, errors = hide_errors(motion, chains, seed)
+    dirty, errors, listed = hidden(source, seed, kind.lower())
     path = folder / f"exercise_{seed}.bvh"
     write_bvh(source, dirty, path)
-    data = analysed(read_bvh(path))
-    listed: list[Interval] = []
-    if kind == "Judge":
-        listed = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
-        listed += decoys(motion, chains, errors, seed)
-    found = replace(data.analysis.detect(), intervals=tuple(listed))
-    return replace(data, review=Review.of(found)), errors
+    return to_review(path, listed), errors
 
 
 class Exercise(QObject):
@@ -62,6 +71,8 @@ class Exercise(QObject):
         self.running = False
         self._errors: tuple[InjectedError, ...] = ()
         self._task = OneTask(self)
+        self._class: ClassExercise | None = None  # the exercise of a class that is being done
+        self._since = 0.0
         self.result: Score | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
         self.kind.addItems(KINDS)
@@ -71,6 +82,14 @@ class Exercise(QObject):
         self.seed_label = QLabel("Seed")
         self.start = QPushButton("Start")
         self.score_button = QPushButton("Score")
+        self.hand_in_button = QPushButton("Hand in…")
+        self.hand_in_button.setToolTip("Write your verdicts into a file for your teacher")
+        self.hand_in_button.clicked.connect(self._ask_hand_in)
+        tip = "An exercise for others, one of a class, and what was handed in"
+        self.for_class = tool_button("Class ▾", tip)
+        self.for_class.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+        self.for_class.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._add_menu()
         self.leave = leave_button("the exercise")
         self.start.clicked.connect(self._start)
         self.score_button.clicked.connect(self.show_score)
@@ -81,13 +100,15 @@ class Exercise(QObject):
         """The page with its controls; nothing is opened yet."""
         self.running = True
         self.result = None
-        self._errors = ()
-        guide = self._program.guide
-        guide.set_buttons(
-            [self.start, self.score_button], [self.kind, self.seed_label, self.seed], self.leave
-        )
-        guide.show_page(*exercise_page())
+        self._errors, self._class = (), None
+        self._offer(self.score_button)
+        self._program.guide.show_page(*exercise_page())
         self.score_button.setEnabled(False)
+
+    def _offer(self, last: QPushButton) -> None:
+        """The card's buttons: to start, and `last` to end with."""
+        controls = [self.kind, self.seed_label, self.seed, self.for_class]
+        self._program.guide.set_buttons([self.start, last], controls, self.leave)
 
     def end(self) -> None:
         """Back to the person's clip."""
@@ -103,7 +124,8 @@ class Exercise(QObject):
 
     def _ready(self, made: tuple[Analysed, tuple[InjectedError, ...]]) -> None:
         data, self._errors = made
-        self.result = None
+        self._class, self.result = None, None
+        self._offer(self.score_button)
         self.start.setEnabled(True)
         self.start.setText("Start anew")
         self.score_button.setEnabled(True)
@@ -113,22 +135,130 @@ class Exercise(QObject):
         self._judged()
 
     def _judged(self) -> None:
-        if self.running and self._errors and self.result is None:
+        begun = self._class is not None or bool(self._errors)
+        if self.running and begun and self.result is None:
             intervals = self._program.document.intervals
-            judged = len(intervals) - score(self._errors, intervals).left
+            judged = sum(j.decision != Decision.UNDECIDED for j in intervals)
+            button = "Score" if self._class is None else "Hand in"
             count = f"{judged} of {len(intervals)} judged"
-            self._program.guide.set_task(f"{count}. Press *Score* when you are done.")
+            self._program.guide.set_task(f"{count}. Press *{button}* when you are done.")
 
     def show_score(self) -> None:
         """What the verdicts come to, with links to what was missed or judged wrongly."""
         guide = self._program.guide
         self.result = result = score(self._errors, self._program.document.intervals)
-        guide.show_text(score_text(result))
+        guide.show_text(score_text(result, self._program.document.first_frame))
         total, wrong = len(self._errors), result.false_verdicts
         guide.set_task(
             f"{len(result.hits)} of {total} found, {wrong} false verdict{'s' * (wrong != 1)}."
         )
         guide.set_done(True)
+
+    # -- a class ------------------------------------------------------------------------------
+
+    def _add_menu(self) -> None:
+        menu = QMenu(self.for_class)
+        for text, ask in (
+            ("Write an exercise for a class…", self._ask_write),
+            ("Do an exercise of a class…", self._ask_open),
+            ("Score what a class handed in…", self._ask_score),
+        ):
+            action = QAction(text, menu)
+            action.triggered.connect(ask)
+            menu.addAction(action)
+        self.for_class.setMenu(menu)
+
+    @property
+    def _window(self) -> QWidget:
+        return self.for_class.window()
+
+    def _tell(self, text: object, wrong: bool = True) -> None:
+        self.start.setEnabled(True)
+        self._program.document.message.emit(str(text), wrong)
+
+    def _ask_write(self) -> None:
+        wanted = Path("exercise.json")
+        ask_where(
+            self._window, "Write an exercise", "*.json", self.write, wanted=wanted, suffix="json"
+        )
+
+    def write(self, path: Path) -> None:
+        """An exercise of the person's clip, else of a sample; no seed that others could try."""
+        document, seed = self._program.document, secrets.randbelow(_SEEDS)
+        own = document.data if not self._program.aside.open else None
+        source = own.clip.path if own is not None else self._clips[seed % len(self._clips)]
+        kind = self.kind.currentText().lower()
+
+        def written(files: tuple[Path, Path]) -> None:
+            clip, key = files
+            told = f"For your class: {path.name} and {clip.name}. For you alone: {key.name}."
+            self._tell(told, wrong=False)
+
+        self._task.run(lambda _: write_for_class(source, path, seed, kind), written, self._tell)
+
+    def _ask_open(self) -> None:
+        ask_files(self._window, "Do an exercise", "*.json", lambda paths: self.do_one(paths[0]))
+
+    def do_one(self, path: Path) -> None:
+        """An exercise of a class, on a copy of its clip; the truth is the teacher's."""
+        folder = self._program.aside.folder()
+        self.start.setEnabled(False)
+        self._task.run(lambda _: open_for_student(path, folder), self._opened, self._tell)
+
+    def _opened(self, made: tuple[Analysed, ClassExercise]) -> None:
+        data, self._class = made
+        self._errors, self.result, self._since = (), None, time.monotonic()
+        self.start.setEnabled(True)
+        self._offer(self.hand_in_button)
+        self._program.guide.show_page(*exercise_page())
+        self._program.aside.show(data)
+        self._program.show_intervals()
+        self._judged()
+
+    def _ask_hand_in(self) -> None:
+        name = self._program.settings.reviewer.strip() or "answers"
+        wanted = Path(f"{name.replace('/', '-')}.json")
+        ask_where(self._window, "Hand in", "*.json", self.hand_in, wanted=wanted, suffix="json")
+
+    def hand_in(self, path: Path) -> None:
+        """Write every interval with its verdict, the person's name and the time it took."""
+        if self._class is None:
+            return
+        document = self._program.document
+        name = self._program.settings.reviewer.strip() or path.stem
+        seconds = time.monotonic() - self._since
+        own = self._class.clip, self._class.sha256
+        try:
+            write_handed_in(path, HandedIn(name, seconds, *own, tuple(document.intervals)))
+        except (OSError, TwistError) as error:
+            self._tell(error)
+            return
+        self._tell(f"Handed in as {path.name}, in the name of {name}.", wrong=False)
+        self._program.guide.set_done(True)
+
+    def _ask_score(self) -> None:
+        title = "The key, and all that was handed in"
+        ask_files(self._window, title, "*.json", self._ask_table, several=True)
+
+    def _ask_table(self, files: Sequence[Path]) -> None:
+        try:
+            table = scored(files)
+        except TwistError as error:
+            self._tell(error)
+            return
+        ask_where(
+            self._window, "Write the table", "*.csv", lambda path: self.write_table(path, table),
+            wanted=files[0].with_name("class.csv"), suffix="csv",
+        )  # fmt: skip
+
+    def write_table(self, path: Path, table: str) -> None:
+        """Write what the class came to."""
+        try:
+            write_atomically(path, encoded(table))
+        except (OSError, TwistError) as error:
+            self._tell(error)
+            return
+        self._tell(f"{path.name}: {table.count(chr(10)) - 1} students.", wrong=False)
 
     def go_to(self, address: str) -> None:
         """Follow a link of the score: chain and frame."""
@@ -140,8 +270,8 @@ class Exercise(QObject):
             self._program.viewport.focus_chain()
 
 
-def score_text(result: Score) -> str:
-    """The score as Markdown."""
+def score_text(result: Score, first_frame: int) -> str:
+    """The score as Markdown; frames count from `first_frame`, as in the table."""
     lines = [
         f"**Hits {len(result.hits)}** · **misses {len(result.misses)}** · "
         f"**false verdicts {result.false_verdicts}**",
@@ -155,15 +285,16 @@ def score_text(result: Score) -> str:
     ):
         if rows:
             lines += [f"{title}:", ""]
-            lines += [_row(r) for r in rows]
+            lines += [_row(r, first_frame) for r in rows]
             lines.append("")
     if result.left:
         lines.append(f"{result.left} intervals have no verdict.")
     return "\n".join(lines)
 
 
-def _row(found: InjectedError | Interval) -> str:
+def _row(found: InjectedError | Interval, first: int) -> str:
     largest = found.offset[int(np.argmax(np.abs(found.offset)))]
     degrees = f"{signed(np.degrees(largest), 0)}°"
-    place = f"{found.chain}, frames {found.start} to {found.stop - 1}, {degrees}"
+    frames = f"{found.start + first} to {found.stop + first}"  # as Start and Stop of the table
+    place = f"{found.chain}, {frames}, {degrees}"
     return f"- [{place}](at:{found.chain}/{found.start})"

@@ -84,7 +84,7 @@ class _ChainModel(RowModel[_Shown]):
             texts=(
                 thing.label,
                 f"{thing.decided}/{thing.found}" if thing.found else "–",
-                f"{thing.peak:.1f}°",
+                f"{thing.peak:.1f}°" if np.isfinite(thing.peak) else "–",
                 f"{thing.tau:.1f}°",
                 f"{100 * thing.reliability:.0f} %",
             ),
@@ -186,6 +186,10 @@ class ChainsPanel(QWidget):
             self._document.select_chain(self._model.things[current.row()].chain)
 
 
+def _peak(document: Document, chain: Chain) -> float:
+    return float(np.degrees(document.detector.strength(chain.name).max()))
+
+
 def _of_clip(document: Document, chain: Chain) -> _Shown:
     data = document.data
     assert data is not None
@@ -208,7 +212,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         joints=own_joints(chain, skeleton),
         decided=0,
         found=0,
-        peak=float(np.degrees(document.detector.strength(chain.name).max())),
+        peak=np.nan if data.blind else _peak(document, chain),
         tau=0.0,
         reliability=reliability,
         notes=tuple(notes),

@@ -36,6 +36,8 @@ from twistcore.review.reasons import found_again
 from twistcore.rig import Rig
 from twistcore.tuning import Profile
 
+BLIND = "In an exercise the detector says nothing, and its τ stays: you are the detector."
+
 
 class Document(OpenClip):
     """State of the program. Every change goes through a method here and ends in a signal."""
@@ -254,7 +256,7 @@ class Document(OpenClip):
 
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
         """Set τ, radians, of several chains and detect again: one step of the history."""
-        if self.data and tau and self._follows_review():
+        if self.data and tau and self._may_detect() and self._follows_review():
             found = tuple(i for name, t in tau.items() for i in self.detector.intervals(name, t))
             self.do(Redetect(dict(tau), found, drag=drag))
 
@@ -273,7 +275,7 @@ class Document(OpenClip):
 
     def use_profile(self, profile: Profile) -> None:
         """Detect with a profile's τ, and with its detector if it names one: one step."""
-        if self.data is None or not self._may_change():
+        if self.data is None or not self._may_change() or not self._may_detect():
             return
         clip, method = self.data.analysis, profile.method
         own = profile.of(clip.chains_and_limbs)
@@ -293,6 +295,13 @@ class Document(OpenClip):
         """Detect with another detector, at its own τ; what a person decided stays."""
         if self.data is not None and method != self.review.state.method:
             self.use_profile(Profile({}, method))
+
+    def _may_detect(self) -> bool:
+        """Not in an exercise: it would find what was hidden."""
+        if self.data is not None and self.data.blind:
+            self.message.emit(BLIND, False)
+            return False
+        return True
 
     def _use_review(self, review: Review) -> None:
         if (analysis := self.rigs.known(review.state.rig)) is not None:

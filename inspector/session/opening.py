@@ -49,7 +49,8 @@ class Analysed:
     session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
     another version of this clip; added: how many flips and lone jumps the session, which knew
     neither, did not have, None for one that did; stamp: of the clip's file before it was read, None
-    if it was in memory; borders: sentences on frames at its ends that are no capture.
+    if it was in memory; borders: sentences on frames at its ends that are no capture; blind: an
+    exercise, in which what the detector knows is not told.
     """
 
     clip: Clip
@@ -62,6 +63,7 @@ class Analysed:
     added: int | None = None
     stamp: Stamp | None = None
     borders: tuple[str, ...] = ()
+    blind: bool = False
 
     @property
     def motion(self) -> Motion:

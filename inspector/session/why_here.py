@@ -12,8 +12,11 @@ NEAR = 3  # frames from the playhead: it means the peak there
 
 
 def reviewed(document: Document) -> Detection | None:
-    """The review's intervals and τ; None without a clip, or while its detector is being made."""
-    if document.data is None or not document.chain:
+    """The review's intervals and τ; None without a clip, or while its detector is being made.
+
+    None in an exercise, too: a reason would be the answer.
+    """
+    if document.data is None or document.data.blind or not document.chain:
         return None
     state = document.review.state
     if document.method != state.method:

@@ -13,7 +13,7 @@ from inspector.panels.detail_card import REASONS, DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.reason_palette import ReasonPalette
 from inspector.panels.sure_ones import SureOnes
-from inspector.session.document import Document
+from inspector.session.document import BLIND, Document
 from inspector.session.player import Player
 from inspector.session.settings import Settings
 from inspector.session.why_here import peaks, reason_here, reason_near, told
@@ -277,6 +277,9 @@ class ReviewActions:
         if (data := document.data) is None:
             self.bar.show_message("Nothing suspicious down to half of τ.", False)
             return
+        if data.blind:
+            self.bar.show_message(BLIND, False)
+            return
         past = list(peaks(document))
         faint = faint_intervals(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
@@ -309,7 +312,9 @@ class ReviewActions:
     def why_not(self) -> None:
         """Say why nothing is found at the playhead, or at the peak past τ next to it."""
         document, frame = self.document, self.document.frame
-        if reason := reason_near(document, frame) or reason_here(document, frame):
+        if document.data is not None and document.data.blind:
+            document.answered.emit(BLIND)
+        elif reason := reason_near(document, frame) or reason_here(document, frame):
             document.answered.emit(told(document, reason))
 
     def answer(self, text: str) -> None:

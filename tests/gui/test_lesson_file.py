@@ -1,14 +1,16 @@
 """Lesson files: what they say is read, and what is wrong in one is told in a sentence."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from inspector.bundled import ASSETS, SAMPLE
-from inspector.lessons.lesson_conditions import Condition
-from inspector.lessons.lesson_file import read_lesson
+from inspector.bundled import ASSETS, DOCS, LESSONS, SAMPLE
+from inspector.lessons.lesson_conditions import CONDITIONS, Condition, read_conditions
+from inspector.lessons.lesson_file import KEYS, read_lesson
 from inspector.lessons.lesson_place import Camera, Place, settings
+from inspector.teaching.symbols import SYMBOLS
 from twistcore.decomposition import WhatIf
 from twistcore.errors import FormatError
 
@@ -164,3 +166,40 @@ def test_a_place_that_is_written_is_read_again(tmp_path, place):
             theirs, mine = vars(other), vars(one)
             for name, value in theirs.items():
                 assert mine[name] == (pytest.approx(value) if value is not None else None)
+
+
+# -- the documentation ----------------------------------------------------------------------------
+
+PAGE = (DOCS / "teaching.md").read_text(encoding="utf-8")
+
+
+def table(heading):
+    """First cells of the table with this heading, without their marks."""
+    rows = PAGE.split(f"| {heading} |", 1)[1].split("\n\n", 1)[0].splitlines()[2:]
+    return [re.search(r"`([^`]+)`", row)[1] for row in rows]
+
+
+def test_every_key_and_condition_is_documented():
+    assert tuple(table("key")) == KEYS
+    assert [cell.split()[0] for cell in table("condition")] == list(CONDITIONS)
+    for cell in table("condition"):
+        read_conditions(cell)  # what is shown there can be written
+    symbols = PAGE.split("Symbols: ", 1)[1].split("\n\n", 1)[0]
+    assert set(re.findall(r"`(\w+)`", symbols)) == SYMBOLS.keys()
+
+
+def test_the_documented_lesson_is_one(tmp_path):
+    (example,) = re.findall(r"````markdown\n(.*?)````", PAGE, re.S)
+    lesson = read_lesson(written(tmp_path, example))
+    (page,) = lesson.pages
+    assert page.task
+    assert page.place.show
+    assert len(page.done) == 2
+
+
+def test_the_table_of_bundled_lessons_is_right():
+    for path in LESSONS.glob("*.md"):
+        row = next(line for line in PAGE.splitlines() if f"{path.name}`" in line)
+        lesson = read_lesson(path)
+        assert f"| {len(lesson.pages)} |" in row
+        assert lesson.title in row

@@ -1,5 +1,8 @@
 """Lessons and the exercise: every step by hand, and the person's clip comes back."""
 
+import csv
+import io
+import json
 import shutil
 
 import numpy as np
@@ -8,6 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
 from inspector.bundled import EXERCISE_PAGE, FLIPPED, LESSONS
+from inspector.lessons.classroom import scored, write_for_class
 from inspector.lessons.guided_exercise import exercise_page, make_exercise
 from inspector.lessons.lesson_checks import CHECKS
 from inspector.lessons.lesson_conditions import CONDITIONS
@@ -16,8 +20,10 @@ from inspector.session.session_files import journals, session_path
 from tests.conftest import ASSETS
 from tests.gui.windows import act
 from twistcore.detection import Kind
+from twistcore.errors import TwistError
 from twistcore.review import Decide, Decision, recover
 from twistcore.study.exercise import score
+from twistcore.synthesis.truth import read_truth
 
 ALL = sorted(LESSONS.glob("*.md"))
 
@@ -366,3 +372,118 @@ def test_opening_another_clip_ends_the_exercise(qtbot, at_forearm, tmp_path):
         at_forearm.open_path(ASSETS / "dance.bvh")  # no question about the exercise's verdicts
     qtbot.waitUntil(lambda: at_forearm.document.data.clip.name == "dance.bvh", timeout=10_000)
     assert not at_forearm.guide.isVisible()
+
+
+# -- what an exercise does not tell ----------------------------------------------------------------
+
+
+def test_an_exercise_does_not_give_itself_away(qtbot, at_forearm):
+    start_exercise(qtbot, at_forearm, "Judge", 5)
+    document, said = at_forearm.document, []
+    document.message.connect(lambda text, _: said.append(text))
+    listed = [(j.interval.chain, j.interval.start) for j in document.intervals]
+    # No peak by chain, no reason at a hidden error's edge, no suspicious moment.
+    peaks = {row.peak for row in at_forearm.chains._model.things}
+    assert all(np.isnan(peak) for peak in peaks)
+    texts = at_forearm.chains._model.describe(at_forearm.chains._model.things[0]).texts
+    assert texts[2] == "–"
+    error = at_forearm.lesson_actions.hidden_errors._errors[0]
+    document.select_interval(None)
+    document.select_chain(error.chain)
+    document.go_to(error.start)
+    assert "above" not in at_forearm.detail.why.text()
+    frame = document.frame
+    for key in ("next_faint", "why_not"):
+        at_forearm.bar.clear()
+        act(at_forearm, key)
+        assert "In an exercise" in at_forearm.bar.label.text()
+    assert document.frame == frame
+    # τ stays, and nothing is detected.
+    tau = dict(document.review.state.tau)
+    document.set_tau(np.radians(0.5))
+    document.use_method("paper")
+    act(at_forearm, "suggest_tau")
+    qtbot.wait(100)
+    assert dict(document.review.state.tau) == tau
+    assert document.review.state.method == "consistency"
+    assert [(j.interval.chain, j.interval.start) for j in document.intervals] == listed
+    assert any("exercise" in text for text in said)
+    # Beside a listed error stands the same as beside natural movement.
+    for judged in document.intervals:
+        document.select_interval(judged.id)
+        assert at_forearm.detail.why.text() == ""
+    at_forearm.lesson_actions.leave_guide()
+    assert not any(np.isnan(row.peak) for row in at_forearm.chains._model.things)
+
+
+def test_the_score_counts_frames_as_the_table_does(qtbot, at_forearm):
+    at_forearm.document.set_first_frame(1)
+    start_exercise(qtbot, at_forearm, "Find", 4)
+    exercise = at_forearm.lesson_actions.hidden_errors
+    exercise.show_score()
+    error = exercise._errors[0]
+    assert f"{error.start + 1} to {error.stop + 1}" in at_forearm.guide.body.toPlainText()
+
+
+def test_an_exercise_for_a_class_from_end_to_end(qtbot, at_forearm, tmp_path):
+    exercise, document = at_forearm.lesson_actions.hidden_errors, at_forearm.document
+    said = []
+    document.message.connect(lambda text, wrong: said.append((text, wrong)))
+    folder = tmp_path / "class"
+    folder.mkdir()
+    own = folder / "monday.json"
+    act(at_forearm, "exercise")
+    mine = document.data
+    exercise.write(own)
+    qtbot.waitUntil(lambda: bool(said), timeout=20_000)
+    assert said.pop() == (
+        "For your class: monday.json and monday.bvh. For you alone: monday.key.json.",
+        False,
+    )
+    assert document.data is mine  # of the person's own clip, which stays as it is
+    key = read_truth(folder / "monday.key.json")
+    names = ["chain", "start", "stop", "delta_deg"]
+    listed = json.loads(own.read_text())["intervals"]
+    assert [list(entry) for entry in listed] == [names] * len(listed)
+    assert {(e.chain, e.start) for e in key.errors} <= {(e["chain"], e["start"]) for e in listed}
+    # A student: all accepted.
+    exercise.do_one(own)
+    qtbot.waitUntil(lambda: document.data is not mine, timeout=20_000)
+    assert exercise.hand_in_button.isVisible()
+    assert not exercise.score_button.isVisible()
+    assert document.data.blind
+    assert document.data.clip.path.parent != folder
+    assert len(document.intervals) == len(listed)
+    for judged in document.intervals:
+        document.select_interval(judged.id)
+        act(at_forearm, "accept")
+    assert f"{len(listed)} of {len(listed)} judged" in at_forearm.guide.task.text()
+    exercise.hand_in(folder / "ada.json")
+    exercise.leave.click()
+    assert document.data.clip.path == mine.clip.path
+    # A teacher.
+    table = scored([folder / "ada.json", folder / "monday.key.json"])
+    (row,) = csv.DictReader(io.StringIO(table))
+    assert row["name"] == "ada"
+    assert (int(row["hits"]), row["misses"]) == (len(key.errors), "0")
+    assert int(row["false_accepted"]) == len(listed) - len(key.errors)
+    exercise.write_table(folder / "class.csv", table)
+    assert (folder / "class.csv").read_text() == table
+    with pytest.raises(TwistError, match="key of the exercise"):
+        scored([folder / "ada.json"])
+
+
+def test_an_exercise_whose_clip_is_another_is_refused(qtbot, at_forearm, tmp_path):
+    exercise, document = at_forearm.lesson_actions.hidden_errors, at_forearm.document
+    own = tmp_path / "own.json"
+    write_for_class(ASSETS / "walk.bvh", own, 3, "find")
+    shutil.copy(ASSETS / "dance.bvh", tmp_path / "own.bvh")
+    said, mine = [], document.data
+    document.message.connect(lambda text, wrong: said.append((text, wrong)))
+    act(at_forearm, "exercise")
+    exercise.do_one(own)
+    qtbot.waitUntil(lambda: bool(said), timeout=20_000)
+    assert said == [("own.json: own.bvh is not the clip it was made with.", True)]
+    assert document.data is mine
+    exercise.leave.click()
+    assert document.data is mine

@@ -5,15 +5,22 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, flip, flipped, spun
 from twistcore.bvh import write_bvh
 from twistcore.cli import main
-from twistcore.detection import Kind
-from twistcore.review import Command
+from twistcore.detection import Interval, Kind
+from twistcore.review import Command, Decision, Judged
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, command_to_json
+from twistcore.study.class_exercise import (
+    ClassExercise,
+    HandedIn,
+    write_exercise,
+    write_handed_in,
+)
 
 PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 EXAMPLES = {
@@ -66,10 +73,20 @@ def real(tmp_path_factory):
         printed("evaluate", "--truth", truth, "--clean", walk, "--refined", out, "--json"),
         printed("diff", dirty, str(bad), "--json"),
         *session_documents(dirty, folder),
+        *exercise_documents(folder),
         *benchmark_documents(folder),
         *quamo_documents(folder, printed),
     ]
     return {d["schema"]: d for d in documents}
+
+
+def exercise_documents(folder):
+    own, handed = folder / "exercise.json", folder / "student.json"
+    listed = (Interval("LeftArm", 4, 6, np.array([0.2, 0.2])),)
+    write_exercise(own, ClassExercise("exercise.bvh", "9f2c", "judge", listed))
+    verdicts = (Judged(1, listed[0], Decision.REJECTED),)
+    write_handed_in(handed, HandedIn("A. Student", 312.4, "exercise.bvh", "9f2c", verdicts))
+    return [json.loads(path.read_text(encoding="utf-8")) for path in (own, handed)]
 
 
 def benchmark_documents(folder):

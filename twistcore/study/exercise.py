@@ -15,7 +15,7 @@ from twistcore.signals import twist_signals
 from twistcore.study.evaluation import match_intervals
 from twistcore.synthesis import PROTOCOLS, InjectedError, draw_errors, generator, inject
 
-_LONGEST = 15  # frames of a decoy
+_LONGEST = 20  # frames of a decoy, as of an error of P0
 _APART = 4  # frames between two of a chain
 _CHOICE = 10  # one of so many liveliest moments, not always the very liveliest
 
@@ -66,7 +66,8 @@ def decoys(
     """Intervals where nothing is wrong, to be told apart from the errors, and as many as those.
 
     Each begins where the parent of a chain without errors truly twists fast, so that a glance at
-    θp alone is not enough. A clip too short for them gets fewer.
+    θp alone is not enough; its length and its offset are drawn as those of an error. A clip too
+    short for them gets fewer.
     """
     rng = generator(seed, "decoys")
     free = [c for c in chains if c.name not in {e.chain for e in errors}]
@@ -82,8 +83,8 @@ def decoys(
         if not len(lively):
             continue
         start = int(rng.choice(lively))
-        length = int(rng.integers(3, _LONGEST + 1))
-        angle = np.radians(rng.uniform(10.0, 90.0)) * rng.choice([-1.0, 1.0])
+        length = int(rng.integers(1, _LONGEST + 1))
+        angle = np.radians(rng.uniform(5.0, 180.0)) * rng.choice([-1.0, 1.0])
         out.append(Interval(chain.name, start, start + length, np.full(length, angle)))
     return tuple(sorted(out, key=lambda i: (i.chain, i.start)))
 

@@ -1,0 +1,96 @@
+"""Exercises for a class: written by a teacher, opened by students, scored together."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from inspector.session.opening import Analysed, analysed
+from twistcore.bvh import Clip, read_bvh, write_bvh
+from twistcore.chain import find_chains
+from twistcore.detection import Interval
+from twistcore.errors import ClipMismatchError, FormatError
+from twistcore.motion import Motion
+from twistcore.review import Review
+from twistcore.study.class_exercise import (
+    SCORE,
+    ClassExercise,
+    class_table,
+    read_exercise,
+    read_handed_in,
+    schema_of,
+    write_exercise,
+)
+from twistcore.study.exercise import decoys, hide_errors
+from twistcore.synthesis import InjectedError
+from twistcore.synthesis.truth import SCHEMA as TRUTH
+from twistcore.synthesis.truth import Truth, read_truth, write_truth
+
+
+def hidden(
+    source: Clip, seed: int, kind: str
+) -> tuple[Motion, tuple[InjectedError, ...], tuple[Interval, ...]]:
+    """The motion with hidden errors, those, and the intervals that are to be judged."""
+    motion, chains = source.motion, find_chains(source.motion)
+    dirty, errors = hide_errors(motion, chains, seed)
+    listed: list[Interval] = []
+    if kind == "judge":
+        listed = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
+        listed += decoys(motion, chains, errors, seed)
+    return dirty, errors, tuple(sorted(listed, key=lambda i: (i.chain, i.start)))
+
+
+def to_review(path: Path, listed: Sequence[Interval]) -> Analysed:
+    """A clip with a review of these intervals, in which the detector says nothing."""
+    data = analysed(read_bvh(path))
+    found = replace(data.analysis.detect(), intervals=tuple(listed))
+    return replace(data, review=Review.of(found), blind=True)
+
+
+def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple[Path, Path]:
+    """Write the exercise, its clip beside it, and the key; the clip and the key come back."""
+    clip = read_bvh(source)
+    dirty, errors, listed = hidden(clip, seed, kind)
+    if not errors:
+        raise FormatError(f"{source}: expected a clip with chains that can be corrected")
+    copy = exercise.with_name(f"{exercise.name.split('.')[0]}.bvh")
+    key = exercise.with_name(f"{exercise.name.split('.')[0]}.key.json")
+    if copy.resolve() == source.resolve():
+        raise FormatError(f"{copy}: expected another name than that of the clip itself")
+    write_bvh(clip, dirty, copy)
+    write_exercise(exercise, ClassExercise(copy.name, read_bvh(copy).sha256, kind, listed))
+    motion = clip.motion
+    write_truth(key, Truth(copy.name, "P0", seed, motion.frames, motion.fps, errors))
+    return copy, key
+
+
+def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]:
+    """A class's exercise, on a copy of its clip."""
+    exercise = read_exercise(path)
+    beside = path.with_name(exercise.clip)
+    if not beside.is_file():
+        raise ClipMismatchError(f"{path.name}: its clip {exercise.clip} is not beside it.")
+    data = to_review(Path(shutil.copy(beside, folder)), exercise.listed)
+    if data.clip.sha256 != exercise.sha256:
+        raise ClipMismatchError(f"{path.name}: {exercise.clip} is not the clip it was made with.")
+    chains = {chain.name for chain in data.chains}
+    for interval in exercise.listed:
+        if interval.chain not in chains or interval.stop > data.motion.frames:
+            raise FormatError(f"{path}: expected intervals of {exercise.clip}")
+    return data, exercise
+
+
+def scored(files: Sequence[Path]) -> str:
+    """CSV of what students handed in against the key, one of the files."""
+    by_schema = [(schema_of(path), path) for path in files]
+    keys = [path for schema, path in by_schema if schema == TRUTH]
+    handed = [(path, read_handed_in(path)) for schema, path in by_schema if schema == SCORE]
+    if len(keys) != 1 or not handed:
+        raise FormatError("Choose the key of the exercise and what was handed in, all at once.")
+    truth = read_truth(keys[0])
+    for path, one in handed:
+        if one.clip != truth.clip:
+            raise ClipMismatchError(f"{path.name} is about {one.clip}, the key about {truth.clip}.")
+    return class_table(truth.errors, [one for _, one in handed])
