@@ -23,7 +23,7 @@ from twistcore.tuning.learned_confidence import (
     reliability,
     seen,
 )
-from twistcore.tuning.shared_tau import shared_tau
+from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.verdict_curve import verdict_curve, wilson
 from twistcore.tuning.verdicts_of import (
     JudgedClip,
@@ -157,7 +157,7 @@ def test_chains_that_are_alike_share_a_tau():
             folder(rng.lognormal(2.5, 0.8, 40), rng.lognormal(0.6, 0.5, 10), chain=f"c{k}")
             for k in range(6)
         ]
-        shared = shared_tau(together(*alike))
+        shared = common_tau(together(*alike))
         wrong += any(c.apart for c in shared.chains)
     assert wrong <= 1
     assert next(shared.words()).startswith("One τ of")
@@ -168,7 +168,7 @@ def test_a_chain_with_twists_of_its_own_gets_its_own_tau_and_the_reason():
     rng = np.random.default_rng(4)
     plain = [folder(rng.uniform(2, 60, 40), [], chain=f"c{k}") for k in range(4)]
     noisy = folder(rng.uniform(12, 60, 40), rng.uniform(2.5, 9, 30), chain="LeftForeArm")
-    shared = shared_tau(together(*plain, noisy))
+    shared = common_tau(together(*plain, noisy))
     assert [c.chain for c in shared.chains if c.apart] == ["LeftForeArm"]
     assert math.degrees(shared.tau("LeftForeArm")) > 6.0
     assert shared.tau("c1") == shared.common.tau

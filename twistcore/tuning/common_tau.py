@@ -32,7 +32,7 @@ class ChainTau:
 
 
 @dataclass(frozen=True, eq=False)
-class SharedTau:
+class CommonTau:
     """What all chains together suggest, and each chain beside it."""
 
     common: Suggestion | None
@@ -91,13 +91,13 @@ def _intervals(n: int) -> str:
     return f"{n} interval{'' if n == 1 else 's'}"
 
 
-def shared_tau(
+def common_tau(
     clips: Sequence[JudgedClip],
     price: float = ALARM_PRICE,
     smallest: float = SMALLEST_ERROR,
     *,
     seed: int = 0,
-) -> SharedTau:
+) -> CommonTau:
     """The common τ, and which chains need their own: these have no say in the common one."""
     names = sorted({v.chain for clip in clips for v in clip.verdicts})
     curves = {name: verdict_curve(clips, name) for name in names}
@@ -120,7 +120,7 @@ def shared_tau(
         most = max(new, key=lambda name: new[name])  # one at a time: the common τ then moves
         apart[most] = new[most]
     chains = (ChainTau(n, curves[n], own[n], n in apart, apart.get(n, 0.0)) for n in names)
-    return SharedTau(common or verdict_curve(clips).suggested(price, smallest), tuple(chains))
+    return CommonTau(common or verdict_curve(clips).suggested(price, smallest), tuple(chains))
 
 
 def _without(clip: JudgedClip, chains: Collection[str]) -> JudgedClip:
