@@ -25,7 +25,7 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.refinement import applied_unasked
 from twistcore.rotation import Array
 from twistcore.tuning import GRID, TauCurve, clip_tuning, tau_curve
-from twistcore.tuning.tau_curve import PROTOCOLS
+from twistcore.tuning.injected_curve import PROTOCOLS
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ from twistcore.review import (
     Decision,
     Edit,
     Insert,
+    LeaveOut,
     Redetect,
     Review,
     Sign,
@@ -131,6 +132,7 @@ def commands(state):
         ),
         st.builds(lambda i, d: Edit(i, levelled(state.find(i).interval, d)), ids, st.floats(-3, 3)),
         st.builds(lambda s: Insert(constant("LeftArm", s, s + 4, 0.5)), st.integers(0, 300)),
+        st.builds(lambda s: LeaveOut(((s, s + 9), (s + 5, 340))), st.integers(0, 300)),
         st.just(CarryOver(fresh().state.intervals[:3])),
         st.builds(redetect, st.sampled_from(["LeftForeArm", "RightUpLeg"]), st.floats(0.5, 150)),
     )

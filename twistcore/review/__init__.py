@@ -15,6 +15,7 @@ from twistcore.review.commands import (
 )
 from twistcore.review.history import Review
 from twistcore.review.journal import Journal, Recovered, recover
+from twistcore.review.left_out import LeaveOut
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, start_review
 from twistcore.review.session import (
     Session,
@@ -34,6 +35,7 @@ __all__ = [
     "Insert",
     "Journal",
     "Judged",
+    "LeaveOut",
     "Recovered",
     "Redetect",
     "Remove",

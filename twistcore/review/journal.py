@@ -34,6 +34,7 @@ from twistcore.review.commands import (
     Redetect,
 )
 from twistcore.review.history import Review
+from twistcore.review.left_out import LeaveOut, spans_from_json
 from twistcore.review.model import Decision, ReviewState
 from twistcore.review.session import (
     Session,
@@ -247,6 +248,8 @@ def _replayed(review: Review, entry: Mapping[str, Any], motion: Motion | None) -
             case ChangeChains():
                 _check_chains(command.rig, command.tau, motion)
                 _check((), command.found, None, frames)
+            case LeaveOut() if frames is not None and any(b > frames for _, b in command.spans):
+                raise FormatError("frames behind the last")
             case CarryOver():
                 _check((), (j.interval for j in command.earlier), None, frames)
         review.do(command)
@@ -293,6 +296,7 @@ _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "again": (list, tuple),
     "rig": (rig_to_json, rig_from_json),
     "decision": (str, Decision),
+    "spans": (lambda spans: [list(span) for span in spans], spans_from_json),
     "interval": (interval_to_json, interval_from_json),
     "tau": (tau_to_json, tau_from_json),
     "found": (

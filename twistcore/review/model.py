@@ -16,6 +16,7 @@ from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array, wrap
 
 SEEN = "seen"  # what a lone jump is told to be where it is accepted
+Span = tuple[int, int]  # frames, half-open
 APPLIED = "applied automatically"  # what is told to be accepted by nobody in particular
 
 
@@ -93,7 +94,7 @@ class ReviewState:
     """method: detector; tau: radians by chain or limb; intervals by chain order and start.
 
     tracking: what is tracked once the twist errors are out; None: nothing, as ever unless asked;
-    rig: which chains and limbs there are, and so whose names these are.
+    rig: which chains and limbs there are, and so whose names these are; left_out: of tuning.
     """
 
     method: str
@@ -103,6 +104,7 @@ class ReviewState:
     chain_order: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     tracking: Tracking | None = None
     rig: Rig = AS_FOUND
+    left_out: tuple[Span, ...] = ()
 
     def __repr__(self) -> str:
         decided = sum(j.decision != Decision.UNDECIDED for j in self.intervals)

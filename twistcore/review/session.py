@@ -18,6 +18,7 @@ from twistcore.bvh import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
+from twistcore.review.left_out import spans_from_json
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
 from twistcore.rig import AS_FOUND, rig_from_json, rig_to_json
 
@@ -64,6 +65,8 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
     }
     if state.rig:
         document["rig"] = rig_to_json(state.rig)
+    if state.left_out:  # changes nothing that is replayed: an older program may leave it
+        document["left_out"] = [list(span) for span in state.left_out]
     if state.tracking is not None:
         document["tracking"] = tracking_to_json(state.tracking)
         if not kinds:
@@ -135,6 +138,7 @@ def session_from_document(document: Any) -> Session:
             chain_order=in_order(tau),
             tracking=tracking,
             rig=rig_from_json(document["rig"]) if kinds and "rig" in document else AS_FOUND,
+            left_out=spans_from_json(document.get("left_out", ())),
         )
         return Session(str(document["clip"]), str(document["sha256"]), fps, state)
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:

@@ -7,20 +7,29 @@ their own errors are taken out. `twistcore tune` and the window's tuning tab bot
 
 from twistcore.tuning.cleaning import Verdicts, cleaned
 from twistcore.tuning.clip_curves import ClipTuning, clip_curves, clip_tuning
+from twistcore.tuning.drawn_errors import DrawnErrors
+from twistcore.tuning.injected_curve import GRID, Span, tau_curve
 from twistcore.tuning.profile import Profile, read_profile, write_profile
-from twistcore.tuning.tau_curve import GRID, TauCurve, Tuned, tau_curve, tuned
+from twistcore.tuning.shared_tau import SharedTau, shared_tau
+from twistcore.tuning.tau_curve import Cost, TauCurve, Tuned, cost_of_all, tuned
 
 __all__ = [
     "GRID",
     "ClipTuning",
+    "Cost",
+    "DrawnErrors",
     "Profile",
+    "SharedTau",
+    "Span",
     "TauCurve",
     "Tuned",
     "Verdicts",
     "cleaned",
     "clip_curves",
     "clip_tuning",
+    "cost_of_all",
     "read_profile",
+    "shared_tau",
     "tau_curve",
     "tuned",
     "write_profile",

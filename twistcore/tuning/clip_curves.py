@@ -8,13 +8,15 @@ from pathlib import Path
 
 from twistcore.analysis import ClipAnalysis, analyse
 from twistcore.bvh import read_bvh
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.chain import uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.motion import Motion
+from twistcore.review.left_out import joined
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.tuning.cleaning import Verdicts, cleaned
-from twistcore.tuning.tau_curve import TauCurve, tau_curve
+from twistcore.tuning.injected_curve import Span, tau_curve
+from twistcore.tuning.tau_curve import TauCurve
 
 SEEDS = 3
 
@@ -23,13 +25,17 @@ SEEDS = 3
 class ClipTuning:
     """A clip without its own errors, analysed: ready for the curve of any of its chains.
 
-    name: the clip's, it seeds the errors with `seeds`.
+    name: the clip's, it seeds the errors with `seeds`; first: the frame of the clip as given that
+    `clean` begins with; left_out: half-open spans of the clip as given in which nothing counts,
+    blends at its ends among them.
     """
 
     name: str
     clean: ClipAnalysis
     method: str
     seeds: Sequence[int]
+    first: int = 0
+    left_out: tuple[Span, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -39,8 +45,16 @@ class ClipTuning:
 
     def curve(self, chain: str) -> TauCurve:
         """What every τ costs one of `names`."""
-        chosen = self.clean.chain(chain)
-        return tau_curve(self.clean, chosen, name=self.name, method=self.method, seeds=self.seeds)
+        here = [(start - self.first, stop - self.first) for start, stop in self.left_out]
+        frames = self.clean.motion.frames
+        return tau_curve(
+            self.clean,
+            self.clean.chain(chain),
+            name=self.name,
+            method=self.method,
+            seeds=self.seeds,
+            left_out=[(max(a, 0), b) for a, b in here if b > 0 and a < frames],
+        )
 
 
 def clip_tuning(
@@ -51,21 +65,32 @@ def clip_tuning(
     seeds: Sequence[int] = range(SEEDS),
     verdicts: Verdicts | None = None,
     rig: Rig = AS_FOUND,
+    left_out: Sequence[Span] = (),
 ) -> ClipTuning:
-    """Take a clip's own errors out and analyse the rest, without blends at its ends."""
+    """Take a clip's own errors out and analyse the rest, without blends at its ends.
+
+    left_out: half-open spans in which no false alarm counts and no error is put in, besides.
+    """
     given = analyse(motion, analyse(motion, rig=rig).chains)
-    clean = ClipAnalysis(*_capture(cleaned(given, verdicts), given.chains), name)
+    without = cleaned(given, verdicts)
+    first, stop = capture(without)
+    chains = given.chains
+    if (first, stop) != (0, motion.frames):
+        without = without.sliced(first, stop)
+        chains = tuple(c.sliced(first, stop) for c in chains)
+    clean = ClipAnalysis(without, chains, name)
     clean.by(method)
-    return ClipTuning(name, clean, method, seeds)
+    ends = [span for span in ((0, first), (stop, motion.frames)) if span[0] < span[1]]
+    return ClipTuning(name, clean, method, seeds, first, joined([*ends, *left_out]))
 
 
-def _capture(motion: Motion, chains: Sequence[Chain]) -> tuple[Motion, tuple[Chain, ...]]:
-    """Without blends at the ends; a lone T-pose in frame 0 holds no step and may stay."""
+def capture(motion: Motion) -> Span:
+    """First frame and stop without blends at the ends.
+
+    A lone T-pose in frame 0 holds no step and may stay.
+    """
     first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
-    first = first if first > 1 else 0
-    if not first and stop == motion.frames:
-        return motion, tuple(chains)
-    return motion.sliced(first, stop), tuple(c.sliced(first, stop) for c in chains)
+    return first if first > 1 else 0, stop
 
 
 def clip_curves(

@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
+from math import nan
+from operator import add
 
 import numpy as np
-from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain, limbs
-from twistcore.detection import DEFAULT_METHOD, Analysis, Interval
-from twistcore.encoding import encoded
-from twistcore.refinement import applied_unasked
-from twistcore.rotation import Array, wrap
-from twistcore.synthesis import (
-    SUCCESS,
-    InjectedError,
-    draw_errors,
-    generator,
-    inject,
-    parse_protocol,
-)
+from twistcore.rotation import Array
+from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
 
-GRID = np.radians(np.geomspace(0.5, 30.0, 42))
-PROTOCOLS = ("P0", "H6")  # the paper's sizes and small ones: the large alone say nothing about τ
 SMALLEST_ERROR = float(np.radians(2.0))  # of H6: a larger τ passes errors over that are looked for
 ALARM_PRICE = 0.05  # share of the error frames that one false alarm a clip or minute may cost
 LOSS_ALLOWED = 0.001  # what a larger τ, safer against noise, may cost besides
@@ -38,7 +25,7 @@ class TauCurve:
 
     tau: radians, (n,); repaired: error frames repaired by 80 % or more, (n,); errors: error frames
     in all; alarms: intervals applied in the cleaned clips, (n,); minutes: their length; noise: the
-    detectors' own τ, radians, one for every clip.
+    detectors' own τ, radians, one for every clip; drawn: the errors one by one, where known.
     """
 
     tau: Array
@@ -47,12 +34,20 @@ class TauCurve:
     alarms: Array
     minutes: float
     noise: tuple[float, ...]
+    drawn: DrawnErrors | None = None
 
     @property
     def fsr(self) -> Array:
-        """Share of the error frames that were repaired, 0…1, (n,)."""
-        share: Array = self.repaired / max(self.errors, 1)
+        """Share of the error frames that were repaired, 0…1, (n,); NaN where nothing was drawn."""
+        share: Array = (
+            self.repaired / self.errors if self.errors else np.full(len(self.tau), np.nan)
+        )
         return share
+
+    @property
+    def band(self) -> tuple[Array, Array]:
+        """Where the FSR lies by what was drawn, 0…1, (n,) each; NaN where nothing tells."""
+        return self._drawn.band
 
     @property
     def alarms_per_minute(self) -> Array:
@@ -66,6 +61,7 @@ class TauCurve:
         return float(np.median(self.noise)) if self.noise else 0.0
 
     def __add__(self, other: TauCurve) -> TauCurve:
+        known = self.drawn is not None and other.drawn is not None
         return TauCurve(
             self.tau,
             self.repaired + other.repaired,
@@ -73,30 +69,98 @@ class TauCurve:
             self.alarms + other.alarms,
             self.minutes + other.minutes,
             self.noise + other.noise,
+            self._drawn + other._drawn if known else None,
         )
 
-    def suggested(self) -> float:
-        """τ in radians: what it loses, and its false alarms at their price, are least.
+    def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
+        """What every τ loses, (n,): the share of error frames missed, and its alarms at `price`.
 
-        An alarm costs a person a key, a missed error is never seen: so an alarm a clip (or a minute
-        of a longer one) is worth 5 points of FSR, and no τ passes half of the errors over for the
+        price: the share of the error frames that one false alarm a clip, or a minute of a longer
+        one, may cost; smallest: radians, errors below are not looked for.
+        """
+        fsr = self.fsr
+        if self.drawn is not None and (wanted := self.drawn.from_size(smallest)).frames.sum():
+            fsr = wanted.fsr
+        clips = max(self.minutes, len(self.noise), 1e-9)
+        lost: Array = 1.0 - np.nan_to_num(fsr) + price * self.alarms / clips
+        return lost
+
+    def suggested(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> float:
+        """τ in radians whose :meth:`loss` is least.
+
+        An alarm costs a person a key, a missed error is never seen: so an alarm is worth 5 points
+        of FSR unless somebody has another price, and no τ passes half of the errors over for the
         sake of one alarm. Among equals the largest up to the size of the smallest errors looked
         for: what was drawn here says little about those between. Never below the clips' own noise.
         """
         usable = np.flatnonzero(self.tau >= self.floor)
         if not len(usable):
             return self.floor
-        clips = max(self.minutes, len(self.noise), 1e-9)
-        cost = (1.0 - self.fsr + ALARM_PRICE * self.alarms / clips)[usable]
-        good = usable[cost <= cost.min() + LOSS_ALLOWED]
-        modest = good[self.tau[good] <= SMALLEST_ERROR]
+        loss = self.loss(price, smallest)[usable]
+        good = usable[loss <= loss.min() + LOSS_ALLOWED]
+        modest = good[self.tau[good] <= smallest]
         return float(self.tau[modest[-1] if len(modest) else good[0]])
 
     def at(self, tau: float) -> tuple[float, float]:
         """FSR, 0…1, and false alarms at τ radians, from the neighbours on the grid."""
-        place = np.log(self.tau)
-        x = math.log(min(max(tau, self.tau[0]), self.tau[-1]))
-        return float(np.interp(x, place, self.fsr)), float(np.interp(x, place, self.alarms))
+        cost = self.cost(tau)
+        return cost.fsr, cost.alarms
+
+    def cost(self, tau: float) -> Cost:
+        """The same with the band, and how long was looked for alarms."""
+        return cost_of_all([(self, tau)])
+
+    @property
+    def _drawn(self) -> DrawnErrors:
+        none, nobody = np.zeros(0), np.zeros(0, dtype=int)
+        nothing = DrawnErrors(none, none, nobody, nobody, np.zeros((0, len(self.tau))))
+        return self.drawn or nothing
+
+    def _place(self, tau: float) -> tuple[int, float]:
+        """The place on the grid below τ, and the share of the way to the next, in log τ."""
+        at = float(np.interp(math.log(max(tau, 1e-9)), np.log(self.tau), range(len(self.tau))))
+        below = min(int(at), max(len(self.tau) - 2, 0))
+        return below, at - below
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a τ costs; NaN where it was not measured.
+
+    fsr: 0…1; low, high: where it lies by what was drawn, at 95 % confidence; alarms: counted in
+    `minutes` of clip.
+    """
+
+    fsr: float
+    low: float
+    high: float
+    alarms: float
+    minutes: float
+
+    @property
+    def rate_band(self) -> tuple[float, float]:
+        """Alarms a minute that clips like these may have, by those counted, at 95 % confidence."""
+        low, high = rate_band(self.alarms)
+        return (low / self.minutes, high / self.minutes) if self.minutes else (0.0, math.inf)
+
+
+def cost_of_all(chosen: Sequence[tuple[TauCurve, float]]) -> Cost:
+    """What several chains, each at its own τ in radians, cost together: all frames, all alarms."""
+    alarms = minutes = errors = repaired = 0.0
+    drawn: list[DrawnErrors] = []
+    for curve, tau in chosen:
+        below, share = curve._place(tau)
+        pair = slice(below, below + 2)
+        weights = np.array([1.0 - share, share])[: len(curve.tau[pair])]
+        alarms += float(curve.alarms[pair] @ weights)
+        repaired += float(curve.repaired[pair] @ weights)
+        errors += curve.errors
+        minutes += curve.minutes
+        if curve.drawn is not None:
+            drawn.append(curve.drawn.between(below, share))
+    known = bool(drawn) and len(drawn) == len(chosen)
+    low, high = (float(end[0]) for end in reduce(add, drawn).band) if known else (nan, nan)
+    return Cost(repaired / errors if errors else nan, low, high, alarms, minutes)
 
 
 @dataclass(frozen=True)
@@ -119,59 +183,3 @@ def tuned(curve: TauCurve, tau: float | None = None) -> Tuned:
         fsr=100.0 * fsr,
         alarms_per_minute=alarms / max(curve.minutes, 1e-9),
     )
-
-
-def tau_curve(
-    clip: ClipAnalysis,
-    chain: Chain,
-    *,
-    name: str,
-    method: str = DEFAULT_METHOD,
-    seeds: Sequence[int] = (0, 1, 2),
-    protocols: Sequence[str] = PROTOCOLS,
-) -> TauCurve:
-    """The curve of one chain in one clip without errors of its own.
-
-    name: the clip's; with the chain's name it seeds the errors. Of what is found, what would be
-    applied unasked counts.
-    """
-    motion, chains, clean = clip.motion, clip.chains, clip.by(method)
-    alarms = np.array([len(_applied(clean, chain, t)) for t in GRID], dtype=float)
-    limb = next(limb for limb in limbs(motion.skeleton, chains) if chain in limb)
-    repaired = np.zeros(len(GRID))
-    total = 0
-    for seed in seeds:
-        for protocol in map(parse_protocol, protocols):
-            words = (zlib.crc32(encoded(text)) for text in (protocol.name, chain.name))
-            rng = generator(seed, name, *words)
-            errors = draw_errors(motion, [chain], rng, protocol)
-            if not errors:
-                continue
-            dirty = ClipAnalysis(inject(motion, limb, errors), limb).by(method)
-            truth, wrong = _truth(errors, motion.frames)
-            total += int(wrong.sum())
-            repaired += [_repaired(_applied(dirty, chain, t), truth, wrong) for t in GRID]
-    noise = (clean.automatic_tau(chain.name),)
-    minutes = motion.frames * motion.frame_time / 60.0
-    return TauCurve(GRID, repaired, total, alarms, minutes, noise)
-
-
-def _applied(analysis: Analysis, chain: Chain, tau: float) -> tuple[Interval, ...]:
-    return applied_unasked(analysis.intervals(chain.name, tau))
-
-
-def _truth(errors: Sequence[InjectedError], frames: int) -> tuple[Array, NDArray[np.bool_]]:
-    truth, wrong = np.zeros(frames), np.zeros(frames, dtype=bool)
-    for error in errors:
-        truth[error.start : error.stop] = error.offset
-        wrong[error.start : error.stop] = True
-    return truth, wrong
-
-
-def _repaired(found: Sequence[Interval], truth: Array, wrong: NDArray[np.bool_]) -> int:
-    """Error frames in which at most a fifth of the error is left."""
-    offset = np.zeros(len(truth))
-    for interval in found:
-        offset[interval.start : interval.stop] += interval.offset
-    left = np.abs(wrap(truth - offset))[wrong]
-    return int((left <= SUCCESS * np.abs(wrap(truth[wrong]))).sum())

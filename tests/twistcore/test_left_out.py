@@ -1,0 +1,53 @@
+"""Frames left out of tuning are a person's decision: undone, saved, brought back by the journal."""
+
+import json
+from contextlib import closing
+
+import pytest
+
+from tests.twistcore.reviews import CLIP, fresh
+from twistcore.errors import FormatError
+from twistcore.review import Journal, LeaveOut, read_session, recover, session_bytes
+
+SPANS = ((0, 40), (100, 130))
+
+
+def test_it_is_one_step_and_in_the_session_of_the_same_version(tmp_path):
+    path = tmp_path / "s.json"
+    review = fresh()
+    plain = session_bytes(CLIP, review.state)
+    review.do(LeaveOut(((100, 120), (0, 40), (110, 130))))
+    assert review.state.left_out == SPANS
+    assert review.undo_text == "Leave frames out of tuning"
+    saved = session_bytes(CLIP, review.state)
+    path.write_bytes(saved)
+    assert read_session(path).state.left_out == SPANS
+    # An older program finds the rest as it was.
+    document = json.loads(saved)
+    assert document.pop("left_out") == [[0, 40], [100, 130]]
+    assert document == json.loads(plain)
+    review.do(LeaveOut(()))
+    assert session_bytes(CLIP, review.state) == plain
+    review.undo()
+    assert review.state.left_out == SPANS
+
+
+def test_the_journal_brings_it_back(tmp_path):
+    path = tmp_path / "j"
+    with closing(Journal(path, CLIP, fresh().state)) as journal:
+        journal.do(LeaveOut(SPANS))
+        journal.do(LeaveOut(((300, 9999),)))
+    back = recover(path, CLIP)
+    assert back.review.state.left_out == SPANS
+    assert (back.entries, back.damaged) == (1, 1)  # the clip has no such frames
+
+
+@pytest.mark.parametrize("damage", [[[5, 5]], [[-1, 3]], [[1.0, 3]], [[3]], 7, ["ab"], [[True, 3]]])
+def test_damaged_spans_are_refused(tmp_path, damage):
+    path = tmp_path / "s.json"
+    document = json.loads(session_bytes(CLIP, fresh().state))
+    path.write_text(json.dumps({**document, "left_out": damage}))
+    with pytest.raises(FormatError, match="wrong kind"):
+        read_session(path)
+    with pytest.raises(ValueError, match="one frame"):
+        fresh().do(LeaveOut(((5, 5),)))

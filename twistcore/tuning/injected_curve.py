@@ -1,0 +1,126 @@
+"""Measuring what every τ costs a chain: errors are put into a clip, and looked for at every τ."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from functools import reduce
+from operator import add, is_
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.analysis import ClipAnalysis
+from twistcore.chain import Chain, limbs
+from twistcore.detection import DEFAULT_METHOD, Analysis, Interval
+from twistcore.encoding import encoded
+from twistcore.refinement import applied_unasked
+from twistcore.rotation import Array, wrap
+from twistcore.synthesis import (
+    SUCCESS,
+    InjectedError,
+    draw_errors,
+    generator,
+    inject,
+    parse_protocol,
+)
+from twistcore.tuning.drawn_errors import DrawnErrors
+from twistcore.tuning.tau_curve import TauCurve
+
+Span = tuple[int, int]  # frames, half-open
+
+# Fine where a τ is looked for; below and beyond, so that who has a τ there sees what it costs.
+_BELOW, _ABOVE = (0.1, 0.2, 0.35), (37.0, 45.0, 56.0, 69.0, 85.0, 104.0, 127.0, 152.0, 180.0)
+GRID = np.radians([*_BELOW, *np.geomspace(0.5, 30.0, 42), *_ABOVE])
+PROTOCOLS = ("P0", "H6")  # the paper's sizes and small ones: the large alone say nothing about τ
+
+
+def tau_curve(
+    clip: ClipAnalysis,
+    chain: Chain,
+    *,
+    name: str,
+    method: str = DEFAULT_METHOD,
+    seeds: Sequence[int] = (0, 1, 2),
+    protocols: Sequence[str] = PROTOCOLS,
+    left_out: Sequence[Span] = (),
+) -> TauCurve:
+    """The curve of one chain in one clip without errors of its own.
+
+    name: the clip's; with the chain's name it seeds the errors. Of what is found, what would be
+    applied unasked counts. left_out: frames in which nothing does, half-open.
+    """
+    motion, chains, clean = clip.motion, clip.chains, clip.by(method)
+
+    def applied(analysis: Analysis, tau: float) -> tuple[Interval, ...]:
+        return applied_unasked(analysis.intervals(chain.name, tau))
+
+    def counts(found: Interval | InjectedError) -> bool:
+        return not any(found.start < stop and start < found.stop for start, stop in left_out)
+
+    alarms = np.array([sum(map(counts, applied(clean, t))) for t in GRID], dtype=float)
+    limb = next(limb for limb in limbs(motion.skeleton, chains) if chain in limb)
+    drawn: list[DrawnErrors] = []
+    for seed in seeds:
+        for kind, protocol in enumerate(map(parse_protocol, protocols)):
+            words = (zlib.crc32(encoded(text)) for text in (protocol.name, chain.name))
+            rng = generator(seed, name, *words)
+            errors = [e for e in draw_errors(motion, [chain], rng, protocol) if counts(e)]
+            if errors:
+                dirty = ClipAnalysis(inject(motion, limb, errors), limb).by(method)
+                found = [applied(dirty, t) for t in GRID]
+                drawn.append(_drawn(errors, kind, found, motion.frames))
+    out = sum(min(stop, motion.frames) - max(start, 0) for start, stop in left_out)
+    together = reduce(add, drawn) if drawn else None
+    return TauCurve(
+        GRID,
+        together.repaired.sum(axis=0) if together else np.zeros(len(GRID)),
+        int(together.frames.sum()) if together else 0,
+        alarms,
+        (motion.frames - out) * motion.frame_time / 60.0,
+        (clean.automatic_tau(chain.name),),
+        together,
+    )
+
+
+def _drawn(
+    errors: Sequence[InjectedError],
+    kind: int,
+    found: Sequence[Sequence[Interval]],
+    frames: int,
+) -> DrawnErrors:
+    """One draw of a kind, by what was found at every τ of the grid."""
+    truth, which = np.zeros(frames), np.full(frames, -1)
+    for k, error in enumerate(errors):
+        truth[error.start : error.stop] = error.offset
+        which[error.start : error.stop] = k
+    wrong = which >= 0
+    repaired = np.zeros((len(errors), len(found)))
+    before: Sequence[Interval] | None = None
+    for n, intervals in enumerate(found):
+        if before is not None and _same(intervals, before):  # from most τ to the next
+            repaired[:, n] = repaired[:, n - 1]
+            continue
+        before = intervals
+        good = _repaired(intervals, truth)[wrong]
+        repaired[:, n] = np.bincount(which[wrong], good, minlength=len(errors))
+    return DrawnErrors(
+        np.array([float(np.abs(e.offset).max()) for e in errors]),
+        np.bincount(which[wrong], minlength=len(errors)).astype(float),
+        np.full(len(errors), kind),
+        np.zeros(len(errors), dtype=int),
+        repaired,
+    )
+
+
+def _same(some: Sequence[Interval], others: Sequence[Interval]) -> bool:
+    return len(some) == len(others) and all(map(is_, some, others))
+
+
+def _repaired(found: Sequence[Interval], truth: Array) -> NDArray[np.bool_]:
+    """Frames in which at most a fifth of the error is left."""
+    offset = np.zeros(len(truth))
+    for interval in found:
+        offset[interval.start : interval.stop] += interval.offset
+    repaired: NDArray[np.bool_] = np.abs(wrap(truth - offset)) <= SUCCESS * np.abs(wrap(truth))
+    return repaired

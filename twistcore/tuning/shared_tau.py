@@ -1,0 +1,87 @@
+"""Does one τ do for all chains? In words, and of those for which it does not, why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR, TauCurve
+
+SLIGHT = 0.01  # a chain that loses less than a point by the τ of the others needs none of its own
+
+
+@dataclass(frozen=True)
+class SharedTau:
+    """The τ, radians, that does for most chains, and how each stands to it.
+
+    best: chains whose own suggestion it is; served: those that lose next to nothing by it; apart:
+    by the name of each other chain its own τ in radians and a few words why.
+    """
+
+    tau: float
+    best: tuple[str, ...]
+    served: tuple[str, ...]
+    apart: Mapping[str, tuple[float, str]]
+
+    @property
+    def chains(self) -> int:
+        """How many there are in all."""
+        return len(self.best) + len(self.served) + len(self.apart)
+
+    def words(self, labels: Mapping[str, str]) -> str:
+        """All of it in a sentence or two; labels: what chains are called, by name."""
+        degrees = np.degrees(self.tau)
+        are = "is" if len(self.best) == 1 else "are"
+        said = f"{len(self.best)} of {self.chains} chains {are} best at {degrees:.2f}°"
+        if self.served:
+            few = f"{len(self.served)} lose{'s' * (len(self.served) == 1)} less than a point by it"
+            said += f", {few}" if self.apart else f" and {few}"
+        if not self.apart:
+            return f"{said}: one τ does for all."
+        own = (
+            f"{labels.get(name, name)} {np.degrees(tau):.2f}° ({why})"
+            for name, (tau, why) in self.apart.items()
+        )
+        return f"{said}. τ of their own: {'; '.join(own)}."
+
+
+def shared_tau(
+    curves: Mapping[str, TauCurve],
+    price: float = ALARM_PRICE,
+    smallest: float = SMALLEST_ERROR,
+) -> SharedTau | None:
+    """What :meth:`TauCurve.suggested` of every chain comes to; None without a curve."""
+    if not curves:
+        return None
+    own = {name: curve.suggested(price, smallest) for name, curve in curves.items()}
+    found: list[SharedTau] = []
+    for tau in sorted(set(own.values())):
+        others = {name: curve for name, curve in curves.items() if own[name] != tau}
+        why = {name: _why(c, tau, own[name], price, smallest) for name, c in others.items()}
+        found.append(
+            SharedTau(
+                tau,
+                tuple(name for name in own if name not in others),
+                tuple(name for name, reason in why.items() if not reason),
+                {name: (own[name], reason) for name, reason in why.items() if reason},
+            )
+        )
+    return min(found, key=lambda shared: (len(shared.apart), -len(shared.best)))
+
+
+def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float) -> str:
+    """Why a chain needs its own τ instead of the others'; '' where it does not."""
+    if tau < curve.floor:
+        return f"more noise: its automatic τ is {np.degrees(curve.floor):.2f}°"
+    loss = curve.loss(price, smallest)
+    there, here = np.interp(np.log([tau, own]), np.log(curve.tau), loss)
+    if there - here < SLIGHT:
+        return ""
+    fsr, alarms = curve.at(tau)
+    own_fsr, own_alarms = curve.at(own)
+    if price * (alarms - own_alarms) > own_fsr - fsr:
+        many = "false alarm" if round(alarms) == 1 else "false alarms"
+        return f"{alarms:.0f} {many} at {np.degrees(tau):.2f}°, {own_alarms:.0f} there"
+    return f"repairs {100 * own_fsr:.0f} %, {100 * fsr:.0f} % at {np.degrees(tau):.2f}°"
