@@ -2,6 +2,7 @@
 
 import math
 import shutil
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +12,12 @@ from tests.conftest import ASSETS
 from twistcore.analysis import analyse, detect
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
+from twistcore.errors import FormatError
 from twistcore.review import Decision, Review, write_session
 from twistcore.review.model import Judged, constant
 from twistcore.rig import skeleton_mark
-from twistcore.tuning import GRID, read_profile
+from twistcore.tuning import GRID, Profile, Tuned, read_profile, write_profile
+from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.learned_confidence import (
     LearnedConfidence,
     Seen,
@@ -23,7 +26,7 @@ from twistcore.tuning.learned_confidence import (
     reliability,
     seen,
 )
-from twistcore.tuning.common_tau import common_tau
+from twistcore.tuning.profile import TauReasons
 from twistcore.tuning.verdict_curve import verdict_curve, wilson
 from twistcore.tuning.verdicts_of import (
     JudgedClip,
@@ -320,6 +323,97 @@ def test_sessions_of_a_folder(tmp_path, analysis):
         judged_in(found, session)
 
 
+# --- the command -------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def judged_folder(tmp_path, analysis):
+    """Two clips of performer 05, judged: 14 accepted and two rejected."""
+    for k in (1, 2):
+        path = shutil.copy(INJECTED, tmp_path / f"05_0{k}.bvh")
+        state = judged_state(analysis, lambda n: Decision(("rejected", "accepted")[n > 0]))
+        write_session(tmp_path / f"05_0{k}.twist.json", read_bvh(path), state)
+    return tmp_path
+
+
+def test_tune_by_verdicts_writes_a_profile(judged_folder, tmp_path, capsys):
+    output = tmp_path / "p.toml"
+    assert main(["tune", str(judged_folder), "--verdicts", "-o", str(output)]) == 0
+    said = capsys.readouterr().out
+    assert "14 accepted and 2 rejected intervals in 2 clips" in said
+    assert "Confidence stays the detector's: 20 verdicts on it or more are needed." in said
+    profile = read_profile(output)
+    clip = read_bvh(INJECTED)
+    assert profile.rig == skeleton_mark(clip.motion.skeleton)
+    assert (profile.performer, profile.method) == ("05", "consistency")
+    assert profile.tau.keys() == {c.name for c in analyse(clip).chains}
+    assert profile.confidence is None
+    tau = set(profile.tau.values())
+    assert math.radians(1.5) <= min(tau)
+
+
+def test_tune_by_verdicts_says_what_is_missing(judged_folder, tmp_path, capsys):
+    output = str(tmp_path / "p.toml")
+    for more, told in (
+        (["--performer", "06"], "no session is of performer '06'"),
+        (["--method", "paper"], "judged on what the consistency detector lists"),
+    ):
+        command = ["tune", str(judged_folder), "--verdicts", "-o", output, *more]
+        assert main(command) == 2
+        assert told in capsys.readouterr().err
+    (judged_folder / "05_02.twist.json").unlink()
+    assert main(["tune", str(judged_folder), "--verdicts", "-o", output]) == 2
+    assert "10 accepted intervals or more to learn τ from, found 7" in capsys.readouterr().err
+    assert main(["tune", str(INJECTED), "--verdicts", "-o", output]) == 2
+    assert "expected a folder of clips with their sessions" in capsys.readouterr().err
+    assert not (tmp_path / "p.toml").exists()
+
+
 # --- profiles ----------------------------------------------------------------------------------
 
-_ = main, read_profile
+WHOSE = Profile({}, "", "ab12", 'Ann "A"', LearnedConfidence(-0.25, 0.75, 180, 20))
+
+
+def written(path, **more):
+    tau = {"LeftArm": Tuned(4.5, math.nan, math.nan, math.nan)}
+    write_profile(path, tau, "clips", "consistency", **more)
+    return path
+
+
+def test_a_profile_keeps_whose_it_is_and_the_learned_confidence(tmp_path):
+    reasons = {"LeftArm": TauReasons(9, 1, 3.0, 6.0)}
+    got = read_profile(written(tmp_path / "p.toml", whose=WHOSE, verdicts=reasons))
+    assert got == replace(WHOSE, tau={"LeftArm": math.radians(4.5)}, method="consistency")
+    assert "tau_low_deg = 3.0000" in (tmp_path / "p.toml").read_text()
+
+
+def test_readers_of_earlier_versions_read_it(tmp_path):
+    """They take tau_deg and detector of every table of the document, and nothing else."""
+    path = written(tmp_path / "p.toml", whose=WHOSE, verdicts={"LeftArm": TauReasons(9, 1)})
+    document = tomllib.loads(path.read_text("utf-8"))
+    assert {name: float(t["tau_deg"]) for name, t in document.items()} == {"LeftArm": 4.5}
+    assert {t["detector"] for t in document.values()} == {"consistency"}
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("confidence = 3", "expected confidence with a shift"),
+        ("confidence = { shift = 0.1, scale = 0.0 }", "a scale above 0"),
+        ("confidence = { shift = nan, scale = 1.0 }", "a shift within ±30"),
+        ("confidence = { shift = 0.1, scale = 1.0, accepted = -1 }", "whole numbers"),
+        ("rig = 4", "expected a text for rig"),
+    ],
+)
+def test_a_damaged_profile_says_what_was_expected(tmp_path, line, told):
+    path = tmp_path / "p.toml"
+    path.write_text(f"[LeftArm]\ntau_deg = 2.0\n{line}\n")
+    with pytest.raises(FormatError, match=told):
+        read_profile(path)
+
+
+def test_two_rigs_in_one_profile_are_refused(tmp_path):
+    path = tmp_path / "p.toml"
+    path.write_text('[A]\ntau_deg = 2.0\nrig = "a"\n[B]\ntau_deg = 2.0\nrig = "b"\n')
+    with pytest.raises(FormatError, match="expected one rig in all tables, found 2"):
+        read_profile(path)

@@ -10,7 +10,8 @@ import numpy as np
 
 from twistcore.detection.prediction import Index
 from twistcore.rotation import Array
-from twistcore.tuning.tau_curve import ALARM_PRICE, GRID, LOSS_ALLOWED, SMALLEST_ERROR
+from twistcore.tuning.injected_curve import GRID
+from twistcore.tuning.tau_curve import ALARM_PRICE, LOSS_ALLOWED, SMALLEST_ERROR
 from twistcore.tuning.verdicts_of import JudgedClip
 
 LEVEL = 0.9  # of intervals of uncertainty

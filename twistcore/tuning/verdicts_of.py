@@ -24,7 +24,7 @@ from twistcore.errors import TwistError
 from twistcore.review import Decision, Judged, ReviewState, Session, read_session
 from twistcore.review.model import APPLIED
 from twistcore.rig import skeleton_mark
-from twistcore.tuning.tau_curve import GRID
+from twistcore.tuning.injected_curve import GRID
 
 SAME = 0.5  # of the frames of both: what is found there is the error that was accepted
 _REPLAY = ".replay.json"  # what an export did: its review is in the clip's own session
