@@ -50,7 +50,7 @@ class _CountAxis(Axis):
         return [f"{np.expm1(v):.0f}" for v in values]
 
 
-class _PercentAxis(Axis):
+class PercentAxis(Axis):
     """Per cent in quarters, or in halves where there is little room."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
@@ -187,7 +187,7 @@ class CostPlot(TauPlot):
     """FSR (left scale) and false alarms (right scale) against τ; a triangle at the suggestion."""
 
     def __init__(self, theme: Theme) -> None:
-        super().__init__(_PercentAxis("left"))
+        super().__init__(PercentAxis("left"))
         self._alarms_view = pg.ViewBox(enableMenu=False, enableMouse=False)
         self.scene().addItem(self._alarms_view)
         self.axes["right"].linkToView(self._alarms_view)

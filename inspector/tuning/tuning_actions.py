@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QDockWidget, QWidget
 
 from inspector.session.document import Document
 from inspector.session.queue import FolderQueue
+from inspector.tuning.remembered_profiles import ProfileOffers
 from inspector.tuning.tau_table import Column
 from inspector.tuning.tuning_panel import TuningPanel
 from inspector.widgets.building import bring_to_front
@@ -107,6 +108,12 @@ class TuningActions:
         except TwistError as error:
             self.bar.show_message(f"{error}. Nothing was changed.", True)
             return None
+
+    def __post_init__(self) -> None:
+        """Profiles that are remembered are offered from now on."""
+        performers = self.tuning.evidence.performers
+        offer = self.bar.offer_behind
+        self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
 
     # -- the folder ---------------------------------------------------------------------------
 

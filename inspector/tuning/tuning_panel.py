@@ -20,9 +20,12 @@ from PySide6.QtWidgets import (
 
 from inspector.session.document import Document
 from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
+from inspector.tuning.confidence_page import ConfidencePage
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_plots import CostPlot, Histogram
 from inspector.tuning.tau_table import Column, ComparisonModel
+from inspector.tuning.verdict_evidence import VerdictEvidence
+from inspector.tuning.verdict_page import VerdictPage
 from inspector.widgets.building import Wrapping, action_button, hbox, hint, vbox
 from inspector.widgets.labels import Caption, inked
 from inspector.widgets.later import Burst, Latest, Stale
@@ -66,6 +69,7 @@ class TuningPanel(QWidget):
         super().__init__()
         self._document, self._actions, self._theme = document, actions, theme
         self.costs = Costs(document, self)
+        self.evidence = VerdictEvidence(document, self)
         self.scope = Scope.CHAIN
         self._drag = 0
         self._seen = False
@@ -112,7 +116,14 @@ class TuningPanel(QWidget):
         self.tabs = QTabWidget(documentMode=True)
         self.tabs.addTab(self._curves_page(theme), "Curves")
         self.tabs.addTab(self._profiles_page(theme), "Profiles")
+        self.verdicts = VerdictPage(document := self._document, self.evidence, theme)
+        self.verdicts.asked.connect(self._ask)
+        self.verdicts.dropped.connect(self._drop)
+        self.confidence = ConfidencePage(document, self.evidence, theme)
+        self.tabs.addTab(self.verdicts, "Verdicts")
+        self.tabs.addTab(self.confidence, "Confidence")
         self.tabs.currentChanged.connect(self._stale.mark_all)
+        self.tabs.currentChanged.connect(self._watch_verdicts)
         vbox(head, (self.tabs, 1), owner=content, margins=(8, 6, 8, 6), spacing=4)
 
     def _button(self, name: str) -> QToolButton:
@@ -157,7 +168,7 @@ class TuningPanel(QWidget):
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
         self._theme = theme
-        for part in (self.model, self.histogram, self.cost):
+        for part in (self.model, self.histogram, self.cost, self.verdicts, self.confidence):
             part.set_theme(theme)
         self._stale.mark_all()
 
@@ -170,8 +181,14 @@ class TuningPanel(QWidget):
         """
         self._seen = seen
         self.costs.watch(seen)
+        self._watch_verdicts()
         if seen:
             self._stale.mark_all()
+
+    def _watch_verdicts(self) -> None:
+        """Verdicts are counted while somebody looks at what they say."""
+        pages = self.verdicts, self.confidence
+        self.evidence.watch(self._seen and self.tabs.currentWidget() in pages)
 
     def refresh(self) -> None:
         """Draw what has changed now."""
@@ -197,7 +214,10 @@ class TuningPanel(QWidget):
         if abs(self.box.value() - degrees) > _SAME:  # else a number being typed would be lost
             with QSignalBlocker(self.box):
                 self.box.setValue(degrees)
-        if self.tabs.currentIndex() == 0:
+        self.verdicts.show_tau(degrees, held=bool(self._drag))
+        if self.tabs.currentWidget() in (self.verdicts, self.confidence):
+            self.verdicts.refresh()
+        elif self.tabs.currentIndex() == 0:
             self._show_words(degrees)
         else:
             self.model.refresh()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,8 +45,11 @@ class CommonTau:
                 return c.own.tau
         return self.common.tau if self.common else None
 
-    def words(self) -> Iterator[str]:
-        """Sentences: whether one τ will do, and of each chain that needs its own, why."""
+    def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
+        """Sentences: whether one τ will do, and of each chain that needs its own, why.
+
+        label: what a chain is called.
+        """
         if self.common is None:
             return
         tau = math.degrees(self.common.tau)
@@ -66,9 +69,9 @@ class CommonTau:
         else:
             yield f"One τ of {tau:.2f}° will do for all chains but {len(own)}.{rest}"
         for c in own:
-            yield self._why(c)
+            yield self._why(c, label(c.chain))
 
-    def _why(self, chain: ChainTau) -> str:
+    def _why(self, chain: ChainTau, name: str) -> str:
         assert self.common is not None
         assert chain.own is not None
         curve = chain.curve
@@ -84,7 +87,7 @@ class CommonTau:
             tells.append(f"lists {-less} rejected more")
         if more < 0:
             tells.append(f"misses {-more} more of {int(curve.errors.sum())} errors")
-        return f"{chain.chain} needs {math.degrees(chain.own.tau):.2f}°: it {', '.join(tells)}."
+        return f"{name} needs {math.degrees(chain.own.tau):.2f}°: it {', '.join(tells)}."
 
 
 def _intervals(n: int) -> str:
@@ -138,7 +141,7 @@ def _gain(
     """
     drawn = curve.draw(_DRAWS, seed)
     left = (drawn == 0).astype(float)
-    fair = (left @ curve.errors) > 0
+    fair = left.sum(axis=1) > 0
     drawn, left = drawn[fair], left[fair]
     if len(drawn) < _DRAWS // 10:
         return 0.0, 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,8 @@ from twistcore.tuning.verdicts_of import JudgedClip
 LEVEL = 0.9  # of intervals of uncertainty
 _Z = 1.6449  # of the normal distribution for LEVEL
 ENOUGH_ERRORS = 10  # accepted intervals below which no τ is suggested: recall in steps of 10 %
+ENOUGH_OWN = 5  # verdicts of a chain, which borrows the errors of the others, likewise
+BORROWED = 10.0  # errors of its own that those of all other chains are worth to a chain
 FEW_CLIPS = 5  # below, verdicts are drawn anew, not clips: of so few there are too few draws
 DRAWS = 400
 
@@ -46,8 +48,9 @@ class VerdictCurve:
     """Counts over τ of a grid, one row for every clip (or verdict, where clips are few): they add.
 
     tau: radians, (n,); errors, natural: intervals decided, (rows,); found, alarms: how many of them
-    are found at each τ, (rows, n); clips: number of clips, or minutes where these are longer;
-    reviewed: radians from which on intervals were listed.
+    are found at each τ, (rows, n); clips: number of clips, or minutes where these are longer, times
+    the chains looked at; reviewed: radians from which on intervals were listed; others: recall of
+    the errors of other chains, (n,), and how many these are, 0 where all chains are meant.
     """
 
     tau: Array
@@ -57,6 +60,7 @@ class VerdictCurve:
     alarms: Array
     clips: float
     reviewed: float
+    others: tuple[Array, int] = (np.zeros(0), 0)
 
     @property
     def counts(self) -> tuple[int, int]:
@@ -66,7 +70,10 @@ class VerdictCurve:
     @property
     def enough(self) -> bool:
         """Whether there are verdicts enough to suggest a τ."""
-        return self.counts[0] >= ENOUGH_ERRORS
+        own = self.counts
+        return own[0] + self.others[1] >= ENOUGH_ERRORS and (
+            sum(own) >= ENOUGH_OWN or own[0] >= ENOUGH_ERRORS
+        )
 
     @property
     def recall(self) -> Array:
@@ -96,11 +103,15 @@ class VerdictCurve:
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
         """What every τ costs: the share of errors missed, and its alarms a clip at their price.
 
+        Of a chain that has few errors, those of the others tell how large errors are here.
         weight: how often each row counts, (draws, rows); the result is then (draws, n).
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)
-        missed = 1.0 - (weight @ self.found) / np.maximum(errors, 1e-9)[:, None]
+        found = weight @ self.found
+        if self.others[1]:
+            errors, found = errors + BORROWED, found + BORROWED * self.others[0]
+        missed = 1.0 - found / np.maximum(errors, 1e-9)[:, None]
         clips = max(self.clips, 1e-9) * weight.sum(axis=1) / rows
         cost = missed + price * (weight @ self.alarms) / np.maximum(clips, 1e-9)[:, None]
         return np.asarray(cost)
@@ -142,8 +153,8 @@ class VerdictCurve:
         rows = len(self.errors)
         rng = np.random.default_rng(seed)
         drawn = rng.multinomial(rows, np.full(rows, 1.0 / rows), size=draws).astype(float)
-        empty = drawn @ self.errors == 0  # no draw without any error says what τ costs
-        drawn[empty] = 1.0
+        if not self.others[1]:
+            drawn[drawn @ self.errors == 0] = 1.0  # no draw without any error says what τ costs
         return np.asarray(drawn)
 
 
@@ -158,6 +169,7 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
     A clip in which nothing of the chain was listed counts: it had no alarm.
     """
     clips = [clip for clip in clips if clip.verdicts]
+    others = _errors_found(clips, chain) if chain is not None else (np.zeros(0), 0)
     if chain is not None:
         clips = [clip.of_chain(chain) for clip in clips if chain in clip.reviewed]
     groups = [clip.verdicts for clip in clips]
@@ -173,5 +185,50 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
     # The middle one, as of the noise in TauCurve: the highest would be a single odd clip's.
     seen = [t for clip in clips for t in clip.reviewed.values()]
     reviewed = float(np.median(seen)) if seen else math.inf
-    length = max(sum(clip.minutes for clip in clips), len(clips))
-    return VerdictCurve(GRID, errors, natural, found, alarms, length, reviewed)
+    looked_at = sum(len(clip.reviewed) for clip in clips)
+    length = max(sum(clip.minutes * len(clip.reviewed) for clip in clips), looked_at)
+    return VerdictCurve(GRID, errors, natural, found, alarms, length, reviewed, others)
+
+
+def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
+    """Of the errors of other chains than this, the share found by τ, and how many these are."""
+    found = [v.found for clip in clips for v in clip.verdicts if v.error and v.chain != chain]
+    return (np.mean(found, axis=0) if found else np.zeros(0)), len(found)
+
+
+@dataclass(frozen=True)
+class Score:
+    """Of decided intervals: errors, how many are found; natural ones, how many raise an alarm."""
+
+    errors: int
+    found: int
+    natural: int
+    alarms: int
+
+    @property
+    def precision(self) -> tuple[float, float, float]:
+        """Share of what is found that is an error, and where it lies; NaN, 0, 1 of nothing."""
+        return _between(self.found, self.found + self.alarms)
+
+    @property
+    def recall(self) -> tuple[float, float, float]:
+        """Share of the errors that is found, likewise."""
+        return _between(self.found, self.errors)
+
+
+def score(clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None) -> Score:
+    """What is found at these τ, radians by chain; of one chain or of all that have one."""
+    place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}
+    told = [
+        (v.error, bool(v.found[place[v.chain]]))
+        for clip in clips
+        for v in clip.verdicts
+        if v.chain in place and chain in (None, v.chain)
+    ]
+    errors, natural = ([found for error, found in told if error == kind] for kind in (True, False))
+    return Score(len(errors), sum(errors), len(natural), sum(natural))
+
+
+def _between(part: int, whole: int) -> tuple[float, float, float]:
+    low, high = wilson(np.array(part), np.array(whole))
+    return part / whole if whole else math.nan, float(low), float(high)
