@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QCheckBox, QLabel, QLineEdit, QStackedLayout, QWidget
 
 from inspector.session.document import Document
 from inspector.tuning.remembered_profiles import keep_profile
 from inspector.tuning.verdict_evidence import CLIP, FOLDER, RIG, VerdictEvidence
+from inspector.tuning.verdict_page import NARROW
 from inspector.tuning.verdict_plots import ReliabilityPlot
 from inspector.widgets.building import Wrapping, hbox, hint, tool_button, vbox
 from inspector.widgets.labels import Caption, inked
@@ -66,6 +68,11 @@ class ConfidencePage(QWidget):
         )
         parts = (self.hint, 1), (self.figure, 1), whose
         vbox(*parts, owner=learning, margins=(0, 4, 0, 0), spacing=2)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Where room is short, sentences are a line whose tip tells the rest."""
+        super().resizeEvent(event)
+        self.words.set_short(self.width() < NARROW)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -151,10 +158,9 @@ class ConfidencePage(QWidget):
         assert found.after is not None
         self.plot.show_reliability(found.before, found.after)
         self.legend.set_text(
-            "Share accepted by confidence  &nbsp; "
-            + inked(f"■ detector's, off by {100 * found.before.error:.1f} points", theme.before)
+            inked(f"■ detector's off by {100 * found.before.error:.1f} points", theme.before)
             + " &nbsp; "
-            + inked(f"● learned, off by {100 * found.after.error:.1f}", theme.after)
+            + inked(f"● learned {100 * found.after.error:.1f}", theme.after)
         )
         confidence = found.profile.confidence
         assert confidence is not None

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import QItemSelectionModel, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QHeaderView, QLabel, QStackedLayout, QWidget
 
 from inspector.session.document import Document
@@ -18,6 +19,7 @@ from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS
 
+NARROW = 420  # pixels of a page's width
 _NOTHING = (
     "Nothing is decided yet. Accept (A) or reject (R) intervals in the list: from "
     f"{ENOUGH_ERRORS} accepted ones on, in this clip and in sessions beside its folder's other "
@@ -70,11 +72,17 @@ class VerdictPage(QWidget):
             box.valueChanged.connect(self._want)
         settings = Wrapping(
             hbox(QLabel("An alarm costs"), self.price, None, spacing=4),
-            hbox(QLabel("errors from"), self.smallest, self.use, None, spacing=4),
+            hbox(QLabel("Smallest error"), self.smallest, self.use, None, spacing=4),
             spacing=6,
         )
         parts = (self.table, 2), self.legend, (self.plot, 3), self.words, settings
         vbox(*parts, owner=content, margins=(0, 4, 0, 0), spacing=2)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Where room is short, sentences are a line whose tip tells the rest."""
+        super().resizeEvent(event)
+        self.words.set_short(self.width() < NARROW)
+        self._show_scope()
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -101,6 +109,8 @@ class VerdictPage(QWidget):
         at = self.table.currentIndex()
         if at.isValid():
             self.show_scope(self.model.things[at.row()].name)
+            if (scope := self.scope) is not None and scope.chain in self._labels:
+                self._document.select_chain(scope.chain)  # whose τ the line is
 
     def suggested(self) -> dict[str, float]:
         """τ by chain, radians, that the scope shown suggests for chains of the clip."""
@@ -176,8 +186,10 @@ class VerdictPage(QWidget):
         legend = [
             inked("━ recall", theme.after),
             inked("━ precision", theme.accepted),
-            inked(f"╌ listed from {math.degrees(scope.curve.reviewed):.2f}°", theme.soft),
         ]
+        if self.width() >= NARROW:
+            seen = math.degrees(scope.curve.reviewed)
+            legend.append(inked(f"╌ listed from {seen:.2f}°", theme.soft))
         if suggestion is not None:
             ends = f"{math.degrees(suggestion.low):.2f}–{math.degrees(suggestion.high):.2f}°"
             legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))

@@ -16,6 +16,7 @@ from twistcore.tuning.learned_confidence import Reliability
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve
 
 _AXIS_WIDTH, _AXIS_HEIGHT = 44, 18
+_NONE: tuple[list[float], list[float]] = ([], [])
 _ALPHA = 45  # of bands
 _SMALLEST_DOT, _LARGEST_DOT = 5.0, 14.0  # pixels
 
@@ -28,7 +29,7 @@ class PrecisionPlot(TauPlot):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__(PercentAxis("left"))
-        self.recall, self.precision = pg.PlotCurveItem(), pg.PlotCurveItem(connect="finite")
+        self.recall, self.precision = pg.PlotCurveItem(), pg.PlotCurveItem()
         self._ends = [pg.PlotCurveItem() for _ in range(4)]
         self._bands = [pg.FillBetweenItem(*self._ends[k : k + 2]) for k in (0, 2)]
         self.mark = pg.ScatterPlotItem(symbol="t", size=11)
@@ -64,13 +65,14 @@ class PrecisionPlot(TauPlot):
         self.mark.setData([], [])
         if curve is None:
             for item in (self.recall, self.precision, *self._ends):
-                item.setData([], [])
+                item.setData(*_NONE)
             return
         x = np.log10(np.degrees(curve.tau))
         seen = curve.tau >= curve.reviewed * (1 - 1e-9)
         self.show_floor(float(np.degrees(min(curve.reviewed, np.pi))))
-        self.recall.setData(x, _percent(curve.recall))
-        self.precision.setData(x, _percent(np.where(seen, curve.precision, np.nan)))
+        for item, share in ((self.recall, curve.recall), (self.precision, curve.precision)):
+            known = np.isfinite(share) & (seen | (item is self.recall))
+            item.setData(x[known], _percent(share[known]))
         for end, share in zip(self._ends[:2], curve.recall_between(), strict=True):
             end.setData(x, _percent(share))
         for end, share in zip(self._ends[2:], curve.precision_between(), strict=True):

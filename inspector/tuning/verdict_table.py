@@ -39,7 +39,7 @@ class ScopeModel(RowModel[ScopeLine]):
         return thing.name
 
     def describe(self, thing: ScopeLine) -> Row:
-        """Numbers in two lines of tip."""
+        """What is short in it is said in the tip."""
         return Row(thing.texts, tips=(thing.tip,))
 
     def take(
