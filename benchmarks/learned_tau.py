@@ -22,8 +22,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_folder, sampled
+from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
+from twistcore.motion import Motion
 from twistcore.rotation import Array
+from twistcore.synthesis import parse_protocol, prepare
 from twistcore.tuning import TauCurve, clip_tuning, tau_curve
 from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.injected_curve import PROTOCOLS
@@ -40,15 +43,21 @@ class Judge:
     curves: Mapping[str, Mapping[str, TauCurve]]
 
 
-def suggest(path: Path) -> dict[str, TauCurve]:
+def captured(path: Path, harder: str) -> Motion:
+    """The clip's motion, made harder."""
+    motion = read_bvh(path).motion
+    return prepare(motion, analyse(motion).chains, parse_protocol(harder))
+
+
+def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
     """The curves of a clip that τ is chosen by, by chain."""
-    tuning = clip_tuning(read_bvh(path).motion, path.name)
+    tuning = clip_tuning(captured(path, harder), path.name, seeds=range(1))
     return {name: tuning.curve(name) for name in tuning.names}
 
 
-def judge(path: Path, seeds: Sequence[int]) -> Judge:
+def judge(path: Path, harder: str, seeds: Sequence[int]) -> Judge:
     """The curves of a clip that τ is judged by."""
-    tuning = clip_tuning(read_bvh(path).motion, path.name)
+    tuning = clip_tuning(captured(path, harder), path.name)
     given = {"name": path.name, "seeds": seeds}
     return Judge(
         {
@@ -108,6 +117,7 @@ def main() -> None:
     parser.add_argument("--step", type=int, default=3, help="every step-th clip")
     parser.add_argument("--seeds", type=int, default=2, help="of the judge")
     parser.add_argument("--passes", type=int, default=2, help="of the reviewer over the clips")
+    parser.add_argument("--harder", default="P0", help="what is done to clips first: rich+H1")
     arguments = parser.parse_args()
     paths = sorted(arguments.folder.glob("*.bvh"))
     who = [performer_of(p.name) for p in paths]
@@ -118,14 +128,15 @@ def main() -> None:
     for fit, test in ((first, others), (others, first)):
         fit, test = fit[:: arguments.step], test[:: arguments.step]
         with ProcessPoolExecutor(os.cpu_count()) as pool:
-            injected = list(pool.map(suggest, fit))
-            judges = list(pool.map(partial(judge, seeds=seeds), test))
+            harder = arguments.harder
+            injected = list(pool.map(partial(suggest, harder=harder), fit))
+            judges = list(pool.map(partial(judge, harder=harder, seeds=seeds), test))
         whose = [sorted({performer_of(p.name) for p in some}) for some in (fit, test)]
         print(f"\nLearned from {', '.join(whose[0])}; judged on {', '.join(whose[1])}")
         names = sorted({n for curves in injected for n in curves})
         tau = {n: reduce(add, (c[n] for c in injected if n in c)).suggested() for n in names}
         report("injected errors", np.array([result(c, tau) for c in judges]), [*tau.values()])
-        passes = [c for k in range(arguments.passes) for c in reviewed_folder(fit, k)]
+        passes = [c for k in range(arguments.passes) for c in reviewed_folder(fit, k, harder)]
         for title, kinds in (
             ("verdicts, wrong: decoys", (DECOY,)),
             ("verdicts, wrong: false alarms", (NATURAL,)),

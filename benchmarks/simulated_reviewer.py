@@ -52,12 +52,13 @@ class Reviewed:
         return Reviewed(replace(self.clip, verdicts=verdicts), tuple(self.about[k] for k in which))
 
 
-def reviewed(path: Path, seed: int) -> Reviewed:
+def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
     """One pass over a clip, plain or made harder; decoys in a quarter of the chains with errors."""
     motion = read_bvh(path).motion
     chains = analyse(motion).chains
     rng = generator(seed, path.name, 17)
-    motion = prepare(motion, chains, parse_protocol(HARDER[int(rng.integers(len(HARDER)))]))
+    drawn = HARDER[int(rng.integers(len(HARDER)))]
+    motion = prepare(motion, chains, parse_protocol(harder or drawn))
     chains = analyse(motion).chains
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
     order = rng.permutation(len(free))
@@ -102,10 +103,10 @@ def _about(verdict: Verdict, decoys: Sequence[InjectedError]) -> str:
     return DECOY if near else NATURAL
 
 
-def reviewed_folder(paths: Sequence[Path], seed: int, workers: int = 0) -> list[Reviewed]:
+def reviewed_folder(paths: Sequence[Path], seed: int, harder: str = "") -> list[Reviewed]:
     """All clips."""
-    with ProcessPoolExecutor(workers or os.cpu_count() or 1) as pool:
-        return list(pool.map(partial(reviewed, seed=seed), paths))
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(partial(reviewed, seed=seed, harder=harder), paths))
 
 
 def sampled(

@@ -31,6 +31,7 @@ from twistcore.tuning.verdict_curve import verdict_curve, wilson
 from twistcore.tuning.verdicts_of import (
     JudgedClip,
     Verdict,
+    found_by_tau,
     judged_clip,
     judged_in,
     performer_of,
@@ -181,6 +182,17 @@ def test_a_chain_with_twists_of_its_own_gets_its_own_tau_and_the_reason():
     assert "of 30 intervals rejected fewer" in words[1]
 
 
+def test_a_chain_in_which_everything_is_rejected_gets_its_own_tau():
+    rng = np.random.default_rng(6)
+    plain = [folder(rng.uniform(2, 60, 60), [], chain=f"c{k}") for k in range(4)]
+    twists = folder([], [*rng.uniform(2.5, 9, 60), 40.0], chain="LeftForeArm")
+    shared = common_tau(together(*plain, twists))
+    assert [c.chain for c in shared.chains if c.apart] == ["LeftForeArm"]
+    # Not above the one at 40°: errors of the others tell what it would miss.
+    assert 6.0 < math.degrees(shared.tau("LeftForeArm")) < 12.0
+    assert math.degrees(shared.common.tau) < 3.0
+
+
 # --- confidence --------------------------------------------------------------------------------
 
 
@@ -304,6 +316,33 @@ def test_an_error_made_by_hand_is_missed_at_every_tau_unless_it_is_found(analysi
     curve = verdict_curve([told])
     assert curve.recall.max() == pytest.approx(1 - 1 / len(told.verdicts))
     assert len(seen([told])) == len(told.verdicts) - 1
+
+
+class Lists:
+    """A detector that lists the same at every τ."""
+
+    def __init__(self, *spans):
+        self.spans = spans
+
+    def intervals(self, chain, tau):
+        return tuple(constant(chain, start, stop, 0.5) for start, stop in self.spans)
+
+
+@pytest.mark.parametrize(
+    ("spans", "found"),
+    [
+        ([(10, 20), (40, 60)], (True, True)),
+        ([(10, 15), (58, 80)], (True, True)),  # half of the error; any of what is natural
+        ([(10, 14)], (False, False)),  # too little of the error
+        ([(0, 30)], (False, False)),  # and too much
+        ([(19, 45)], (False, True)),  # belongs to the one that it shares most with
+    ],
+)
+def test_an_error_has_to_be_found_and_an_alarm_only_to_sound(spans, found):
+    judged = [constant("A", 10, 20, 0.5), constant("A", 40, 60, 0.5)]
+    by_tau = found_by_tau(judged, [True, False], Lists(*spans), "A")
+    assert tuple(by_tau.all(axis=1)) == found
+    assert tuple(by_tau.any(axis=1)) == found
 
 
 def test_sessions_of_a_folder(tmp_path, analysis):

@@ -25,7 +25,7 @@ from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import JudgedClip
 
 LEAST = 0.01  # and 1 − LEAST: nearer to 0 or 1 the detector's confidence says no more
-SHIFT_SPREAD, LOG_SCALE_SPREAD = 3.0, 1.0  # of the prior
+SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # of the prior
 FOLDS = 5
 BINS = 10
 ENOUGH = 20  # verdicts below which nothing is learned
