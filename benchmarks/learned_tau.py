@@ -51,7 +51,7 @@ def captured(path: Path, harder: str) -> Motion:
 
 def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
     """The curves of a clip that τ is chosen by, by chain."""
-    tuning = clip_tuning(captured(path, harder), path.name, seeds=range(1))
+    tuning = clip_tuning(captured(path, harder), path.name)
     return {name: tuning.curve(name) for name in tuning.names}
 
 
