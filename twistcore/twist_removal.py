@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from operator import attrgetter
 from types import MappingProxyType
 
 import numpy as np
@@ -28,24 +29,30 @@ _ON_AXIS = np.sin(np.radians(0.5))
 
 
 def applied_unasked(
-    intervals: Iterable[Interval], at_least: float | None = None, *, include_open: bool = False
+    intervals: Iterable[Interval],
+    at_least: float | None = None,
+    *,
+    include_open: bool = False,
+    confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
 ) -> tuple[Interval, ...]:
     """The intervals that may be corrected without a person's word: the one rule for that.
 
     No lone jump, for there is nothing to take out; closed ones, or also those that are open; with
     a confidence of `at_least`, 0…1, or of :data:`SURE_ENOUGH` where nobody names one. A detector
     that knows no confidence, as the paper's, is then taken at its word; one that is named leaves
-    its intervals out.
+    its intervals out. confidence: another than the detector's own.
     """
     return tuple(
-        i for i in intervals if i.repairable and (include_open or not i.open) and _sure(i, at_least)
+        i
+        for i in intervals
+        if i.repairable and (include_open or not i.open) and _sure(confidence(i), at_least)
     )
 
 
-def _sure(interval: Interval, at_least: float | None) -> bool:
-    if interval.confidence is None:
+def _sure(confidence: float | None, at_least: float | None) -> bool:
+    if confidence is None:
         return not at_least
-    return interval.confidence >= (SURE_ENOUGH if at_least is None else at_least)
+    return confidence >= (SURE_ENOUGH if at_least is None else at_least)
 
 
 def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:

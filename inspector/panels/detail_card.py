@@ -102,6 +102,7 @@ class DetailCard(QWidget):
         line.editingFinished.connect(self.commit)
         self.reason.activated.connect(self.commit)
         document.numbering_changed.connect(self._refresh)
+        document.confidence_changed.connect(self._refresh)
         document.leaving.connect(self.commit)
         document.opened.connect(self._take_clip)
         document.opener.began.connect(lambda _: self.setEnabled(False))
@@ -163,7 +164,7 @@ class DetailCard(QWidget):
         self.title.setText(f"<b>{chain.label}</b>{what} · {count}{varies}")
         first = self._document.first_frame
         self.why.setToolTip(_figures(judged, chain))
-        self.why.set_text(escape(explanation(judged, chain, first)))
+        self.why.set_text(escape(explanation(self._document.told(judged), chain, first)))
         if isinstance(chain, Limb):
             self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):

@@ -50,7 +50,8 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
 
     def describe(self, thing: tuple[Judged, bool]) -> Row:
         judged, shared = thing
-        interval, document = judged.interval, self._document
+        document = self._document
+        interval, own = document.told(judged).interval, judged.interval.confidence
         assert document.data is not None
         delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
@@ -85,7 +86,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
                 PLACE["decision"]: getattr(self.theme, str(judged.decision)),
                 PLACE["joints"]: self.theme.soft,
             },
-            tips=(_tip(judged, shared, f"{chain.list_label} ({joints})"),),
+            tips=(_tip(document.told(judged), shared, f"{chain.list_label} ({joints})", own),),
         )
 
 
@@ -96,13 +97,15 @@ def _end(judged: Judged) -> str:
     return "turned" if judged.interval.carried else "kept"
 
 
-def _tip(judged: Judged, shared: bool, chain: str) -> str:
+def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     interval = judged.interval
     parts = [f"{chain}, {interval.kind}, {interval.frames} frames"]
     if interval.kind == Kind.LONE_JUMP:
         parts.append(f"{interval.joint} jumps about its own axis; nothing is taken out")
     elif abs(interval.residual) > 1e-9:
         parts.append(f"left over behind the last edge: {signed(np.degrees(interval.residual), 2)}°")
+    if own != interval.confidence and own is not None:
+        parts.append(f"confidence as learned from verdicts; the detector's own is {own:.2f}")
     if shared:
         parts.append("overlaps another interval of its chain: their offsets add")
     if judged.reason:
@@ -159,6 +162,8 @@ class IntervalsPanel(QWidget):
         document.intervals_changed.connect(self._refresh)
         document.chains_changed.connect(self._forget_names)
         document.numbering_changed.connect(self._model.redraw)
+        for other in (self._model.redraw, self._filter_anew):
+            document.confidence_changed.connect(other)
         document.hidden_changed.connect(self._filter_anew)
         document.interval_changed.connect(self._interval_changed)
         document.chain_changed.connect(self._chain_changed)
@@ -247,7 +252,7 @@ class IntervalsPanel(QWidget):
     def _passes(self, judged: Judged) -> bool:
         document = self._document
         return judged.interval.chain not in document.hidden and self.filters.wanted.admits(
-            judged, document.chain, self._told
+            document.told(judged), document.chain, self._told
         )
 
     def _name(self, chain: str) -> tuple[str, str]:

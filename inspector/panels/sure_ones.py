@@ -38,6 +38,7 @@ class SureOnes(QDialog):
         vbox(row, self.count, self.buttons, owner=self)
         self.confidence.valueChanged.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
+        document.confidence_changed.connect(self._refresh)
         document.opened.connect(self.reject)
         self._refresh()
         self.confidence.selectAll()
@@ -51,9 +52,9 @@ class SureOnes(QDialog):
         intervals = self._document.intervals
         undecided = sum(j.decision == Decision.UNDECIDED for j in intervals)
         at_least = self.confidence.value()
-        state = self._document.review.state if intervals else None
-        ids = state.unasked(at_least) if state else ()
-        also = state.unasked(at_least, include_open=True) if state else ()
+        unasked = self._document.unasked
+        ids = unasked(at_least) if intervals else ()
+        also = unasked(at_least, include_open=True) if intervals else ()
         left = f" {len(also) - len(ids)} more are open and wait for a look." if also != ids else ""
         self.count.setText(f"{len(ids)} of {undecided} undecided intervals.{left}")
         self.ok.setText(f"Accept {len(ids)}")

@@ -77,6 +77,7 @@ class Document(OpenClip):
         self.leaving.emit()
         self.recovery.end(data)
         self._hold(data, aside.kept.review if aside else data.review)
+        self.learned = None  # another clip may be another rig's
         self.frame = 0
         self.interval_id = None
         self.hidden = frozenset()
@@ -203,13 +204,26 @@ class Document(OpenClip):
         """The present time for a decision, ISO 8601."""
         return datetime.now(UTC).isoformat(timespec="seconds")
 
+    def unasked(
+        self, at_least: float | None = None, *, include_open: bool = False
+    ) -> tuple[int, ...]:
+        """Ids of undecided intervals with a confidence of `at_least`, as a person is told of it.
+
+        Without one, what the detector's own lets pass unasked.
+        """
+        if at_least is None:
+            return self.review.state.unasked(include_open=include_open)
+        return self.review.state.unasked(
+            at_least, include_open=include_open, confidence=self.sureness
+        )
+
     def accept_undecided(self, at_least: float | None = None) -> bool:
         """Accept what may be without a look at it, in one step; False if that failed.
 
         at_least: the confidence that a person asked for; without one it is nobody's decision, and
         told as applied automatically.
         """
-        ids = self.review.state.unasked(at_least)
+        ids = self.unasked(at_least)
         if at_least is None:
             return not ids or self.do(Decide(ids, Decision.ACCEPTED))
         return not ids or self._decide(ids, Decision.ACCEPTED)

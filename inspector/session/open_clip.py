@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
 
 import numpy as np
@@ -10,11 +11,12 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.session.opening import Analysed
 from twistcore.chain import Chain
-from twistcore.detection import Analysis
+from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.refinement import Corrected
 from twistcore.review import Decision, Judged, Review
 from twistcore.rotation import Array
+from twistcore.tuning.learned_confidence import LearnedConfidence
 
 
 class Show(StrEnum):
@@ -34,6 +36,7 @@ class OpenClip(QObject):
     show_changed = Signal()
     hidden_changed = Signal()  # which chains are shown
     numbering_changed = Signal()  # frames are counted from another number
+    confidence_changed = Signal()  # learned confidences are shown, or the detector's own again
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -45,6 +48,7 @@ class OpenClip(QObject):
         self.show = Show.BOTH
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
         self.order = "chain"  # in which a person goes through intervals, or "time"
+        self.learned: LearnedConfidence | None = None  # in place of the detector's confidence
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
         self._review: Review | None = None
         self._corrected: Corrected | None = None
@@ -67,6 +71,25 @@ class OpenClip(QObject):
     def intervals(self) -> tuple[Judged, ...]:
         """All intervals of the open clip, by chain and start; empty without a clip."""
         return self.review.state.intervals if self.data else ()
+
+    def told(self, judged: Judged) -> Judged:
+        """An interval as a person is told of it: with the learned confidence where that is used."""
+        sure = self.sureness(judged.interval)
+        if sure == judged.interval.confidence:
+            return judged
+        return replace(judged, interval=replace(judged.interval, confidence=sure))
+
+    def sureness(self, interval: Interval) -> float | None:
+        """The confidence that a person is told of, 0…1; None where there is none."""
+        counter_twist = interval.kind == Kind.COUNTER_TWIST
+        own = interval.confidence
+        return self.learned(own) if self.learned is not None and counter_twist else own
+
+    def use_learned(self, learned: LearnedConfidence | None) -> None:
+        """Show learned confidences instead of the detector's own, or these again."""
+        if learned != self.learned:
+            self.learned = learned
+            self.confidence_changed.emit()
 
     @property
     def interval(self) -> Judged | None:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QDockWidget, QWidget
 
 from inspector.session.document import Document
 from inspector.session.queue import FolderQueue
+from inspector.tuning.remembered_profiles import ProfileOffers
 from inspector.tuning.tau_table import Column
 from inspector.tuning.tuning_panel import TuningPanel
 from inspector.widgets.building import bring_to_front
@@ -34,6 +35,12 @@ class TuningActions:
     tuning: TuningPanel
     dock: QDockWidget
     window: QWidget
+
+    def __post_init__(self) -> None:
+        """Profiles that are remembered are offered from now on."""
+        performers = self.tuning.evidence.performers
+        offer = self.bar.offer_behind
+        self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
 
     def load_profile(self) -> None:
         """Ask for a profile and take its τ."""

@@ -20,11 +20,14 @@ from PySide6.QtWidgets import (
 from inspector.session.document import Document
 from inspector.session.settings import Settings
 from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
+from inspector.tuning.confidence_page import ConfidencePage
 from inspector.tuning.curves_page import CurvesPage
 from inspector.tuning.profiles_page import ProfilesPage
 from inspector.tuning.suggestion_page import SuggestionPage
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_table import Column
+from inspector.tuning.verdict_evidence import VerdictEvidence
+from inspector.tuning.verdict_page import VerdictPage
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import Wrapping, action_button, hbox, hint, vbox
 from inspector.widgets.later import Burst, Latest, Stale
@@ -61,6 +64,7 @@ class TuningPanel(QWidget):
         self._document, self._actions = document, actions
         self.wishes = Wishes(settings, self)
         self.costs = Costs(document, self.wishes, self)
+        self.evidence = VerdictEvidence(document, self.wishes, self)
         self.scope = Scope.CHAIN
         self._drag = 0
         self._seen = False
@@ -114,7 +118,14 @@ class TuningPanel(QWidget):
         self.tabs.addTab(self.curves, "Curves")
         self.tabs.addTab(self.profiles, "Profiles")
         self.tabs.addTab(self.suggestion, "Suggestion")
+        self.verdicts = VerdictPage(self._document, self.evidence, theme)
+        self.verdicts.asked.connect(self._ask)
+        self.verdicts.dropped.connect(self._drop)
+        self.confidence = ConfidencePage(self._document, self.evidence, theme)
+        self.tabs.addTab(self.verdicts, "Verdicts")
+        self.tabs.addTab(self.confidence, "Confidence")
         self.tabs.currentChanged.connect(self._stale.mark_all)
+        self.tabs.currentChanged.connect(self._watch_verdicts)
         vbox(head, (self.tabs, 1), owner=content, margins=(8, 6, 8, 6), spacing=4)
 
     def _button(self, name: str) -> QToolButton:
@@ -122,8 +133,8 @@ class TuningPanel(QWidget):
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
-        self.curves.set_theme(theme)
-        self.profiles.set_theme(theme)
+        for page in (self.curves, self.profiles, self.verdicts, self.confidence):
+            page.set_theme(theme)
         self._stale.mark_all()
 
     # -- following the document ---------------------------------------------------------------
@@ -135,8 +146,14 @@ class TuningPanel(QWidget):
         """
         self._seen = seen
         self.costs.watch(seen)
+        self._watch_verdicts()
         if seen:
             self._stale.mark_all()
+
+    def _watch_verdicts(self) -> None:
+        """Verdicts are counted while somebody looks at what they say."""
+        pages = self.verdicts, self.confidence
+        self.evidence.watch(self._seen and self.tabs.currentWidget() in pages)
 
     def refresh(self) -> None:
         """Draw what has changed now."""
@@ -167,6 +184,9 @@ class TuningPanel(QWidget):
             self.profiles.show_chain(document.chain)
         elif page is self.suggestion:
             self.suggestion.refresh()
+        else:
+            self.verdicts.show_tau(degrees, held=bool(self._drag))
+            self.verdicts.refresh()
 
     def _degrees(self) -> float:
         return float(np.degrees(self._document.review.state.tau[self._document.chain]))

@@ -54,12 +54,13 @@ class Wishes(QObject):
 
     def suggested(self, curve: TauCurve) -> float:
         """τ in radians that a curve speaks for."""
-        return curve.suggested(*self._terms)
+        return curve.suggested(*self.terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
         """Whether one τ does for all chains."""
-        return shared_tau(curves, *self._terms)
+        return shared_tau(curves, *self.terms)
 
     @property
-    def _terms(self) -> tuple[float, float]:
+    def terms(self) -> tuple[float, float]:
+        """The price of an alarm, a share; the smallest errors looked for, radians."""
         return self.points / 100.0, math.radians(self.smallest_degrees)

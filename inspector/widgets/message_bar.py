@@ -64,6 +64,11 @@ class MessageBar(QFrame):
             self._add(answers)
             self._timer.start(2 * _SHOWN_MS)
 
+    def offer_behind(self, text: str, answers: Answers) -> None:
+        """The same, behind the sentence that is shown, for that has just been told."""
+        shown = self.label.text() if self.isVisible() and not self.property("wrong") else ""
+        self.offer(f"{shown} {text}".strip(), answers)
+
     def withdraw(self, text: str) -> None:
         """No longer show this sentence, if it is what is shown."""
         if text == self.label.text() and not self._answers.count():

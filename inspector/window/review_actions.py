@@ -176,7 +176,7 @@ class ReviewActions:
     def accept_at_least(self, confidence: float) -> None:
         """Accept all undecided intervals with at least this confidence, in one step."""
         document = self.document
-        if document.data is not None and document.review.state.unasked(confidence):
+        if document.data is not None and document.unasked(confidence):
             document.accept_undecided(confidence)
             self._tell_end()
         else:

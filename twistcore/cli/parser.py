@@ -148,12 +148,25 @@ def _parser() -> argparse.ArgumentParser:
     _json(evaluate)
     evaluate.set_defaults(run=study_commands.evaluate)
 
-    tune = subparsers.add_parser("tune", help="τ per joint, from noise and injected errors")
+    tune = subparsers.add_parser("tune", help="τ per joint, from injected errors or verdicts")
     tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
     tune.add_argument("-o", "--output", type=target, required=True, metavar="PROFILE.toml")
     tune.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
     _rig(tune)
     tune.add_argument("--seeds", type=int, default=3, metavar="N")
+    tune.add_argument(
+        "--verdicts", action="store_true", help="from the sessions beside a folder's clips"
+    )
+    tune.add_argument("--performer", metavar="NAME", help="with --verdicts: only this one's clips")
+    tune.add_argument(
+        "--alarm-price",
+        type=not_negative,
+        metavar="SHARE",
+        help="of the errors that one false alarm a clip may cost; default 0.05",
+    )
+    tune.add_argument(
+        "--smallest", type=positive, metavar="DEGREES", help="of errors looked for; default 2"
+    )
     tune.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N")
     tune.set_defaults(run=tune_command.tune)
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import lru_cache
+from operator import attrgetter
 from types import MappingProxyType
 
 import numpy as np
@@ -141,11 +142,17 @@ class ReviewState:
         )
 
     def unasked(
-        self, at_least: float | None = None, *, include_open: bool = False
+        self,
+        at_least: float | None = None,
+        *,
+        include_open: bool = False,
+        confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
     ) -> tuple[int, ...]:
         """Ids of undecided intervals that :func:`applied_unasked` lets pass."""
         undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
-        passing = applied_unasked(undecided, at_least, include_open=include_open)
+        passing = applied_unasked(
+            undecided, at_least, include_open=include_open, confidence=confidence
+        )
         return tuple(undecided[i] for i in passing)
 
     def neighbour(

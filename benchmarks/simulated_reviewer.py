@@ -1,0 +1,145 @@
+"""Folders judged by a reviewer who knows what was injected: for the benchmarks of what is learned.
+
+Of each clip's chains some get errors (P0 and the small ones of H6), others decoys: small
+counter-twists that this person takes for natural motion. The detector lists its candidates at 0.3
+of its automatic τ, so that false alarms of its own are among them. An error that is found and put
+right is accepted; a decoy, and whatever else is listed, is rejected.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.calibration import LOWEST, right
+from twistcore.analysis import ClipAnalysis, analyse
+from twistcore.bvh import read_bvh
+from twistcore.chain import uncorrectable_joints
+from twistcore.review import Decision, Judged, start_review
+from twistcore.synthesis import (
+    InjectedError,
+    draw_errors,
+    generator,
+    inject,
+    parse_protocol,
+    prepare,
+)
+from twistcore.tuning.verdicts_of import JudgedClip, Verdict, judged_clip
+
+ERRORS = ("P0", "H6")
+DECOYS = "H6"
+HARDER = ("P0", "P0", "H1", "rich+H1")  # what is done to a clip before errors are put in
+WRONG = 0.1  # of the listed intervals
+ACCEPTED, NATURAL, DECOY = "accepted", "natural", "decoy"
+
+
+@dataclass(frozen=True, eq=False)
+class Reviewed:
+    """A clip as this reviewer judged it, and what each of its verdicts is about, in their order."""
+
+    clip: JudgedClip
+    about: tuple[str, ...]
+
+    def keep(self, which: Sequence[int]) -> Reviewed:
+        """Some of its verdicts."""
+        verdicts = tuple(self.clip.verdicts[k] for k in which)
+        return Reviewed(replace(self.clip, verdicts=verdicts), tuple(self.about[k] for k in which))
+
+
+def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
+    """One pass over a clip, plain or made harder; decoys in a quarter of the chains with errors."""
+    motion = read_bvh(path).motion
+    chains = analyse(motion).chains
+    rng = generator(seed, path.name, 17)
+    drawn = HARDER[int(rng.integers(len(HARDER)))]
+    motion = prepare(motion, chains, parse_protocol(harder or drawn))
+    chains = analyse(motion).chains
+    free = [c for c in chains if not uncorrectable_joints(motion, c)]
+    order = rng.permutation(len(free))
+    errors: list[InjectedError] = []
+    decoys: list[InjectedError] = []
+    taken: set[int] = set()
+    for k in order.tolist():
+        joints = {free[k].parent, free[k].child}
+        if joints & taken:
+            continue  # an image of a neighbour's error is no verdict on the detector
+        taken |= joints
+        wrong = len(decoys) < len(errors) / 3
+        name = DECOYS if wrong else ERRORS[len(taken) // 2 % len(ERRORS)]
+        drawn = draw_errors(motion, [free[k]], rng, parse_protocol(name))
+        (decoys if wrong else errors).extend(drawn)
+    dirty = ClipAnalysis(inject(motion, chains, errors + decoys), chains, path.name)
+    return _judged(dirty, errors, decoys)
+
+
+def _judged(
+    dirty: ClipAnalysis, errors: Sequence[InjectedError], decoys: Sequence[InjectedError]
+) -> Reviewed:
+    detector = dirty.by()
+    tau = {c.name: LOWEST * detector.automatic_tau(c.name) for c in dirty.chains}
+    found = [i for name, t in tau.items() for i in detector.intervals(name, t) if not i.open]
+    state = start_review("consistency", tau, found, tau)
+    judged = []
+    for j in state.intervals:
+        said = Decision.ACCEPTED if right(j.interval, errors) else Decision.REJECTED
+        judged.append(replace(j, decision=said, reviewer="simulated"))
+    clip = judged_clip(dirty, state.with_intervals(judged))
+    return Reviewed(clip, tuple(_about(v, decoys) for v in clip.verdicts))
+
+
+def _about(verdict: Verdict, decoys: Sequence[InjectedError]) -> str:
+    if verdict.error:
+        return ACCEPTED
+    near = any(
+        d.chain == verdict.chain and d.start < verdict.stop and verdict.start < d.stop
+        for d in decoys
+    )
+    return DECOY if near else NATURAL
+
+
+def reviewed_folder(paths: Sequence[Path], seed: int, harder: str = "") -> list[Reviewed]:
+    """All clips."""
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(partial(reviewed, seed=seed, harder=harder), paths))
+
+
+def sampled(
+    clips: Sequence[Reviewed],
+    kinds: Sequence[str],
+    rng: np.random.Generator,
+    most: int | None = None,
+    mistaken: float = 0.0,
+) -> list[JudgedClip]:
+    """Verdicts of a folder of which a tenth is wrong, of these kinds; at most so many.
+
+    mistaken: share of them in which the reviewer says the contrary of what is so.
+    """
+    every = [(k, n, about) for k, c in enumerate(clips) for n, about in enumerate(c.about)]
+    good = [(k, n) for k, n, about in every if about == ACCEPTED]
+    bad = [(k, n) for kind in kinds for k, n, about in every if about == kind]
+    if len(kinds) > 1:  # as many of each as there are of the rarest
+        parts = [[(k, n) for k, n, about in every if about == kind] for kind in kinds]
+        least = min(map(len, parts))
+        bad = [p[i] for p in parts for i in rng.permutation(len(p))[:least]]
+    whole = min(len(good) / (1 - WRONG), len(bad) / WRONG, most or np.inf)
+    wrong, fine = round(WRONG * whole), round((1 - WRONG) * whole)
+    chosen = [good[k] for k in rng.permutation(len(good))[:fine]]
+    chosen += [bad[k] for k in rng.permutation(len(bad))[:wrong]]
+    out = []
+    for k, clip in enumerate(clips):
+        kept = clip.keep(sorted(n for c, n in chosen if c == k)).clip
+        out.append(replace(kept, verdicts=tuple(_said(v, rng, mistaken) for v in kept.verdicts)))
+    return [clip for clip in out if clip.verdicts]
+
+
+def _said(verdict: Verdict, rng: np.random.Generator, mistaken: float) -> Verdict:
+    return replace(verdict, error=verdict.error != (rng.random() < mistaken))
+
+
+__all__ = ["DECOY", "NATURAL", "Judged", "Reviewed", "reviewed_folder", "sampled"]

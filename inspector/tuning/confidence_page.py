@@ -1,0 +1,173 @@
+"""The page of the learned confidence: how reliable it is, whether it is used, and for whom."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QCheckBox, QLabel, QLineEdit, QStackedLayout, QWidget
+
+from inspector.session.document import Document
+from inspector.tuning.remembered_profiles import keep_profile
+from inspector.tuning.verdict_evidence import CLIP, FOLDER, RIG, VerdictEvidence
+from inspector.tuning.verdict_page import NARROW
+from inspector.tuning.verdict_plots import ReliabilityPlot
+from inspector.widgets.building import Wrapping, hbox, hint, tool_button, vbox
+from inspector.widgets.labels import Caption, inked
+from inspector.widgets.theme import Theme
+from twistcore.tuning.learned_confidence import ENOUGH
+from twistcore.tuning.learned_profile import LearnedProfile
+
+_NOTHING = (
+    f"Nothing is learned yet. From {ENOUGH} verdicts on listed intervals on, in this clip and in "
+    "sessions beside its folder's other clips, the confidence is fitted to what you accept."
+)
+_PAPER = "The paper's detector has no confidence: there is nothing to learn."
+
+
+class ConfidencePage(QWidget):
+    """Draws what was learned for the clip's performer or rig; has it used, and remembered."""
+
+    def __init__(self, document: Document, evidence: VerdictEvidence, theme: Theme) -> None:
+        super().__init__()
+        self._document, self._evidence, self._theme = document, evidence, theme
+        self._build(theme)
+        for signal in (evidence.changed, document.confidence_changed, document.opened):
+            signal.connect(self.refresh)
+
+    def _build(self, theme: Theme) -> None:
+        self.hint = hint(_NOTHING)
+        self._pages = QStackedLayout(self)
+        self.plot = ReliabilityPlot(theme)
+        self.plot.setAccessibleName("Share accepted against confidence")
+        self.plot.setToolTip(
+            "Across: the confidence of intervals. Up: the share of them that was accepted.\n"
+            "On the dashed line a confidence means what it says."
+        )
+        self.legend, self.words = Caption(), Caption(soft=True)
+        self.use = QCheckBox("Use learned confidence")
+        self.use.setToolTip(
+            "In the list, for filters and for 'Accept the sure ones';\n"
+            "sessions and exports keep the detector's own"
+        )
+        self.use.toggled.connect(self._use)
+        self.performer = QLineEdit(placeholderText="unknown")
+        self.performer.setToolTip("Who performs this clip: verdicts are counted by performer, too")
+        self.performer.setMaximumWidth(110)
+        self.performer.editingFinished.connect(self._name)
+        self.remember = tool_button("Remember", "", flat=False)
+        self.remember.clicked.connect(self.keep)
+        self.figure = QWidget()
+        figure = self.legend, (self.plot, 1), self.words
+        vbox(*figure, owner=self.figure, margins=(0, 0, 0, 0), spacing=2)
+        learning = QWidget()
+        self._pages.addWidget(learning)
+        whose = Wrapping(
+            hbox(self.use, None, spacing=4),
+            hbox(QLabel("Performer"), self.performer, self.remember, None, spacing=4),
+            spacing=6,
+        )
+        parts = (self.hint, 1), (self.figure, 1), whose
+        vbox(*parts, owner=learning, margins=(0, 4, 0, 0), spacing=2)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Where room is short, sentences are a line whose tip tells the rest."""
+        super().resizeEvent(event)
+        self.words.set_short(self.width() < NARROW)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._theme = theme
+        self.plot.set_theme(theme)
+        self.refresh()
+
+    # -- what is learned ----------------------------------------------------------------------
+
+    @property
+    def learnt(self) -> tuple[str, LearnedProfile | None]:
+        """For whom, and what: of the performer with this rig, else of the rig, if it is enough."""
+        present = self._evidence.present
+        for scope in present.scopes if present else ():
+            if scope.name in (CLIP, FOLDER) or scope.chain:
+                continue
+            found = present.learnt.get(scope.name) if present else None
+            if found is not None and (found.profile.confidence or scope.name == RIG):
+                return scope.name, found
+        return "", None
+
+    def _use(self, on: bool) -> None:
+        _, found = self.learnt
+        self._document.use_learned(found.profile.confidence if on and found else None)
+
+    def _name(self) -> None:
+        data, performers = self._document.data, self._evidence.performers
+        name = self.performer.text().strip()
+        if data is None or name == performers.of(data.clip.path):
+            return
+        try:
+            performers.name(data.clip.path, name)
+        except OSError as error:
+            self._document.message.emit(f"The name is not kept ({error.strerror}).", True)
+        self._evidence.again()
+
+    def keep(self) -> None:
+        """Remember τ and confidence for this rig, or this performer."""
+        whose, found = self.learnt
+        data = self._document.data
+        if found is None or data is None:
+            return
+        try:
+            path = keep_profile(found, data.clip.path.parent.name)
+        except OSError as error:
+            self._document.message.emit(f"The profile is not kept ({error.strerror}).", True)
+            return
+        self._document.message.emit(
+            f"{whose}: remembered as {path.name}. It is offered when such a clip opens.", False
+        )
+
+    # -- drawing ------------------------------------------------------------------------------
+
+    def refresh(self) -> None:
+        """Draw what is known now."""
+        document, evidence = self._document, self._evidence
+        data = document.data
+        if data is None:
+            return
+        whose, found = self.learnt
+        known = found is not None and found.before is not None
+        self.hint.setVisible(not known)
+        self.figure.setVisible(known)
+        paper = document.review.state.method == "paper"
+        self.hint.setText(evidence.trouble or (_PAPER if paper else _NOTHING))
+        self.use.setEnabled(known or document.learned is not None)
+        with QSignalBlocker(self.use):
+            self.use.setChecked(document.learned is not None)
+        if not self.performer.hasFocus():
+            self.performer.setText(evidence.performers.of(data.clip.path))
+        self.remember.setEnabled(found is not None)
+        self.remember.setToolTip(
+            f"Keep τ and learned confidence ({whose}); offered when such a clip opens"
+            if found
+            else "From 10 accepted intervals on there is a τ to remember"
+        )
+        if known and found is not None:
+            self._show(whose, found)
+
+    def _show(self, whose: str, found: LearnedProfile) -> None:
+        theme = self._theme
+        assert found.before is not None
+        assert found.after is not None
+        self.plot.show_reliability(found.before, found.after)
+        self.legend.set_text(
+            inked(f"■ detector's off by {100 * found.before.error:.1f} points", theme.before)
+            + " &nbsp; "
+            + inked(f"● learned {100 * found.after.error:.1f}", theme.after)
+        )
+        confidence = found.profile.confidence
+        assert confidence is not None
+        used = self._document.learned
+        stale = used is not None and used != confidence
+        self.words.set_text(
+            f"{whose}: learned from {confidence.accepted} accepted and {confidence.rejected} "
+            "rejected intervals; each dot's were held out when its confidence was learned."
+            + (" What is used now was learned before: tick again to take this." if stale else "")
+        )

@@ -1,0 +1,136 @@
+"""Profiles remembered by skeleton and performer; offered when such a clip opens, never taken."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer
+
+from inspector.session.document import Document
+from inspector.session.session_files import set_aside
+from inspector.session.settings import settings_path
+from inspector.widgets.message_bar import Answers
+from twistcore.atomic import write_atomically
+from twistcore.encoding import json_bytes
+from twistcore.errors import FormatError, TwistError
+from twistcore.rig import skeleton_mark
+from twistcore.tuning import Profile, read_profile
+from twistcore.tuning.learned_profile import LearnedProfile
+from twistcore.tuning.verdicts_of import performer_of
+
+_PERFORMERS = 2000  # clips whose performer a person has named
+
+
+def profile_path(mark: str, performer: str = "") -> Path:
+    """Where the profile of a skeleton lies, beside the settings; or that of a performer with it."""
+    own = f"-{hashlib.sha256(performer.encode()).hexdigest()[:8]}" if performer else ""
+    return settings_path().parent / "profiles" / f"{mark[:24]}{own}.toml"
+
+
+def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
+    """The performer's profile with this skeleton, else the skeleton's, and what is to be told.
+
+    A damaged file is set aside. What is told is '' if all is well.
+    """
+    for who in dict.fromkeys((performer, "")):
+        path = profile_path(mark, who)
+        if not path.exists():
+            continue
+        try:
+            profile = read_profile(path)
+        except FormatError as error:
+            return None, set_aside(path, str(error))
+        except TwistError as error:
+            return None, str(error)
+        if profile.rig == mark and profile.performer == who:  # else two names have one place
+            return profile, ""
+    return None, ""
+
+
+def keep_profile(learnt: LearnedProfile, source: str) -> Path:
+    """Remember a profile for its rig, and its performer if it has one; raises OSError."""
+    path = profile_path(learnt.profile.rig, learnt.profile.performer)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    learnt.write(path, source)
+    return path
+
+
+class Performers:
+    """Who performs which clip, as a person said; else as its name says."""
+
+    def __init__(self) -> None:
+        self._path = settings_path().parent / "performers.json"
+        self._said: dict[str, str] = {}
+        with suppress(OSError, ValueError):
+            document = json.loads(self._path.read_bytes())
+            if isinstance(document, dict):
+                self._said = {str(k): v for k, v in document.items() if isinstance(v, str)}
+
+    def of(self, clip: Path) -> str:
+        """The performer of a clip, '' where nobody knows."""
+        return self._said.get(str(clip.resolve()), performer_of(clip.name))
+
+    def name(self, clip: Path, performer: str) -> None:
+        """Say who performs a clip; raises OSError. What its name says need not be kept."""
+        key = str(clip.resolve())
+        self._said.pop(key, None)
+        if performer != performer_of(clip.name):
+            self._said[key] = performer
+        self._said = dict([*self._said.items()][-_PERFORMERS:])
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(self._path, json_bytes(self._said))
+
+
+class ProfileOffers(QObject):
+    """When a clip opens whose skeleton has a profile, says so and has it taken where wanted."""
+
+    def __init__(
+        self,
+        document: Document,
+        performers: Performers,
+        offer: Callable[[str, Answers], None],
+        parent: QObject | None = None,
+    ) -> None:
+        """`offer`: shows a sentence with answers that goes by itself."""
+        super().__init__(parent)
+        self._document, self._performers, self._offer = document, performers, offer
+        self._declined: set[tuple[str, str]] = set()  # in this run
+        self._later = QTimer(self, singleShot=True, interval=0)  # behind the clip's own notes
+        self._later.timeout.connect(self._look)
+        document.opened.connect(self._later.start)
+
+    def _look(self) -> None:
+        """A review that has begun keeps its τ."""
+        data = self._document.data
+        if data is None or data.session is not None or self._document.review.undo_text:
+            return
+        mark = skeleton_mark(data.motion.skeleton)
+        profile, trouble = kept_profile(mark, self._performers.of(data.clip.path))
+        if trouble:
+            self._document.message.emit(trouble, True)
+        if profile is None or (mark, profile.performer) in self._declined:
+            return
+        own, now = profile.of(data.chains), self._document.review.state.tau
+        if profile.confidence is None and all(abs(now[n] - t) < 1e-6 for n, t in own.items()):
+            return  # it would change nothing
+        whose = f"performer {profile.performer} on this rig" if profile.performer else "this rig"
+        learnt = ""
+        if (c := profile.confidence) is not None:
+            learnt = f", and a confidence learned from {c.accepted + c.rejected} verdicts"
+        text = f"For {whose} a profile is remembered: τ of {len(own)} chains{learnt}."
+        self._offer(
+            text,
+            (
+                ("Use it", lambda: self.take(profile)),
+                ("Not now", lambda: self._declined.add((mark, profile.performer))),
+            ),
+        )
+
+    def take(self, profile: Profile) -> None:
+        """Take its τ, and its confidence if it has one."""
+        self._document.use_profile(profile)
+        self._document.use_learned(profile.confidence)

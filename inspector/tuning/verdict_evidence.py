@@ -1,0 +1,193 @@
+"""What has been decided of the open clip and its folder, counted off the GUI thread."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from inspector.session.document import Document
+from inspector.session.opening import Analysed
+from inspector.session.session_files import kept_sessions, written
+from inspector.tuning.remembered_profiles import Performers
+from inspector.tuning.wishes import Wishes
+from inspector.widgets.background import OneTask
+from twistcore.errors import TwistError
+from twistcore.progress import Tell
+from twistcore.review import ReviewState
+from twistcore.tuning.common_tau import CommonTau, common_tau
+from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
+from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
+from twistcore.tuning.verdicts_of import JudgedClip, is_verdict, judged_clip, judged_in
+
+CLIP, FOLDER, RIG = "This clip", "Folder", "This rig"
+_SETTLE_MS = 400  # verdicts come one after the other: count when the hand rests
+
+_Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, its age, and the performer
+
+
+@dataclass(frozen=True, eq=False)
+class Scope:
+    """Whose verdicts: some clips', of all chains or of one.
+
+    found: what they suggest for all their chains; suggestion: what for the one; curve: precision
+    and recall over τ.
+    """
+
+    name: str
+    clips: tuple[JudgedClip, ...]
+    curve: VerdictCurve
+    found: CommonTau | None = None
+    suggestion: Suggestion | None = None
+    chain: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """scopes: the narrow ones first, then chains; learnt: by performer or rig, of the clip's kind.
+
+    skipped: clips of the folder with a session that says nothing here, and why.
+    """
+
+    scopes: tuple[Scope, ...]
+    learnt: Mapping[str, LearnedProfile]
+    skipped: tuple[str, ...] = ()
+
+
+class VerdictEvidence(QObject):
+    """Follows the open clip while `watching`; views listen to `changed`."""
+
+    changed = Signal()
+
+    def __init__(self, document: Document, wishes: Wishes, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document, self._wishes = document, wishes
+        self.performers = Performers()
+        self.present: Evidence | None = None
+        self.trouble = ""
+        self._known: _Known = {}
+        self._said: tuple[object, ...] = ()
+        self._watching = False
+        self._task = OneTask(self)
+        self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._settle.timeout.connect(self._start)
+        document.opened.connect(self._forget)
+        document.intervals_changed.connect(self._check)
+        wishes.changed.connect(self._check)
+
+    @property
+    def running(self) -> bool:
+        """Whether other numbers are still to come."""
+        return self._task.running or self._settle.isActive()
+
+    def watch(self, on: bool) -> None:
+        """Count from now on, as somebody looks; or stop."""
+        self._watching = on
+        if on:
+            self._check()
+        else:
+            self._settle.stop()
+            self._task.cancel()
+            self._said = ()
+
+    def again(self) -> None:
+        """Somebody else performs the clip now."""
+        self._said = ()
+        self._check()
+
+    def _forget(self) -> None:
+        self.present, self._said, self.trouble = None, (), ""
+        self._check()
+        self.changed.emit()
+
+    def _check(self) -> None:
+        data = self._document.data
+        if data is None or not self._watching:
+            return
+        state = self._document.review.state
+        decided = tuple(filter(is_verdict, state.intervals))
+        said = (data.clip, state.method, state.rig, self._wishes.terms, decided)
+        if said != self._said:
+            self._said = said
+            self._task.cancel()
+            self._settle.start()
+            self.changed.emit()
+
+    def _start(self) -> None:
+        data = self._document.data
+        if data is None or not self._watching:
+            return
+        state = self._document.review.state
+        work = partial(
+            _counted, data, state, self._wishes.terms, self.performers, dict(self._known)
+        )
+        self._task.run(work, self._take, self._fail)
+        self.changed.emit()
+
+    def _take(self, result: tuple[Evidence, _Known]) -> None:
+        self.present, self._known = result
+        self.trouble = ""
+        self.changed.emit()
+
+    def _fail(self, error: object) -> None:
+        self.trouble = f"The verdicts cannot be counted ({error})."
+        self.changed.emit()
+
+
+def _counted(
+    data: Analysed,
+    state: ReviewState,
+    terms: tuple[float, float],
+    performers: Performers,
+    known: _Known,
+    tell: Tell,
+) -> tuple[Evidence, _Known]:
+    """In a thread: nothing here changes the review or the clip."""
+    own = judged_clip(data.analysis, state, performers.of(data.clip.path))
+    others, skipped = [], []
+    folder = sorted(data.clip.path.parent.glob("*.bvh"))
+    for k, path in enumerate(folder):
+        tell(k / len(folder))
+        if path == data.clip.path or not (sessions := kept_sessions(path)):
+            continue
+        key = sessions[0], written(sessions[0]), performers.of(path)
+        if key not in known:
+            try:
+                known[key] = judged_in(path, sessions[0], key[2])
+            except TwistError as error:
+                known[key] = str(error)
+        judged = known[key]
+        if isinstance(judged, str):
+            skipped.append(judged)
+        elif judged.method != state.method:
+            skipped.append(f"{path.name} is judged on what the other detector lists")
+        else:
+            others.append(judged)
+    clips = (own, *others)
+    scopes = tuple(_scopes(own, clips, terms))
+    learnt = {
+        s.name: learned_profile(s.clips, s.found)
+        for s in scopes
+        if s.found is not None and s.found.common is not None and any(c.verdicts for c in s.clips)
+    }
+    return Evidence(scopes, learnt, tuple(skipped)), known
+
+
+def _scopes(
+    own: JudgedClip, clips: Sequence[JudgedClip], terms: tuple[float, float]
+) -> Iterator[Scope]:
+    rig = tuple(c for c in clips if c.rig == own.rig)
+    groups: dict[str, tuple[JudgedClip, ...]] = {CLIP: (own,)}
+    if own.performer:
+        groups[f"Performer {own.performer}"] = tuple(c for c in rig if c.performer == own.performer)
+    groups |= {RIG: rig, FOLDER: tuple(clips)}
+    for name, some in groups.items():
+        found = common_tau(some, *terms)
+        yield Scope(name, some, verdict_curve(some), found)
+    for chain in dict.fromkeys(v.chain for c in rig for v in c.verdicts):
+        curve = verdict_curve(rig, chain)
+        suggestion = curve.suggested(*terms)
+        yield Scope(chain, rig, curve, suggestion=suggestion, chain=chain)

@@ -1,0 +1,194 @@
+"""What verdicts say, in the Tuning tab: τ, the learned confidence, profiles that are remembered."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from inspector.panels.sure_ones import SureOnes
+from tests.gui.pictures import INJECTED
+from tests.gui.windows import act, open_clip
+from twistcore.analysis import detect
+from twistcore.bvh import read_bvh
+from twistcore.review import Decide, Decision, Review, write_session
+
+TIME = "2026-01-01T00:00:00+00:00"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Clips 05_00 to 05_03, all but the first judged: of each the first interval is rejected."""
+    for k in range(4):
+        path = shutil.copy(INJECTED, tmp_path / f"05_0{k}.bvh")
+        if k:
+            clip = read_bvh(path)
+            state = Review.of(detect(clip)).state
+            said = [Decision.REJECTED] + [Decision.ACCEPTED] * (len(state.intervals) - 1)
+            judged = [
+                replace(j, decision=d, decided_at=TIME)
+                for j, d in zip(state.intervals, said, strict=True)
+            ]
+            write_session(tmp_path / f"05_0{k}.twist.json", clip, state.with_intervals(judged))
+    return tmp_path
+
+
+@pytest.fixture
+def window(qtbot, show_window, folder):
+    window = show_window(size=(1440, 900))
+    open_clip(qtbot, window, folder / "05_00.bvh")
+    return window
+
+
+def look(qtbot, window, page):
+    """Bring a page to the front and wait until it is counted."""
+    act(window, "show_tuning")
+    tuning = window.tuning
+    tuning.tabs.setCurrentWidget(page)
+    evidence = tuning.evidence
+    qtbot.waitUntil(lambda: evidence.present is not None and not evidence.running, timeout=30_000)
+    qtbot.wait(50)
+
+
+def rows(page):
+    return {line.name: line.texts for line in page.model.things}
+
+
+def shown_confidences(window):
+    model = window.intervals._model
+    return [model.describe(thing).sort[-5:] for thing in model.things]
+
+
+def test_nobody_has_decided_anything(qtbot, show_window, tmp_path):
+    window = show_window(size=(1440, 900))
+    open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path))
+    page = window.tuning.verdicts
+    look(qtbot, window, page)
+    assert page.hint.isVisible()
+    assert "Accept (A) or reject (R)" in page.hint.text()
+    assert "10 accepted" in page.hint.text()
+    look(qtbot, window, window.tuning.confidence)
+    assert "From 20 verdicts" in window.tuning.confidence.hint.text()
+    assert not window.tuning.confidence.use.isEnabled()
+    assert not window.tuning.confidence.remember.isEnabled()
+
+
+def test_verdicts_of_clip_performer_rig_and_folder_are_counted(qtbot, window):
+    page = window.tuning.verdicts
+    look(qtbot, window, page)
+    assert rows(page)["Performer 05"][1:3] == ("21", "3")
+    assert "This clip" not in rows(page)  # nothing is decided there
+    document = window.document
+    document.do(Decide((document.intervals[0].id,), Decision.REJECTED, "", TIME))
+    qtbot.waitUntil(lambda: "This clip" in rows(page), timeout=10_000)
+    assert rows(page)["This clip"][1:3] == ("0", "1")
+    assert rows(page)["Folder"][1:3] == ("21", "4")
+    precision = 100 * 21 / 25
+    assert rows(page)["Folder"][3].startswith(f"{precision:.0f} % ±")
+
+
+def test_use_takes_the_suggested_tau_in_one_step(qtbot, window):
+    page, document = window.tuning.verdicts, window.document
+    look(qtbot, window, page)
+    before = dict(document.review.state.tau)
+    page.show_scope("This rig")
+    wanted = page.suggested()
+    assert wanted.keys() == {c.name for c in document.data.chains}
+    assert any(abs(before[n] - t) > 1e-6 for n, t in wanted.items())
+    page.use.click()
+    after = document.review.state.tau
+    assert all(after[n] == t for n, t in wanted.items())
+    qtbot.waitUntil(lambda: not page.use.isEnabled(), timeout=5_000)
+    document.undo()
+    assert dict(document.review.state.tau) == before
+
+
+def test_a_price_that_is_higher_moves_the_suggestion(qtbot, window):
+    page, evidence = window.tuning.verdicts, window.tuning.evidence
+    look(qtbot, window, page)
+    before = evidence.present
+    window.tuning.suggestion.smallest.setValue(5.0)
+    qtbot.waitUntil(lambda: evidence.present is not before, timeout=10_000)
+    page.show_scope("This rig")
+    tau = np.degrees(page.suggested()["LeftArm"])
+    assert 2.5 < tau <= 5.0
+
+
+def test_learned_confidence_is_shown_once_a_person_says_so(qtbot, window, folder):
+    document, page = window.document, window.tuning.confidence
+    look(qtbot, window, page)
+    own = [j.interval.confidence for j in document.intervals]
+    said = [document.told(j).interval.confidence for j in document.intervals]
+    assert said == own  # learned, but not asked for
+    assert page.figure.isVisible()
+    before, after = page.plot.before.getData(), page.plot.after.getData()
+    assert len(before[0]) >= 1
+    assert len(after[0]) >= 1
+    dialog = SureOnes(document, lambda _: None, window)
+    dialog.confidence.setValue(0.95)
+    assert dialog.ok.isEnabled()
+    drawn = window.intervals._model.describe(window.intervals._model.things[0]).texts
+    page.use.click()
+    learned = [document.told(j).interval.confidence for j in document.intervals]
+    assert max(learned) < 0.95  # one of eight was rejected, however sure the detector
+    assert learned == pytest.approx([document.learned(c) for c in own])
+    assert not dialog.ok.isEnabled()
+    assert window.intervals._model.describe(window.intervals._model.things[0]).texts != drawn
+    document.accept_undecided(0.95)
+    assert all(j.decision == Decision.UNDECIDED for j in document.intervals)
+    assert [j.interval.confidence for j in document.intervals] == own  # a session keeps these
+    page.use.click()
+    assert dialog.ok.isEnabled()
+    dialog.reject()
+
+
+def test_a_profile_is_remembered_by_skeleton_and_offered(qtbot, window, folder, tmp_path):
+    page, bar, document = window.tuning.confidence, window.bar, window.document
+    look(qtbot, window, page)
+    page.remember.click()
+    assert "offered when such a clip opens" in bar.label.text()
+    another = tmp_path / "alone"
+    another.mkdir()
+    open_clip(qtbot, window, shutil.copy(INJECTED, another / "05_09.bvh"))
+    qtbot.waitUntil(lambda: len(bar.buttons()) == 2, timeout=5_000)
+    assert "performer 05 on this rig" in bar.label.text()
+    automatic = dict(document.review.state.tau)
+    assert document.learned is None  # offered, not taken
+    use, _ = bar.buttons()
+    use.click()
+    assert dict(document.review.state.tau) != automatic
+    assert document.learned is not None
+    assert document.learned.accepted == 21
+    document.review.mark_saved()
+    # One who declines is not asked again in this run, and another performer's clip is not meant.
+    for k, asked in ((8, True), (7, False)):
+        open_clip(qtbot, window, shutil.copy(INJECTED, another / f"05_0{k}.bvh"))
+        assert document.learned is None
+        qtbot.wait(100)
+        assert (len(bar.buttons()) == 2) == asked
+        if asked:
+            bar.buttons()[1].click()
+
+
+def test_another_performers_clip_has_no_offer(qtbot, window, folder, tmp_path):
+    page, bar = window.tuning.confidence, window.bar
+    look(qtbot, window, page)
+    page.remember.click()
+    another = tmp_path / "alone"
+    another.mkdir()
+    open_clip(qtbot, window, shutil.copy(INJECTED, another / "06_01.bvh"))
+    qtbot.wait(100)
+    assert bar.buttons() == []
+
+
+def test_a_person_names_the_performer(qtbot, window):
+    page, evidence = window.tuning.confidence, window.tuning.evidence
+    look(qtbot, window, page)
+    assert page.performer.text() == "05"
+    page.performer.setText("Ann")
+    page.performer.editingFinished.emit()
+    qtbot.waitUntil(
+        lambda: any(s.name == "Performer Ann" for s in evidence.present.scopes), timeout=10_000
+    )
+    path = window.document.data.clip.path
+    assert type(evidence.performers)().of(path) == "Ann"

@@ -1,0 +1,153 @@
+"""May all joints share one τ? Asked of verdicts that did not choose it, and answered in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
+from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
+from twistcore.tuning.verdicts_of import JudgedClip
+
+_DRAWS = 1000
+_DOUBT = 0.05  # that any chain is given a τ of its own by chance
+
+
+@dataclass(frozen=True, eq=False)
+class ChainTau:
+    """A chain and the common τ.
+
+    own: its own suggestion, None where its verdicts are too few; apart: that would cost less also
+    on verdicts that did not choose it, by `gain`, a share of its errors.
+    """
+
+    chain: str
+    curve: VerdictCurve
+    own: Suggestion | None
+    apart: bool = False
+    gain: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class CommonTau:
+    """What all chains together suggest, and each chain beside it."""
+
+    common: Suggestion | None
+    chains: tuple[ChainTau, ...]
+
+    def tau(self, chain: str) -> float | None:
+        """τ of a chain, radians: its own where it needs one, else the common one."""
+        for c in self.chains:
+            if c.chain == chain and c.apart and c.own is not None:
+                return c.own.tau
+        return self.common.tau if self.common else None
+
+    def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
+        """Sentences: whether one τ will do, and of each chain that needs its own, why.
+
+        label: what a chain is called.
+        """
+        if self.common is None:
+            return
+        tau = math.degrees(self.common.tau)
+        own = [c for c in self.chains if c.apart]
+        known = [c for c in self.chains if c.own is not None]
+        few = len(self.chains) - len(known)
+        rest = f" Of {few} chain{'' if few == 1 else 's'} too little is decided to tell." * bool(
+            few
+        )
+        if not known:
+            yield f"One τ of {tau:.2f}° for all chains: no chain has verdicts enough of its own."
+        elif not own:
+            yield (
+                f"One τ of {tau:.2f}° will do for all chains: with its own none would do better on "
+                f"verdicts that did not choose it.{rest}"
+            )
+        else:
+            yield f"One τ of {tau:.2f}° will do for all chains but {len(own)}.{rest}"
+        for c in own:
+            yield self._why(c, label(c.chain))
+
+    def _why(self, chain: ChainTau, name: str) -> str:
+        assert self.common is not None
+        assert chain.own is not None
+        curve = chain.curve
+        here, there = curve.at(chain.own.tau), curve.at(self.common.tau)
+        found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
+        more, less = int(found[here] - found[there]), int(alarms[there] - alarms[here])
+        tells = []
+        if less > 0:
+            tells.append(f"lists {less} of {_intervals(int(curve.natural.sum()))} rejected fewer")
+        if more > 0:
+            tells.append(f"finds {more} more of {int(curve.errors.sum())} errors")
+        if less < 0:
+            tells.append(f"lists {-less} rejected more")
+        if more < 0:
+            tells.append(f"misses {-more} more of {int(curve.errors.sum())} errors")
+        return f"{name} needs {math.degrees(chain.own.tau):.2f}°: it {', '.join(tells)}."
+
+
+def _intervals(n: int) -> str:
+    return f"{n} interval{'' if n == 1 else 's'}"
+
+
+def common_tau(
+    clips: Sequence[JudgedClip],
+    price: float = ALARM_PRICE,
+    smallest: float = SMALLEST_ERROR,
+    *,
+    seed: int = 0,
+) -> CommonTau:
+    """The common τ, and which chains need their own: these have no say in the common one."""
+    names = sorted({v.chain for clip in clips for v in clip.verdicts})
+    curves = {name: verdict_curve(clips, name) for name in names}
+    own = {name: c.suggested(price, smallest, seed=seed) for name, c in curves.items()}
+    tested = sum(o is not None for o in own.values())
+    apart: dict[str, float] = {}
+    while True:
+        rest = [_without(clip, apart) for clip in clips]
+        common = verdict_curve(rest).suggested(price, smallest, seed=seed)
+        if common is None:
+            break
+        gains = {
+            name: _gain(curves[name], common.tau, price, smallest, seed)
+            for name in names
+            if own[name] is not None and name not in apart
+        }
+        new = {k: g for k, (g, sure) in gains.items() if g > 0 and sure >= 1 - _DOUBT / tested}
+        if not new:
+            break
+        most = max(new, key=lambda name: new[name])  # one at a time: the common τ then moves
+        apart[most] = new[most]
+    chains = (ChainTau(n, curves[n], own[n], n in apart, apart.get(n, 0.0)) for n in names)
+    return CommonTau(common or verdict_curve(clips).suggested(price, smallest), tuple(chains))
+
+
+def _without(clip: JudgedClip, chains: Collection[str]) -> JudgedClip:
+    verdicts = tuple(v for v in clip.verdicts if v.chain not in chains)
+    return replace(clip, verdicts=verdicts)
+
+
+def _gain(
+    curve: VerdictCurve, common: float, price: float, smallest: float, seed: int
+) -> tuple[float, float]:
+    """By how much a chain's own τ is cheaper than the common one, and in which share of draws.
+
+    Every draw chooses a τ; what it saves is counted on the rows that were not drawn, for on its own
+    rows the cheapest is never dearer.
+    """
+    drawn = curve.draw(_DRAWS, seed)
+    left = (drawn == 0).astype(float)
+    fair = left.sum(axis=1) > 0
+    drawn, left = drawn[fair], left[fair]
+    if len(drawn) < _DRAWS // 10:
+        return 0.0, 0.0
+    own = curve.best(curve.cost(price, drawn), smallest)
+    cost = curve.cost(price, left)
+    saved = cost[:, curve.at(common)] - cost[np.arange(len(own)), own]
+    # A tie, where the rows left have nothing between both τ, speaks for neither.
+    sure = (saved > 0).mean() + 0.5 * (saved == 0).mean()
+    return float(saved.mean()), float(sure)

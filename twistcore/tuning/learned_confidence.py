@@ -1,0 +1,160 @@
+"""Confidence learned from verdicts: the detector's own, bent towards what this person accepts.
+
+The detector's confidence tells whether an injected error was found and put right. What a person
+calls an error may be less, or more: on this rig, of this performer, by this eye. The map
+
+    learned = 1 / (1 + exp(−(shift + scale · log(c / (1 − c)))))
+
+of the detector's confidence c has two numbers, and keeps the order of intervals as it is (scale is
+above 0). They are the likeliest by the verdicts and a prior at the built-in map (shift 0, scale 1):
+few verdicts move it little. `benchmarks/learned_confidence.py` says how it was chosen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from twistcore.detection.prediction import Mask
+from twistcore.rotation import Array
+from twistcore.tuning.verdict_curve import wilson
+from twistcore.tuning.verdicts_of import JudgedClip
+
+LEAST = 0.01  # and 1 − LEAST: nearer to 0 or 1 the detector's confidence says no more
+SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # of the prior
+FOLDS = 5
+BINS = 10
+ENOUGH = 20  # verdicts below which nothing is learned
+
+
+@dataclass(frozen=True)
+class LearnedConfidence:
+    """The map, and how many accepted and rejected intervals it was learned from."""
+
+    shift: float = 0.0
+    scale: float = 1.0
+    accepted: int = 0
+    rejected: int = 0
+
+    def of(self, confidence: Array) -> Array:
+        """Learned confidences, 0…1, of the detector's."""
+        return _logistic(self.shift + self.scale * _logit(confidence))
+
+    def __call__(self, confidence: float | None) -> float | None:
+        """That of one interval; None where the detector has none."""
+        return None if confidence is None else float(self.of(np.array([confidence]))[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Intervals that a detector listed: confidence, whether accepted, of which clip; (n,)."""
+
+    confidence: Array
+    accepted: Mask
+    clip: Array
+
+    def __len__(self) -> int:
+        return len(self.confidence)
+
+    def __getitem__(self, at: Mask) -> Seen:
+        """Some of them."""
+        return Seen(self.confidence[at], self.accepted[at], self.clip[at])
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Intervals of like confidence: how many, the mean confidence, and the share accepted.
+
+    low, high: where that share lies with a certainty of 90 %.
+    """
+
+    count: int
+    said: float
+    was: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Reliability:
+    """Bins by confidence, those with anything in them, and the expected calibration error."""
+
+    bins: tuple[Bin, ...]
+    error: float
+
+
+def seen(clips: Iterable[JudgedClip]) -> Seen:
+    """Of all verdicts those on intervals with a confidence."""
+    rows = [
+        (v.confidence, v.error, k)
+        for k, clip in enumerate(clips)
+        for v in clip.verdicts
+        if v.confidence is not None
+    ]
+    columns = np.array(rows, dtype=float).reshape(-1, 3).T
+    return Seen(columns[0], columns[1] > 0.5, columns[2])
+
+
+def learned(given: Seen) -> LearnedConfidence:
+    """The likeliest map; of nothing, the built-in one."""
+    if not len(given):
+        return LearnedConfidence()
+    logit, sign = _logit(given.confidence), 2.0 * given.accepted - 1.0
+
+    def loss(at: Array) -> float:
+        score = sign * (at[0] + math.exp(at[1]) * logit)
+        prior = (at[0] / SHIFT_SPREAD) ** 2 + (at[1] / LOG_SCALE_SPREAD) ** 2
+        return float(np.logaddexp(0.0, -score).sum() + 0.5 * prior)
+
+    shift, log_scale = minimize(loss, np.zeros(2)).x
+    accepted = int(given.accepted.sum())
+    return LearnedConfidence(float(shift), math.exp(log_scale), accepted, len(given) - accepted)
+
+
+def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
+    """Learned confidences, each by a map that saw nothing of its clip, (n,).
+
+    Where there are fewer clips than folds, of each clip by the others; of a single one, by parts of
+    its verdicts.
+    """
+    rng = np.random.default_rng(seed)
+    group = given.clip
+    if len(np.unique(group)) < 2:
+        group = np.arange(len(given), dtype=float)
+    names = rng.permutation(np.unique(group))
+    out = np.array(given.confidence, dtype=float)
+    for fold in range(min(folds, len(names))):
+        apart = np.isin(group, names[fold::folds])
+        out[apart] = learned(given[~apart]).of(given.confidence[apart])
+    return out
+
+
+def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliability:
+    """How often intervals of like confidence were accepted."""
+    of = np.minimum((confidence * bins).astype(int), bins - 1)
+    rows: list[Bin] = []
+    for b in np.unique(of):
+        here = of == b
+        n, yes = int(here.sum()), int(accepted[here].sum())
+        low, high = wilson(np.array(yes), np.array(n))
+        rows.append(Bin(n, float(confidence[here].mean()), yes / n, float(low), float(high)))
+    return Reliability(tuple(rows), expected_error(rows))
+
+
+def expected_error(bins: Sequence[Bin]) -> float:
+    """Expected calibration error: the mean distance of said and was, by counts."""
+    total = sum(b.count for b in bins)
+    return sum(b.count * abs(b.said - b.was) for b in bins) / max(total, 1)
+
+
+def _logit(p: Array) -> Array:
+    p = np.clip(np.asarray(p, float), LEAST, 1.0 - LEAST)
+    return np.asarray(np.log(p / (1.0 - p)))
+
+
+def _logistic(x: Array) -> Array:
+    return np.asarray(1.0 / (1.0 + np.exp(-x)))

@@ -1,0 +1,98 @@
+"""A profile made of what people have decided: τ, its reasons, and the learned confidence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from twistcore.tuning.common_tau import CommonTau
+from twistcore.tuning.learned_confidence import (
+    ENOUGH,
+    LearnedConfidence,
+    Reliability,
+    held_out,
+    learned,
+    reliability,
+    seen,
+)
+from twistcore.tuning.profile import Profile, TauReasons, write_profile
+from twistcore.tuning.tau_curve import Tuned
+from twistcore.tuning.verdicts_of import JudgedClip
+
+
+@dataclass(frozen=True, eq=False)
+class LearnedProfile:
+    """A profile and what it is from.
+
+    reasons: by chain; apart: chains with a τ of their own; before, after: how reliable confidences
+    are, the detector's own and learned ones of clips that were held out; None where too little is
+    decided.
+    """
+
+    profile: Profile
+    reasons: Mapping[str, TauReasons]
+    apart: Collection[str]
+    before: Reliability | None = None
+    after: Reliability | None = None
+
+    def write(self, path: Path, source: str) -> None:
+        """Write the profile with its reasons; raises OSError."""
+        nan = math.nan
+        tau = {n: Tuned(math.degrees(t), nan, nan, nan) for n, t in self.profile.tau.items()}
+        told = f"{source}'s sessions"
+        own, reasons = self.profile, self.reasons
+        write_profile(path, tau, told, own.method, whose=own, verdicts=reasons)
+
+    def told_of_confidence(self) -> str:
+        """A sentence on the learned confidence."""
+        if self.before is None or self.after is None:
+            return f"Confidence stays the detector's: {ENOUGH} verdicts on it or more are needed."
+        return (
+            f"Learned confidence: off by {100 * self.after.error:.1f} points on clips held out, "
+            f"the detector's own by {100 * self.before.error:.1f}."
+        )
+
+
+def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
+    """The profile of every chain that was reviewed; `found` has a common τ.
+
+    It is for the rig, or the performer, where all clips have the same one.
+    """
+    assert found.common is not None
+    names = sorted({name for clip in clips for name in clip.reviewed})
+    known = {c.chain: c for c in found.chains}
+    reasons = {}
+    for name in names:
+        chain = known.get(name)
+        errors, natural = chain.curve.counts if chain else (0, 0)
+        own = chain.own if chain and chain.apart and chain.own else found.common
+        reasons[name] = TauReasons(errors, natural, math.degrees(own.low), math.degrees(own.high))
+    tau = {name: found.tau(name) or found.common.tau for name in names}
+    confidence, before, after = learned_from(clips)
+    methods, rigs, performers = ({getattr(c, k) for c in clips} for k in _WHOSE)
+    profile = Profile(tau, _only(methods), _only(rigs), _only(performers), confidence)
+    apart = {c.chain for c in found.chains if c.apart}
+    return LearnedProfile(profile, reasons, apart, before, after)
+
+
+_WHOSE = "method", "rig", "performer"
+
+
+def _only(values: set[str]) -> str:
+    return next(iter(values)) if len(values) == 1 else ""
+
+
+def learned_from(
+    clips: Sequence[JudgedClip],
+) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
+    """The learned confidence, and reliability before and after; None where too little is decided.
+
+    After is told of each clip by a map that saw nothing of it.
+    """
+    given = seen(clips)
+    if len(given) < ENOUGH:
+        return None, None, None
+    before = reliability(given.confidence, given.accepted)
+    return learned(given), before, reliability(held_out(given), given.accepted)

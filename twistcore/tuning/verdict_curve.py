@@ -1,0 +1,234 @@
+"""Precision and recall of every τ over what people have decided, and the τ that this speaks for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.detection.prediction import Index
+from twistcore.rotation import Array
+from twistcore.tuning.injected_curve import GRID
+from twistcore.tuning.tau_curve import ALARM_PRICE, LOSS_ALLOWED, SMALLEST_ERROR
+from twistcore.tuning.verdicts_of import JudgedClip
+
+LEVEL = 0.9  # of intervals of uncertainty
+_Z = 1.6449  # of the normal distribution for LEVEL
+ENOUGH_ERRORS = 10  # accepted intervals below which no τ is suggested: recall in steps of 10 %
+ENOUGH_OWN = 5  # verdicts of a chain, which borrows the errors of the others, likewise
+BORROWED = 10.0  # errors of its own that those of all other chains are worth to a chain
+FEW_CLIPS = 5  # below, verdicts are drawn anew, not clips: of so few there are too few draws
+DRAWS = 400
+
+
+def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
+    """Lower and upper end of a share's interval of uncertainty; of nothing at all, 0 to 1."""
+    part, n = np.asarray(part, float), np.asarray(whole, float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = part / n
+        middle = (share + z**2 / (2 * n)) / (1 + z**2 / n)
+        half = z / (1 + z**2 / n) * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
+    low, high = np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)
+    return np.where(n > 0, low, 0.0), np.where(n > 0, high, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Suggestion:
+    """A τ in radians; low, high: where 90 % of the suggestions lie that other verdicts make."""
+
+    tau: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class VerdictCurve:
+    """Counts over τ of a grid, one row for every clip (or verdict, where clips are few): they add.
+
+    tau: radians, (n,); errors, natural: intervals decided, (rows,); found, alarms: how many of them
+    are found at each τ, (rows, n); clips: number of clips, or minutes where these are longer, times
+    the chains looked at; reviewed: radians from which on intervals were listed; others: recall of
+    the errors of other chains, (n,), and how many these are, 0 where all chains are meant.
+    """
+
+    tau: Array
+    errors: Array
+    natural: Array
+    found: Array
+    alarms: Array
+    clips: float
+    reviewed: float
+    others: tuple[Array, int] = (np.zeros(0), 0)
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Errors and natural intervals that were decided."""
+        return int(self.errors.sum()), int(self.natural.sum())
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are verdicts enough to suggest a τ."""
+        own = self.counts
+        return own[0] + self.others[1] >= ENOUGH_ERRORS and (
+            sum(own) >= ENOUGH_OWN or own[0] >= ENOUGH_ERRORS
+        )
+
+    @property
+    def recall(self) -> Array:
+        """Share of the errors that are found, (n,); NaN without any."""
+        return _share(self.found.sum(axis=0), self.errors.sum())
+
+    @property
+    def precision(self) -> Array:
+        """Share of what is found that is an error, (n,); NaN where nothing is found."""
+        found = self.found.sum(axis=0)
+        return _share(found, found + self.alarms.sum(axis=0))
+
+    def recall_between(self) -> tuple[Array, Array]:
+        """Where the recall lies with a certainty of 90 %, (n,) each."""
+        found = self.found.sum(axis=0)
+        return wilson(found, np.broadcast_to(self.errors.sum(), found.shape))
+
+    def precision_between(self) -> tuple[Array, Array]:
+        """Where the precision lies with a certainty of 90 %, (n,) each."""
+        found = self.found.sum(axis=0)
+        return wilson(found, found + self.alarms.sum(axis=0))
+
+    def at(self, tau: float) -> int:
+        """The place on the grid that is nearest to τ."""
+        return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
+
+    def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
+        """What every τ costs: the share of errors missed, and its alarms a clip at their price.
+
+        Of a chain that has few errors, those of the others tell how large errors are here.
+        weight: how often each row counts, (draws, rows); the result is then (draws, n).
+        """
+        weight = np.ones((1, len(self.errors))) if weight is None else weight
+        errors, rows = weight @ self.errors, max(len(self.errors), 1)
+        found = weight @ self.found
+        if self.others[1]:
+            errors, found = errors + BORROWED, found + BORROWED * self.others[0]
+        missed = 1.0 - found / np.maximum(errors, 1e-9)[:, None]
+        clips = max(self.clips, 1e-9) * weight.sum(axis=1) / rows
+        cost = missed + price * (weight @ self.alarms) / np.maximum(clips, 1e-9)[:, None]
+        return np.asarray(cost)
+
+    def best(self, cost: Array, smallest: float = SMALLEST_ERROR) -> Index:
+        """Places on the grid where costs (draws, n) are least, by the rule of :class:`TauCurve`.
+
+        Among equals the largest up to the size of the smallest errors looked for. Never below the
+        τ that was reviewed at: how many alarms there would be nobody has seen.
+        """
+        usable = self.tau >= self.reviewed * (1 - 1e-9)
+        if not usable.any():
+            return np.full(len(cost), len(self.tau) - 1)
+        cost = np.where(usable, cost, np.inf)
+        good = cost <= cost.min(axis=1, keepdims=True) + LOSS_ALLOWED
+        modest = good & (self.tau <= smallest * (1 + 1e-9))
+        last = len(self.tau) - 1 - modest[:, ::-1].argmax(axis=1)
+        return np.asarray(np.where(modest.any(axis=1), last, good.argmax(axis=1)))
+
+    def suggested(
+        self,
+        price: float = ALARM_PRICE,
+        smallest: float = SMALLEST_ERROR,
+        *,
+        draws: int = DRAWS,
+        seed: int = 0,
+    ) -> Suggestion | None:
+        """The τ that verdicts speak for, with its uncertainty; None where they are too few."""
+        if not self.enough:
+            return None
+        place = self.best(self.cost(price), smallest)[0]
+        drawn = self.best(self.cost(price, self.draw(draws, seed)), smallest)
+        low, high = np.quantile(self.tau[drawn], [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
+        tau = float(self.tau[place])
+        return Suggestion(tau, min(float(low), tau), max(float(high), tau))
+
+    def draw(self, draws: int, seed: int) -> Array:
+        """How often each row is drawn when all are drawn anew with replacement, (draws, rows)."""
+        rows = len(self.errors)
+        rng = np.random.default_rng(seed)
+        drawn = rng.multinomial(rows, np.full(rows, 1.0 / rows), size=draws).astype(float)
+        if not self.others[1]:
+            drawn[drawn @ self.errors == 0] = 1.0  # no draw without any error says what τ costs
+        return np.asarray(drawn)
+
+
+def _share(part: Array, whole: Array) -> Array:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.divide(part, whole, dtype=float))
+
+
+def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
+    """The curve over clips in which anything was decided, of all their chains or of one.
+
+    A clip in which nothing of the chain was listed counts: it had no alarm.
+    """
+    clips = [clip for clip in clips if clip.verdicts]
+    others = _errors_found(clips, chain) if chain is not None else (np.zeros(0), 0)
+    if chain is not None:
+        clips = [clip.of_chain(chain) for clip in clips if chain in clip.reviewed]
+    groups = [clip.verdicts for clip in clips]
+    if len(groups) < FEW_CLIPS:
+        groups = [(v,) for group in groups for v in group]
+    found, alarms = (np.zeros((len(groups), len(GRID))) for _ in range(2))
+    errors, natural = (np.zeros(len(groups)) for _ in range(2))
+    for row, group in enumerate(groups):
+        for v in group:
+            total, by_tau = (errors, found) if v.error else (natural, alarms)
+            total[row] += 1
+            by_tau[row] += v.found
+    # The middle one, as of the noise in TauCurve: the highest would be a single odd clip's.
+    seen = [t for clip in clips for t in clip.reviewed.values()]
+    reviewed = float(np.median(seen)) if seen else math.inf
+    looked_at = sum(len(clip.reviewed) for clip in clips)
+    length = max(sum(clip.minutes * len(clip.reviewed) for clip in clips), looked_at)
+    return VerdictCurve(GRID, errors, natural, found, alarms, length, reviewed, others)
+
+
+def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
+    """Of the errors of other chains than this, the share found by τ, and how many these are."""
+    found = [v.found for clip in clips for v in clip.verdicts if v.error and v.chain != chain]
+    return (np.mean(found, axis=0) if found else np.zeros(0)), len(found)
+
+
+@dataclass(frozen=True)
+class Score:
+    """Of decided intervals: errors, how many are found; natural ones, how many raise an alarm."""
+
+    errors: int
+    found: int
+    natural: int
+    alarms: int
+
+    @property
+    def precision(self) -> tuple[float, float, float]:
+        """Share of what is found that is an error, and where it lies; NaN, 0, 1 of nothing."""
+        return _between(self.found, self.found + self.alarms)
+
+    @property
+    def recall(self) -> tuple[float, float, float]:
+        """Share of the errors that is found, likewise."""
+        return _between(self.found, self.errors)
+
+
+def score(clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None) -> Score:
+    """What is found at these τ, radians by chain; of one chain or of all that have one."""
+    place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}
+    told = [
+        (v.error, bool(v.found[place[v.chain]]))
+        for clip in clips
+        for v in clip.verdicts
+        if v.chain in place and chain in (None, v.chain)
+    ]
+    errors, natural = ([found for error, found in told if error == kind] for kind in (True, False))
+    return Score(len(errors), sum(errors), len(natural), sum(natural))
+
+
+def _between(part: int, whole: int) -> tuple[float, float, float]:
+    low, high = wilson(np.array(part), np.array(whole))
+    return part / whole if whole else math.nan, float(low), float(high)

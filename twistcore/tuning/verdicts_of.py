@@ -1,0 +1,205 @@
+"""What people have decided of clips, as evidence for a τ: one verdict an interval.
+
+An accepted interval is an error, a rejected one is natural motion, an undecided one says nothing,
+nor does one that was applied automatically: nobody looked at it. At which τ a detector finds what a
+verdict is about is asked of the detector itself, at every τ of the grid.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePath
+
+import numpy as np
+
+from twistcore.analysis import ClipAnalysis, analyse
+from twistcore.bvh import Clip, read_bvh
+from twistcore.chain import uncorrectable_joints
+from twistcore.detection import Analysis, Interval, Kind
+from twistcore.detection.prediction import Mask
+from twistcore.errors import TwistError
+from twistcore.review import Decision, Judged, ReviewState, Session, read_session
+from twistcore.review.model import APPLIED
+from twistcore.rig import skeleton_mark
+from twistcore.tuning.injected_curve import GRID
+
+SAME = 0.5  # of the frames of both: what is found there is the error that was accepted
+_REPLAY = ".replay.json"  # what an export did: its review is in the clip's own session
+_PERFORMER = re.compile(
+    r"(?P<number>\d{1,3})_\d+|.*?(?P<word>(?:subject|performer|actor)[-_ ]?\d+)", re.IGNORECASE
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """One interval that a person has decided.
+
+    error: accepted; found: whether the detector finds it, by τ of the grid, (n,); confidence: the
+    detector's own, None for one made by hand or where the detector has none; size: the largest
+    offset, radians; by_hand: the detector had not listed it.
+    """
+
+    chain: str
+    start: int
+    stop: int
+    error: bool
+    found: Mask
+    confidence: float | None
+    size: float
+    by_hand: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedClip:
+    """The verdicts of a clip, and whose it is.
+
+    method: the detector whose intervals were listed; rig: mark of the skeleton; performer: '' where
+    nobody knows; minutes: its length; reviewed: τ, radians, from which on intervals were listed, by
+    chain.
+    """
+
+    name: str
+    method: str
+    rig: str
+    performer: str
+    minutes: float
+    reviewed: Mapping[str, float]
+    verdicts: tuple[Verdict, ...]
+
+    def of_chain(self, chain: str) -> JudgedClip:
+        """What was decided of one chain."""
+        own = tuple(v for v in self.verdicts if v.chain == chain)
+        reviewed = {k: t for k, t in self.reviewed.items() if k == chain}
+        return replace(self, reviewed=reviewed, verdicts=own)
+
+
+def performer_of(name: str) -> str:
+    """Who performs a clip, by its file's name: '05' of 05_03.bvh; '' where it does not say."""
+    said = _PERFORMER.match(PurePath(name).stem)
+    return (said["number"] or said["word"]) if said else ""
+
+
+def judged_clip(
+    analysis: ClipAnalysis, state: ReviewState, performer: str | None = None
+) -> JudgedClip:
+    """What a review says of its clip's chains, as evidence for the τ of its detector.
+
+    performer: as the file's name says where none is given.
+    """
+    decided = _decided(state)
+    detector = analysis.by(state.method)
+    names = [c.name for c in analysis.chains if not uncorrectable_joints(analysis.motion, c)]
+    verdicts = [v for n in names if n in decided for v in _told(detector, n, decided[n])]
+    seen = {n: state.tau[n] for n in names if n in state.tau}
+    for v in verdicts:
+        if not v.by_hand and v.found.any():  # listed, so that τ was no higher than this once
+            seen[v.chain] = min(seen[v.chain], float(GRID[np.flatnonzero(v.found)[-1]]))
+    motion = analysis.motion
+    return JudgedClip(
+        analysis.name,
+        state.method,
+        skeleton_mark(motion.skeleton),
+        performer_of(analysis.name) if performer is None else performer,
+        motion.frames * motion.frame_time / 60.0,
+        seen,
+        tuple(verdicts),
+    )
+
+
+def is_verdict(judged: Judged) -> bool:
+    """Whether a person said of a counter-twist what it is."""
+    return (
+        judged.decision != Decision.UNDECIDED
+        and judged.verdict != APPLIED
+        and judged.interval.kind == Kind.COUNTER_TWIST
+    )
+
+
+def _decided(state: ReviewState) -> dict[str, list[Judged]]:
+    out: dict[str, list[Judged]] = {}
+    for judged in filter(is_verdict, state.intervals):
+        if judged.interval.chain in state.tau:
+            out.setdefault(judged.interval.chain, []).append(judged)
+    return out
+
+
+def _told(detector: Analysis, chain: str, decided: Sequence[Judged]) -> Iterator[Verdict]:
+    found = found_by_tau([j.interval for j in decided], _accepted(decided), detector, chain)
+    for judged, by_tau in zip(decided, found, strict=True):
+        interval = judged.interval
+        yield Verdict(
+            chain,
+            interval.start,
+            interval.stop,
+            judged.decision == Decision.ACCEPTED,
+            by_tau,
+            None if judged.by_hand else interval.confidence,
+            abs(interval.largest),
+            judged.by_hand,
+        )
+
+
+def _accepted(decided: Sequence[Judged]) -> list[bool]:
+    return [j.decision == Decision.ACCEPTED for j in decided]
+
+
+def found_by_tau(
+    judged: Sequence[Interval], errors: Sequence[bool], detector: Analysis, chain: str
+) -> Mask:
+    """Which judged intervals of a chain a detector finds, by τ of the grid, (judged, n).
+
+    What it finds belongs to the one that it shares most with. An error is found where these share
+    half of their frames; natural motion raises an alarm wherever any of it is listed.
+    """
+    out = np.zeros((len(judged), len(GRID)), dtype=bool)
+    start = np.array([i.start for i in judged])
+    stop = np.array([i.stop for i in judged])
+    least = np.where(errors, SAME, 1e-9)
+    for k, tau in enumerate(GRID):
+        for i in detector.intervals(chain, float(tau)):
+            common = np.minimum(stop, i.stop) - np.maximum(start, i.start)
+            share = np.maximum(common, 0) / (np.maximum(stop, i.stop) - np.minimum(start, i.start))
+            best = int(share.argmax())
+            if share[best] >= least[best]:
+                out[best, k] = True
+    return out
+
+
+# -- of files -----------------------------------------------------------------------------------
+
+
+def sessions_in(folder: Path) -> Iterator[tuple[Path, Path]]:
+    """Clips of a folder and the session beside each, by name; of several of a clip the latest."""
+    latest: dict[Path, tuple[int, Path]] = {}
+    for path in sorted(folder.glob("*.json")):
+        if path.name.endswith(_REPLAY):
+            continue
+        with suppress(TwistError, OSError):
+            clip = path.with_name(PurePath(read_session(path).clip).name)
+            if clip.is_file():
+                written = path.stat().st_mtime_ns
+                latest[clip] = max(latest.get(clip, (0, path)), (written, path))
+    yield from ((clip, session) for clip, (_, session) in sorted(latest.items()))
+
+
+def judged_in(
+    clip: Path | Clip, session: Path | Session, performer: str | None = None
+) -> JudgedClip:
+    """The verdicts that a session holds of a clip; raises TwistError.
+
+    A session of another version of the clip says nothing of this one: its frames may be others.
+    """
+    read = read_bvh(clip) if isinstance(clip, Path) else clip
+    kept = read_session(session) if isinstance(session, Path) else session
+    if kept.sha256 != read.sha256:
+        raise TwistError(f"{read.name}: its session is of another version of it")
+    return judged_clip(analyse(read, rig=kept.state.rig), kept.state, performer)
+
+
+def count(clips: Iterable[JudgedClip]) -> tuple[int, int]:
+    """Errors and natural intervals that were decided."""
+    said = [v.error for clip in clips for v in clip.verdicts]
+    return sum(said), len(said) - sum(said)
