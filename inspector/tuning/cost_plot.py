@@ -1,4 +1,4 @@
-"""What every τ costs: the share of errors repaired, in its band, and false alarms; in words, too."""
+"""What every τ costs: errors repaired, in their band, and false alarms; in words, too."""
 
 from __future__ import annotations
 
