@@ -22,6 +22,7 @@ RECENT = 10
 VIDEOS = 500
 FOLDERS = 100
 STEPS = (2, 1000)  # frames that Ctrl+arrow may go by
+MOST_DRAWS = 50  # of errors, to measure what τ costs
 FARTHEST_S = 86_400.0  # a video's offset, either way
 _FOLDER_TAU = {"profile", "method", "tau"}  # what is kept of a folder and belongs together
 _LARGEST_FILE = 64_000_000  # bytes; ours have some kilobytes
@@ -42,7 +43,9 @@ class Settings:
     automatic one), `method` and `tau` in radians, the latest last; autosave: a session is saved by
     itself; next_after_export: in a folder the next clip opens then; columns: of the list of
     intervals, none for those there is room for; interval_sort: the column it is sorted by, '-'
-    before it where the other way round, '' for none; of_others: what the file holds beside, of a
+    before it where the other way round, '' for none; alarm_points, smallest_error, error_draws: of
+    a suggested τ, points of FSR that a false alarm may cost, degrees of the smallest errors looked
+    for, draws of errors to measure with; of_others: what the file holds beside, of a
     newer version perhaps, kept for it.
     """
 
@@ -64,6 +67,9 @@ class Settings:
     next_after_export: bool = True
     columns: list[str] = field(default_factory=list)
     interval_sort: str = ""
+    alarm_points: float = 5.0
+    smallest_error: float = 2.0
+    error_draws: int = 3
     of_others: dict[str, Any] = field(default_factory=dict)
 
     def remember(self, path: Path) -> None:
@@ -121,6 +127,9 @@ CHECKS: dict[str, Check] = {
     "next_after_export": checks.truth,
     "columns": checks.first_of(checks.text(20), 20),
     "interval_sort": checks.text(21),
+    "alarm_points": checks.number(0.0, 100.0),
+    "smallest_error": checks.number(0.1, 180.0),
+    "error_draws": checks.whole(1, MOST_DRAWS),
 }
 
 

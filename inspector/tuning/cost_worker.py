@@ -10,7 +10,7 @@ from pathlib import Path
 from twistcore.bvh import read_bvh
 from twistcore.errors import TwistError
 from twistcore.rig import Rig
-from twistcore.tuning import Verdicts, clip_tuning
+from twistcore.tuning import Span, Verdicts, clip_tuning
 
 _NICE = 5  # the window comes first, also on one core
 
@@ -19,7 +19,8 @@ _NICE = 5  # the window comes first, also on one core
 class Request:
     """Which clip, as it was opened (its SHA-256), by which detector, judged how, which chains.
 
-    rig: of which set of chains.
+    rig: of which set of chains; left_out: frames in which nothing counts; draws: of errors, a chain
+    and protocol.
     """
 
     path: Path
@@ -28,10 +29,20 @@ class Request:
     verdicts: Verdicts
     wanted: tuple[str, ...]
     rig: Rig
+    left_out: tuple[Span, ...]
+    draws: int
+
+
+@dataclass(frozen=True)
+class Capture:
+    """Half-open frames of the clip that are measured: without blends at its ends."""
+
+    first: int
+    stop: int
 
 
 def measure(pipe: Connection, request: Request) -> None:
-    """Send (chain, curve) for every chain wanted, then None; or a sentence that says why not.
+    """Send the Capture, (chain, curve) for every chain wanted, then None; or a sentence why not.
 
     Chain names that arrive meanwhile come first.
     """
@@ -46,9 +57,12 @@ def measure(pipe: Connection, request: Request) -> None:
             clip.motion,
             clip.name,
             method=request.method,
+            seeds=range(request.draws),
             verdicts=request.verdicts,
             rig=request.rig,
+            left_out=request.left_out,
         )
+        pipe.send(Capture(tuning.first, tuning.first + tuning.clean.motion.frames))
         left = [name for name in request.wanted if name in tuning.names]
         while left:
             while pipe.poll():

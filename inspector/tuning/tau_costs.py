@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import multiprocessing
 from collections import OrderedDict
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from inspector.session.document import Document
-from inspector.tuning.cost_worker import Request, measure
-from twistcore.bvh import Clip
+from inspector.tuning.cost_worker import Capture, Request, measure
+from inspector.tuning.wishes import Wishes
 from twistcore.chain import uncorrectable_joints
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged, ReviewState
-from twistcore.rig import Rig
 from twistcore.tuning import TauCurve, Verdicts
 
 _POLL_MS = 30
@@ -27,21 +26,35 @@ _SETTLE_MS = 400  # verdicts come one after the other: measure when the hand res
 _Key = tuple[object, ...]
 
 
-class Costs(QObject):
-    """Curves of the document's clip by chain name. Views listen to `changed`.
+@dataclass(eq=False)
+class _Measured:
+    """What is known of a clip, judged in one way: curves by detector and chain.
 
-    They depend on the clip, on the detector and on what a person called right or wrong: a change of
-    these ends what is under way. Nothing is measured while `watching` is off.
+    through: detectors of which there is no more to come.
+    """
+
+    curves: dict[str, dict[str, TauCurve]] = field(default_factory=dict)
+    through: set[str] = field(default_factory=set)
+    capture: Capture | None = None
+
+
+class Costs(QObject):
+    """Curves of the document's clip by detector and chain name. Views listen to `changed`.
+
+    They depend on the clip, on what a person called right or wrong and on the frames left out: a
+    change of these ends what is under way. The detector in use is measured first, then those that
+    a view `needs`. Nothing is measured while `watching` is off.
     """
 
     changed = Signal()
 
-    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+    def __init__(self, document: Document, wishes: Wishes, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._document = document
-        self._known: OrderedDict[_Key, dict[str, TauCurve]] = OrderedDict()
+        self._document, self._wishes = document, wishes
+        self._known: OrderedDict[_Key, _Measured] = OrderedDict()
         self._key: _Key | None = None
-        self._running: _Key | None = None
+        self._others: frozenset[str] = frozenset()
+        self._running: tuple[_Key, str] | None = None  # and by which detector
         self._process: BaseProcess | None = None
         self._pipe: Connection | None = None
         self._watching = False
@@ -53,16 +66,29 @@ class Costs(QObject):
         document.opened.connect(self._check)
         document.intervals_changed.connect(self._check)
         document.chain_changed.connect(self._prefer)
-        self._judged: tuple[Clip, str, Rig, tuple[Judged, ...]] | None = (
-            None  # what the key was made of: τ moves far more often than it
-        )
+        wishes.changed.connect(self._check)
+        # What the key was made of: τ moves far more often than it.
+        self._judged: tuple[object, ...] | None = None
 
     # -- what views read ----------------------------------------------------------------------
 
     @property
     def curves(self) -> Mapping[str, TauCurve]:
-        """The curves that are known of the present clip, by chain name."""
-        return self._known.get(self._key, {}) if self._key else {}
+        """The curves that are known of the present clip by the detector in use, by chain name."""
+        return self.by(self._document.review.state.method) if self._document.data else {}
+
+    def by(self, method: str) -> Mapping[str, TauCurve]:
+        """The curves that are known of the present clip by a detector, by chain name."""
+        return self._here.curves.get(method, {})
+
+    @property
+    def capture(self) -> Capture | None:
+        """Frames without blends at the clip's ends; None while nothing has been measured."""
+        return self._here.capture
+
+    @property
+    def _here(self) -> _Measured:
+        return self._known.get(self._key, _Measured()) if self._key else _Measured()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -72,10 +98,34 @@ class Costs(QObject):
             return ()
         return tuple(c.name for c in data.chains if not uncorrectable_joints(data.motion, c))
 
+    def coming(self, method: str) -> bool:
+        """Whether curves by a detector are still to come."""
+        return self.running and method in self._methods and bool(self._missing(method))
+
+    def _missing(self, method: str) -> list[str]:
+        known = self.by(method)
+        through = method in self._here.through
+        return [] if through else [name for name in self.names if name not in known]
+
     @property
     def running(self) -> bool:
         """Whether curves are still to come."""
         return self._process is not None or self._settle.isActive()
+
+    def needs(self, others: Iterable[str]) -> None:
+        """Measure these detectors, too, from now on; what is known of more stays known."""
+        others = frozenset(others)
+        if others != self._others:
+            self._others = others
+            if self._running is not None and self._running[1] not in self._methods:
+                self.stop()
+            if self._watching:
+                self._start()
+
+    @property
+    def _methods(self) -> tuple[str, ...]:
+        own = self._document.review.state.method
+        return own, *sorted(self._others - {own})
 
     # -- following the document ---------------------------------------------------------------
 
@@ -107,15 +157,18 @@ class Costs(QObject):
             return
         state = self._document.review.state
         said = _said(state)
-        judged = (data.clip, state.method, state.rig, said)
+        draws = self._wishes.draws
+        judged = (data.clip, state.method, state.rig, state.left_out, draws, said)
         if judged == self._judged:
             return
         another = self._judged is None or self._judged[0] is not data.clip
         self._judged = judged
         spans = [(j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in said]
         offsets = [j.interval.offset.tobytes() for j in said if j.decision == Decision.ACCEPTED]
-        self._key = (data.clip.sha256, state.method, state.rig, *spans, *offsets)
-        if self._running is not None and self._running != self._key:
+        self._key = (data.clip.sha256, state.rig, state.left_out, draws, *spans, *offsets)
+        if self._running is not None and (
+            self._running[0] != self._key or self._running[1] not in self._methods
+        ):
             self.stop()
         self.trouble = ""
         if self._watching:
@@ -135,16 +188,22 @@ class Costs(QObject):
     def _start(self) -> None:
         self._settle.stop()
         data = self._document.data
-        if data is None or self._key is None or self._running == self._key or self.trouble:
+        if data is None or self._key is None or self._process is not None or self.trouble:
             return
-        left = [name for name in self.names if name not in self.curves]
-        if not left:
+        method = next((m for m in self._methods if self._missing(m)), "")
+        if not method:
             return
-        self.stop()
-        left.sort(key=lambda name: name != self._document.chain)
+        left = sorted(self._missing(method), key=lambda name: name != self._document.chain)
         state = self._document.review.state
         request = Request(
-            data.clip.path, data.clip.sha256, state.method, self._verdicts(), tuple(left), state.rig
+            path=data.clip.path,
+            sha256=data.clip.sha256,
+            method=method,
+            verdicts=self._verdicts(),
+            wanted=tuple(left),
+            rig=state.rig,
+            left_out=state.left_out,
+            draws=self._wishes.draws,
         )
         # Spawned, not forked: a fork of a program with threads and an X connection may hang.
         context = multiprocessing.get_context("spawn")
@@ -158,7 +217,7 @@ class Costs(QObject):
             return
         finally:
             theirs.close()
-        self._process, self._pipe, self._running = process, ours, self._key
+        self._process, self._pipe, self._running = process, ours, (self._key, method)
         self._poll.start()
         self.changed.emit()
 
@@ -192,17 +251,26 @@ class Costs(QObject):
         if news:
             self.changed.emit()
 
-    def _take(self, answer: tuple[str, TauCurve] | str | None) -> None:
-        if isinstance(answer, tuple):
-            assert self._running is not None
-            self._known.setdefault(self._running, {})[answer[0]] = answer[1]
-            self._known.move_to_end(self._running)
-            while len(self._known) > _REMEMBERED:
-                self._known.popitem(last=False)
+    def _take(self, answer: Capture | tuple[str, TauCurve] | str | None) -> None:
+        if answer is None:
+            if self._running is not None:
+                key, method = self._running
+                self._known.setdefault(key, _Measured()).through.add(method)
+            self.stop()
+            self._start()  # what the next detector has to say
         elif isinstance(answer, str):
             self._fail(answer)
         else:
-            self.stop()
+            assert self._running is not None
+            key, method = self._running
+            known = self._known.setdefault(key, _Measured())
+            if isinstance(answer, Capture):
+                known.capture = answer
+            else:
+                known.curves.setdefault(method, {})[answer[0]] = answer[1]
+            self._known.move_to_end(key)
+            while len(self._known) > _REMEMBERED:
+                self._known.popitem(last=False)
 
     def _fail(self, why: str) -> None:
         self.stop()

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from inspector.session.document import Document
+from inspector.tuning.cost_words import DETECTORS, alarm_words, band_words
 from inspector.tuning.tau_costs import Costs
 from inspector.widgets.tables import Row, RowModel
 from inspector.widgets.theme import Theme
-from twistcore.tuning import Profile
+from twistcore.tuning import Cost, Profile, cost_of_all
 
 _HEADS = ("τ", "FSR", "alarms")
 _TIPS = (
@@ -35,6 +36,7 @@ class _Line:
 
     chain: str
     texts: tuple[str, ...]
+    tips: tuple[str, ...]
 
 
 class ComparisonModel(RowModel[_Line]):
@@ -58,7 +60,7 @@ class ComparisonModel(RowModel[_Line]):
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
             colour = self.theme.soft if len(set(column)) == 1 else self.theme.text
             colours |= {1 + 3 * n + k: colour for n in range(len(sets))}
-        return Row(thing.texts, colours=colours)
+        return Row(thing.texts, colours=colours, tips=thing.tips)
 
     # -- what it shows ------------------------------------------------------------------------
 
@@ -69,6 +71,20 @@ class ComparisonModel(RowModel[_Line]):
             return self.others
         state = self._document.review.state
         return (Column("now", Profile(state.tau, state.method)), *self.others)
+
+    def method(self, column: Column) -> str:
+        """The detector that a set of τ is costed with: its own, that in use where none is said."""
+        return column.profile.method or self._document.review.state.method
+
+    @property
+    def note(self) -> str:
+        """Which detector each set of τ is costed with; '' where there is but one set."""
+        said = []
+        for column in self.columns if self.others else ():
+            by = DETECTORS[self.method(column)]
+            unsaid = "" if column.profile.method else "detector not said; costed with "
+            said.append(f"{_short(column.name)}: {unsaid}{by}")
+        return " · ".join(said)
 
     def show_beside(self, others: Sequence[Column]) -> None:
         """Other profiles beside the present τ: none, one, or two instead of it."""
@@ -87,8 +103,28 @@ class ComparisonModel(RowModel[_Line]):
     def _lines(self) -> Sequence[_Line]:
         data = self._document.data
         chains = data.chains_and_limbs if data else ()
-        lines = [_Line(c.name, (c.label, *self._texts(c.name))) for c in chains]
-        return [*lines, _Line("", ("All chains", *self._texts("")))] if lines else ()
+        lines = [self._line(c.name, c.label) for c in chains]
+        return [*lines, self._line("", "All chains")] if lines else ()
+
+    def _line(self, chain: str, label: str) -> _Line:
+        texts, tips = [label], [""]
+        for column in self.columns:
+            tau = column.profile.tau.get(chain)
+            texts.append("" if not chain else "–" if tau is None else f"{np.degrees(tau):.2f}°")
+            tips.append("")
+            cost = self._cost(column, chain) if chain else self._total(column)
+            if cost is None or np.isnan(cost.fsr):
+                texts += 2 * [self._unknown(column, chain)]
+                tips += 2 * [""]
+            else:
+                texts += [f"{100 * cost.fsr:.1f} %", f"{cost.alarms:.3g}"]
+                tips += [band_words(cost), alarm_words(cost)]
+        return _Line(chain, tuple(texts), tuple(tips))
+
+    def _unknown(self, column: Column, chain: str) -> str:
+        known = chain in self._costs.names and chain in column.profile.tau
+        coming = self._costs.coming(self.method(column))
+        return "…" if coming and (known or not chain) else "–"
 
     def _take_heads(self) -> None:
         """What, and above it whose where there are several."""
@@ -97,35 +133,20 @@ class ComparisonModel(RowModel[_Line]):
             for what, tip in zip(_HEADS, _TIPS, strict=True):
                 whose = _short(column.name) if what == _HEADS[0] else ""
                 heads.append(f"{whose}\n{what}" if self.others else what)
-                tips.append(f"{column.name}: {tip}")
+                tips.append(f"{column.name}: {tip}, by {DETECTORS[self.method(column)]}")
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 
-    def _texts(self, chain: str) -> tuple[str, ...]:
-        return tuple(self._text(c, what, chain) for c in self.columns for what in range(3))
+    def _cost(self, column: Column, chain: str) -> Cost | None:
+        tau = column.profile.tau.get(chain)
+        curve = self._costs.by(self.method(column)).get(chain)
+        return curve.cost(tau) if curve is not None and tau is not None else None
 
-    def _text(self, column: Column, what: int, chain: str) -> str:
-        if what == 0:
-            tau = column.profile.tau.get(chain) if chain else None
-            return f"{np.degrees(tau):.2f}°" if tau is not None else "" if not chain else "–"
-        cost = self._cost(column, chain) if chain else self._total(column)
-        if cost is None:
-            known = chain in self._costs.names and chain in column.profile.tau
-            return "…" if self._costs.running and (known or not chain) else "–"
-        return f"{100 * cost[0]:.1f} %" if what == 1 else f"{cost[1]:.3g}"
-
-    def _cost(self, column: Column, chain: str) -> tuple[float, float] | None:
-        tau, curve = column.profile.tau.get(chain), self._costs.curves.get(chain)
-        return curve.at(tau) if curve is not None and tau is not None else None
-
-    def _total(self, column: Column) -> tuple[float, float] | None:
+    def _total(self, column: Column) -> Cost | None:
         """FSR over the error frames of all chains, and all alarms."""
-        curves = self._costs.curves
-        costs = [(self._cost(column, name), c.errors) for name, c in curves.items()]
-        known = [(cost, errors) for cost, errors in costs if cost is not None]
-        if len(known) < len(self._costs.names):
-            return None
-        errors = sum(e for _, e in known)
-        return sum(c[0] * e for c, e in known) / max(errors, 1), sum(c[1] for c, _ in known)
+        curves = self._costs.by(self.method(column))
+        tau = column.profile.tau
+        chosen = [(curve, tau[name]) for name, curve in curves.items() if name in tau]
+        return cost_of_all(chosen) if len(chosen) == len(self._costs.names) and chosen else None
 
 
 def _short(name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,8 @@ from inspector.widgets.building import bring_to_front
 from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.message_bar import MessageBar
 from twistcore.errors import TwistError
+from twistcore.review import LeaveOut
+from twistcore.review.left_out import joined
 from twistcore.tuning import Profile, read_profile, write_profile
 
 _PATTERN = "Profiles (*.toml);;All files (*)"
@@ -98,8 +101,8 @@ class TuningActions:
 
     def take_profile(self) -> None:
         """Take the τ of the profile on the right."""
-        if self.tuning.model.others:
-            column = self.tuning.model.others[-1]
+        if self.tuning.profiles.model.others:
+            column = self.tuning.profiles.model.others[-1]
             self._take(column.profile, column.name)
 
     def _read(self, path: Path) -> Profile | None:
@@ -114,6 +117,40 @@ class TuningActions:
         performers = self.tuning.evidence.performers
         offer = self.bar.offer_behind
         self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
+
+    # -- frames that do not count -------------------------------------------------------------
+
+    def leave_out_interval(self) -> None:
+        """Leave the frames of the selected interval out."""
+        if (judged := self.document.interval) is None:
+            self.bar.show_message("Select an interval first (N goes to the next).", False)
+        else:
+            self.leave_out(judged.interval.start, judged.interval.stop)
+
+    def leave_out_visible(self, ends: tuple[float, float]) -> None:
+        """Leave out what the plots show, unless that is all of the clip."""
+        start, stop = max(math.ceil(ends[0]), 0), min(math.floor(ends[1]) + 1, self.document.frames)
+        if stop - start >= self.document.frames:
+            self.bar.show_message(
+                "The plots show the whole clip: zoom to the frames to be left out first.", False
+            )
+        else:
+            self.leave_out(start, stop)
+
+    def leave_out(self, start: int, stop: int) -> None:
+        """Leave frames out of tuning, besides those that are: one step, part of the session."""
+        before = self.document.review.state.left_out
+        wanted = joined([*before, (start, stop)])
+        first, last = (frame + self.document.first_frame for frame in (start, stop - 1))
+        if wanted == before:
+            self.bar.show_message(f"Frames {first}–{last} are left out already.", False)
+        elif self.document.do(LeaveOut(wanted)):
+            self.bar.show_message(f"Frames {first}–{last} do not count in tuning.", False)
+
+    def take_all_in(self) -> None:
+        """Leave none out but blends at the clip's ends."""
+        if self.document.review.state.left_out and self.document.do(LeaveOut(())):
+            self.bar.show_message("All frames of the capture count in tuning.", False)
 
     # -- the folder ---------------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -13,13 +14,13 @@ from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.session.session_files import kept_sessions, written
 from inspector.tuning.remembered_profiles import Performers
+from inspector.tuning.wishes import Wishes
 from inspector.widgets.background import OneTask
 from twistcore.errors import TwistError
 from twistcore.progress import Tell
 from twistcore.review import ReviewState
 from twistcore.tuning.common_tau import CommonTau, common_tau
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
-from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
 from twistcore.tuning.verdicts_of import JudgedClip, is_verdict, judged_clip, judged_in
 
@@ -57,24 +58,15 @@ class Evidence:
     skipped: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What an alarm may cost, a share; the smallest errors looked for, radians."""
-
-    price: float = ALARM_PRICE
-    smallest: float = SMALLEST_ERROR
-
-
 class VerdictEvidence(QObject):
     """Follows the open clip while `watching`; views listen to `changed`."""
 
     changed = Signal()
 
-    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+    def __init__(self, document: Document, wishes: Wishes, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._document = document
+        self._document, self._wishes = document, wishes
         self.performers = Performers()
-        self.wanted = Wanted()
         self.present: Evidence | None = None
         self.trouble = ""
         self._known: _Known = {}
@@ -85,11 +77,17 @@ class VerdictEvidence(QObject):
         self._settle.timeout.connect(self._start)
         document.opened.connect(self._forget)
         document.intervals_changed.connect(self._check)
+        wishes.changed.connect(self._check)
 
     @property
     def running(self) -> bool:
         """Whether other numbers are still to come."""
         return self._task.running or self._settle.isActive()
+
+    @property
+    def _wanted(self) -> tuple[float, float]:
+        """What an alarm may cost, a share of the errors; the smallest looked for, radians."""
+        return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 
     def watch(self, on: bool) -> None:
         """Count from now on, as somebody looks; or stop."""
@@ -100,11 +98,6 @@ class VerdictEvidence(QObject):
             self._settle.stop()
             self._task.cancel()
             self._said = ()
-
-    def want(self, wanted: Wanted) -> None:
-        """Another price, or other errors."""
-        self.wanted = wanted
-        self._check()
 
     def again(self) -> None:
         """Somebody else performs the clip now."""
@@ -122,7 +115,7 @@ class VerdictEvidence(QObject):
             return
         state = self._document.review.state
         decided = tuple(filter(is_verdict, state.intervals))
-        said = (data.clip, state.method, state.rig, self.wanted, decided)
+        said = (data.clip, state.method, state.rig, self._wanted, decided)
         if said != self._said:
             self._said = said
             self._task.cancel()
@@ -134,7 +127,7 @@ class VerdictEvidence(QObject):
         if data is None or not self._watching:
             return
         state = self._document.review.state
-        work = partial(_counted, data, state, self.wanted, self.performers, dict(self._known))
+        work = partial(_counted, data, state, self._wanted, self.performers, dict(self._known))
         self._task.run(work, self._take, self._fail)
         self.changed.emit()
 
@@ -151,7 +144,7 @@ class VerdictEvidence(QObject):
 def _counted(
     data: Analysed,
     state: ReviewState,
-    wanted: Wanted,
+    wanted: tuple[float, float],
     performers: Performers,
     known: _Known,
     tell: Tell,
@@ -187,16 +180,18 @@ def _counted(
     return Evidence(scopes, learnt, tuple(skipped)), known
 
 
-def _scopes(own: JudgedClip, clips: Sequence[JudgedClip], wanted: Wanted) -> Iterator[Scope]:
+def _scopes(
+    own: JudgedClip, clips: Sequence[JudgedClip], wanted: tuple[float, float]
+) -> Iterator[Scope]:
     rig = tuple(c for c in clips if c.rig == own.rig)
     groups: dict[str, tuple[JudgedClip, ...]] = {CLIP: (own,)}
     if own.performer:
         groups[f"Performer {own.performer}"] = tuple(c for c in rig if c.performer == own.performer)
     groups |= {RIG: rig, FOLDER: tuple(clips)}
     for name, some in groups.items():
-        found = common_tau(some, wanted.price, wanted.smallest)
+        found = common_tau(some, *wanted)
         yield Scope(name, some, verdict_curve(some), found)
     for chain in dict.fromkeys(v.chain for c in rig for v in c.verdicts):
         curve = verdict_curve(rig, chain)
-        suggestion = curve.suggested(wanted.price, wanted.smallest)
+        suggestion = curve.suggested(*wanted)
         yield Scope(chain, rig, curve, suggestion=suggestion, chain=chain)

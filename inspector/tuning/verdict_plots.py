@@ -7,7 +7,8 @@ import pyqtgraph as pg
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 
-from inspector.tuning.tau_plots import PercentAxis, TauPlot
+from inspector.tuning.cost_plot import PercentAxis
+from inspector.tuning.tau_plots import TauPlot
 from inspector.widgets.axes import Axis
 from inspector.widgets.canvas import Canvas
 from inspector.widgets.theme import Theme, figures_font

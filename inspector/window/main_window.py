@@ -122,7 +122,7 @@ class MainWindow(Parts):
         self.timeline = Timeline(document, theme)
         self.video = VideoPanel(document, theme, self.settings, actions)
         self.clips = ClipsPanel(self.queue, document, theme)
-        self.tuning = TuningPanel(document, theme, actions)
+        self.tuning = TuningPanel(document, theme, actions, self.settings)
         self.taught = TaughtFrame(document, self)
         shown = [actions[name] for name in ("tour", "exercise", "record_dialog")]
         self.teaching = TeachingPanel(self.taught, self.viewport, self.timeline, shown)

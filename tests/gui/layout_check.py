@@ -138,6 +138,11 @@ def main() -> None:
     window.tuning_actions.save_profile_to(profile)
     window.tuning_actions.compare_with([profile, profile])
     look(window, "tuning, profiles")
+    act(window, "both_costs")
+    look(window, "tuning, both detectors")
+    act(window, "both_costs")
+    window.tuning.tabs.setCurrentWidget(window.tuning.suggestion)
+    look(window, "tuning, suggestion")
     assess(window)
     teach(window)
     if (window.width(), window.height()) != (int(width), int(height)):

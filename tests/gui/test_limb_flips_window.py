@@ -351,7 +351,7 @@ def test_a_limb_can_be_selected_on_every_tab(qtbot, opened):
             qtbot.wait(20)
     act(opened, "show_tuning")
     opened.tuning.refresh()
-    assert "measured for chains" in opened.tuning.cost_words.text()
+    assert "measured for chains" in opened.tuning.curves.cost_words.text()
     assert not opened.actions_by_id["suggest_tau"].isEnabled()
     opened.tuning.set_scope(Scope.ALL)
     assert opened.tuning.chains_in_scope() == tuple(

@@ -52,6 +52,9 @@ DAMAGED = {  # what is written for a field, what is left of it
     "reviewer_asked": [("1", False), ("null", False)],
     "columns": [('["delta", 5, "note"]', ["delta", "note"]), ('"delta"', []), ("{}", [])],
     "interval_sort": [("5", ""), (json.dumps("x" * 5000), "")],
+    "alarm_points": [("-1", 5.0), ("NaN", 5.0), ("101", 5.0), ("true", 5.0)],
+    "smallest_error": [("0", 2.0), ("181", 2.0), ('"2"', 2.0)],
+    "error_draws": [("0", 3), ("2.5", 3), ("9" * 5000, 3)],
     "turn_ms": [("1e15", 220), ("NaN", 220), ("Infinity", 220), ("-1", 220), ("1e999", 220)],
     "folders": [
         (

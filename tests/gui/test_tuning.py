@@ -84,14 +84,19 @@ def test_the_curves_are_those_of_the_core(window, tuning):
     shown = tuning.costs.curves["LeftForeArm"]
     np.testing.assert_array_equal(shown.repaired, core.repaired)
     np.testing.assert_array_equal(shown.alarms, core.alarms)
-    x, y = tuning.cost.fsr.getData()
+    x, y = tuning.curves.cost.fsr.getData()
     np.testing.assert_allclose(10**x, np.degrees(core.tau))
     np.testing.assert_allclose(y, 100.0 * core.fsr)
-    assert f"suggested {np.degrees(core.suggested()):.2f}°" in tuning.cost_words.text()
+    assert f"suggested {np.degrees(core.suggested()):.2f}°" in tuning.curves.cost_words.text()
     strength = np.degrees(window.document.detector.strength("LeftForeArm"))
-    drawn = np.expm1(tuning.histogram.below.getData()[1] + tuning.histogram.above.getData()[1])
+    drawn = np.expm1(
+        tuning.curves.histogram.below.getData()[1] + tuning.curves.histogram.above.getData()[1]
+    )
     assert round(drawn.sum()) == (strength >= 0.5).sum()
-    assert f"{(strength >= np.radians(1.5)).sum()} of 344 reach τ" in tuning.strength_words.text()
+    assert (
+        f"{(strength >= np.radians(1.5)).sum()} of 344 reach τ"
+        in tuning.curves.strength_words.text()
+    )
 
 
 def test_nothing_is_measured_while_nobody_looks(qtbot, window):
@@ -158,7 +163,7 @@ def test_a_clip_that_changed_on_disk_is_told(qtbot, window):
     act(window, "show_tuning")
     qtbot.waitUntil(lambda: window.tuning.costs.trouble != "", timeout=10_000)
     qtbot.wait(50)
-    assert "changed on disk" in window.tuning.state.text()
+    assert "changed on disk" in window.tuning.curves.state.text()
     assert not window.tuning.costs.running
 
 
@@ -188,12 +193,12 @@ def test_the_window_stays_free_while_it_is_measured(qtbot, window):
 def test_dragging_the_line_sets_tau_in_one_step(qtbot, window, tuning, plot):
     count = len(window.document.intervals)
     steps = window.document.review.position
-    drag(qtbot, getattr(tuning, plot), 1.5, 60.0)
+    drag(qtbot, getattr(tuning.curves, plot), 1.5, 60.0)
     assert taus(window)["LeftForeArm"] == pytest.approx(60.0, rel=0.05)
     assert window.document.review.position == steps + 1
     assert len(window.document.intervals) == count - 1  # one of 20.8° is below
     # The other plot, the time line, the box and the table follow.
-    for other in (tuning.histogram, tuning.cost):
+    for other in (tuning.curves.histogram, tuning.curves.cost):
         assert 10 ** other.tau_line.value() == pytest.approx(taus(window)["LeftForeArm"], rel=0.01)
     assert window.timeline.tau_line.value() ** 2 == pytest.approx(taus(window)["LeftForeArm"])
     assert tuning.box.value() == pytest.approx(taus(window)["LeftForeArm"])
@@ -202,18 +207,18 @@ def test_dragging_the_line_sets_tau_in_one_step(qtbot, window, tuning, plot):
     qtbot.wait(50)
     assert taus(window)["LeftForeArm"] == 1.5
     assert len(window.document.intervals) == count
-    assert 10 ** tuning.cost.tau_line.value() == pytest.approx(1.5)
+    assert 10 ** tuning.curves.cost.tau_line.value() == pytest.approx(1.5)
 
 
 def test_a_double_click_sets_tau(qtbot, window, tuning):
-    place = at(tuning.cost, 10.0)
+    place = at(tuning.curves.cost, 10.0)
     for kind, button in (
         (QEvent.Type.MouseButtonPress, LEFT),
         (QEvent.Type.MouseButtonRelease, NONE),
         (QEvent.Type.MouseButtonDblClick, LEFT),
         (QEvent.Type.MouseButtonRelease, NONE),
     ):
-        send(tuning.cost, kind, place, LEFT, button)
+        send(tuning.curves.cost, kind, place, LEFT, button)
     qtbot.wait(50)
     assert taus(window)["LeftForeArm"] == pytest.approx(10.0, rel=0.03)
 
@@ -258,7 +263,7 @@ def test_a_suggestion_waits_for_its_curve(qtbot, window):
 
 
 def cells(window):
-    model = window.tuning.table.model()
+    model = window.tuning.profiles.table.model()
     return [
         [model.index(r, c).data() for c in range(model.columnCount())]
         for r in range(model.rowCount())
@@ -289,7 +294,7 @@ def test_a_damaged_profile_is_one_sentence_and_changes_nothing(window, tmp_path,
     state = window.document.review.state
     getattr(window.tuning_actions, how)(path if how == "load_profile_from" else [path])
     assert window.document.review.state is state
-    assert window.tuning.model.others == ()
+    assert window.tuning.profiles.model.others == ()
     assert "bad.toml" in window.bar.label.text()
     assert "\n" not in window.bar.label.text()
     assert path.exists() == (text is not None)
@@ -337,12 +342,12 @@ def test_profiles_side_by_side(qtbot, window, tuning, tmp_path):
     assert cells(window)[0][4:] == ["–", "–", "–"]
     window.tuning_actions.compare_with([tmp_path / "a.toml", tmp_path / "b.toml"])
     assert [r[1] for r in cells(window)][2] == "4.00°"
-    assert tuning.table.model().columnCount() == 7
+    assert tuning.profiles.table.model().columnCount() == 7
     act(window, "take_profile")
     assert taus(window)["RightLeg"] == 12.0
     assert taus(window)["LeftArm"] == 1.5
     act(window, "close_comparison")
-    assert tuning.table.model().columnCount() == 4
+    assert tuning.profiles.table.model().columnCount() == 4
     assert cells(window)[9][1] == "12.00°"
 
 

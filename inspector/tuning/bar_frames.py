@@ -1,0 +1,74 @@
+"""The frames behind a bar of the histogram, gone through one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inspector.session.document import Document
+from inspector.tuning.strength_histogram import bar_of, bar_words
+from twistcore.rotation import Array
+
+
+class BarFrames:
+    """Which frames of the selected chain stand in which bar; and in which of them one is."""
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self._bars: NDArray[np.int_] = np.zeros(0, dtype=int)
+        self._frames: NDArray[np.int_] = np.zeros(0, dtype=int)
+        self.chosen: int | None = None
+        self._came_from = 0
+
+    def take(self, strength: Array, counted: NDArray[np.bool_]) -> None:
+        """Other frames: degrees, (frames,), and which of them count."""
+        self._frames = np.flatnonzero(counted)
+        self._bars = bar_of(strength[counted])
+        self.chosen = None
+
+    def next_frame(self, bar: int) -> None:
+        """Go to the next frame of a bar, behind the last to the first again."""
+        own = self._frames[self._bars == bar]
+        if len(own):
+            self.chosen, self._came_from = bar, self._document.frame
+            later = own[own > self._document.frame]
+            self._document.go_to(int((later if len(later) else own)[0]))
+
+    def first_frame(self, bar: int) -> None:
+        """Go to the first frame of a bar."""
+        own = self._frames[self._bars == bar]
+        if len(own):
+            self.chosen, self._came_from = bar, self._document.frame
+            self._document.go_to(int(own[0]))
+
+    def next_bar(self) -> None:
+        """Go to the first frame of the next bar that has any, behind the strongest the weakest."""
+        filled = np.unique(self._bars[self._bars >= 0])
+        if len(filled):
+            later = filled[filled > (-1 if self.chosen is None else self.chosen)]
+            self.first_frame(int((later if len(later) else filled)[0]))
+
+    def next_in_bar(self) -> None:
+        """Go to the next frame of the bar that one is in, or of the first."""
+        if self.chosen is None:
+            self.next_bar()
+        else:
+            self.next_frame(self.chosen)
+
+    def back(self) -> None:
+        """Go where the playhead was before the last step: it was half of a double click."""
+        if self.chosen is not None:
+            self.chosen = None
+            self._document.go_to(self._came_from)
+
+    @property
+    def words(self) -> str:
+        """Where one is, '' where not in the chosen bar."""
+        if self.chosen is None:
+            return ""
+        own = self._frames[self._bars == self.chosen]
+        at = np.flatnonzero(own == self._document.frame)
+        if not len(at):
+            return ""
+        frame = self._document.frame + self._document.first_frame
+        return f"frame {frame}, {at[0] + 1} of {len(own)} in {bar_words(self.chosen)}"

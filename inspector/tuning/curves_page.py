@@ -1,0 +1,206 @@
+"""The page of the selected chain: its frames by strength, and what every τ costs it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from inspector.session.document import Document
+from inspector.tuning.bar_frames import BarFrames
+from inspector.tuning.cost_plot import CostPlot
+from inspector.tuning.cost_words import band_words, fsr_words
+from inspector.tuning.strength_histogram import Histogram
+from inspector.tuning.tau_costs import Costs
+from inspector.tuning.wishes import Wishes
+from inspector.widgets.building import action_button, hbox, vbox
+from inspector.widgets.labels import Caption, inked
+from inspector.widgets.theme import Theme
+
+_NO_COSTS = "What τ costs is measured for chains; a limb has its automatic τ."
+
+
+class CurvesPage(QWidget):
+    """Two plots over τ, with words; `asked` for another τ, degrees, and whether by a drag."""
+
+    asked = Signal(float, bool)
+    dropped = Signal()
+
+    def __init__(
+        self,
+        document: Document,
+        theme: Theme,
+        costs: Costs,
+        wishes: Wishes,
+        actions: Mapping[str, QAction],
+    ) -> None:
+        super().__init__()
+        self._document, self._costs, self._wishes, self._theme = document, costs, wishes, theme
+        self._strength, self._floor = np.zeros(0), 0.0  # of the selected chain, degrees
+        self._counted: NDArray[np.bool_] = np.zeros(0, dtype=bool)
+        self.bars = BarFrames(document)
+        self.histogram, self.cost = Histogram(theme), CostPlot(theme)
+        for plot, name in (
+            (self.histogram, "Frames by strength"),
+            (self.cost, "FSR and false alarms against τ"),
+        ):
+            plot.setAccessibleName(name)
+            plot.asked.connect(self._ask)
+            plot.dropped.connect(self.dropped)
+        tau = "Drag the τ line, or double click where it should be"
+        self.cost.setToolTip(tau)
+        self.histogram.setToolTip(f"A click on a bar goes to its frames. {tau}")
+        self.histogram.picked.connect(self._pick)
+        document.frame_changed.connect(self._say_where)
+        document.numbering_changed.connect(self._say_where)
+        self.strength_words, self.cost_words, self.state = Caption(), Caption(), Caption(soft=True)
+        steps = [action_button(actions[name], short) for name, short in _STEPS.items()]
+        for button in steps:
+            button.setAutoRaise(True)
+        vbox(
+            hbox((self.strength_words, 1), *steps, spacing=0),
+            (self.histogram, 1),
+            self.cost_words,
+            (self.cost, 1),
+            self.state,
+            owner=self,
+            margins=(0, 4, 0, 0),
+            spacing=2,
+        )
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self._theme = theme
+        for plot in (self.histogram, self.cost):
+            plot.set_theme(theme)
+
+    # -- what it shows ------------------------------------------------------------------------
+
+    def show_chain(self) -> None:
+        """Another chain, other curves."""
+        document, data = self._document, self._document.data
+        assert data is not None
+        name = document.chain
+        own = document.review.state.method == "paper" or document.limb is not None
+        m = None if own else np.degrees(data.signals[name].strength)
+        self._counted = self._frames_that_count()
+        strength = np.degrees(document.detector.strength(name))
+        same = len(strength) == len(self._strength) and np.array_equal(strength, self._strength)
+        self._strength = strength
+        counted = self._counted
+        self.histogram.show_strength(strength[counted], None if m is None else m[counted])
+        if not same:
+            self.bars.take(strength, counted)
+        self._floor = float(np.degrees(document.detector.automatic_tau(name)))
+        for plot in (self.histogram, self.cost):
+            plot.show_floor(self._floor)
+        curve = self._costs.curves.get(name)
+        self.cost.show_curve(curve, self._wishes.suggested(curve) if curve else 0.0)
+        self.cost.setVisible(document.limb is None)
+        self._say_where()
+
+    def _frames_that_count(self) -> NDArray[np.bool_]:
+        """Those that are not left out of tuning."""
+        counted = np.ones(self._document.frames, dtype=bool)
+        if (capture := self._costs.capture) is not None:
+            counted[: capture.first] = counted[capture.stop :] = False
+        for start, stop in self._document.review.state.left_out:
+            counted[start:stop] = False
+        return counted
+
+    def show_tau(self, degrees: float, *, held: bool) -> None:
+        """The τ line of both plots; not under a hand that holds it."""
+        for plot in (self.histogram, self.cost):
+            plot.show_tau(degrees, held=held and plot.tau_line.moving)
+
+    def show_words(self, degrees: float) -> None:
+        """What stands above the plots, and the line below."""
+        self.strength_words.set_text(self._strength_text(degrees))
+        left = int((~self._counted).sum())
+        self.strength_words.setToolTip(f"{left} frames are left out (Suggestion)" if left else "")
+        limb = self._document.limb is not None
+        self.cost_words.set_text(_NO_COSTS if limb else self._cost_text())
+        found = len(self._document.review.state.of_chain(self._document.chain))
+        count = "1 interval" if found == 1 else f"{found} intervals"
+        parts = [f"{count} at τ {degrees:.2f}°"]
+        if (curve := self._costs.curves.get(self._document.chain)) is not None:
+            cost = curve.cost(float(np.radians(degrees)))
+            parts += [f"FSR {fsr_words(cost)}", f"false alarms {cost.alarms:.3g}"]
+            self.state.setToolTip(band_words(cost))
+        if not limb and (progress := self.progress()):
+            parts.append(progress)
+        self.state.set_text(" · ".join(parts))
+
+    def _strength_text(self, degrees: float) -> str:
+        document, theme = self._document, self._theme
+        reach = int((self._strength[self._counted] >= degrees).sum())
+        limb = document.limb is not None
+        paper = document.review.state.method == "paper" or limb
+        square = inked("■", theme.before)
+        what = "jump of the limb" if limb else "strength"
+        frames = int(self._counted.sum())
+        words = [f"Frames by {what}  {square} {reach} of {frames} reach τ"]
+        if not paper:
+            words.append(_inked("■ the paper's m(t)", theme.soft))
+        # The paper's detector, and that of limbs, has a fixed τ and knows no noise.
+        name = "automatic τ" if paper else "noise floor"
+        words.append(_inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
+        return "  ".join(words)
+
+    def _cost_text(self) -> str:
+        theme = self._theme
+        words = [_inked("━ FSR", theme.after), _inked("■ false alarms", theme.rejected)]
+        if (curve := self._costs.curves.get(self._document.chain)) is not None:
+            suggested = np.degrees(self._wishes.suggested(curve))
+            words.append(_inked(f"▼ suggested {suggested:.2f}°", theme.accepted))
+        return "Errors put into this clip  " + "  ".join(words)
+
+    def progress(self) -> str:
+        """What is being measured, or why it is not; '' when all is known."""
+        costs = self._costs
+        if costs.trouble:
+            return costs.trouble
+        known, total = len(costs.curves), len(costs.names)
+        if not total:
+            return "no chain of this clip can be corrected"
+        return f"measuring, {known} of {total} chains …" if known < total else ""
+
+    # -- frames behind a bar ------------------------------------------------------------------
+
+    def next_bar(self) -> None:
+        """Go to the first frame of the next stronger bar."""
+        self.bars.next_bar()
+        self._say_where()
+
+    def next_in_bar(self) -> None:
+        """Go to the next frame of the bar."""
+        self.bars.next_in_bar()
+        self._say_where()
+
+    def _pick(self, bar: int) -> None:
+        self.bars.next_frame(bar)
+        self._say_where()
+
+    def _ask(self, degrees: float, dragging: bool) -> None:
+        if not dragging and self.sender() is self.histogram:
+            self.bars.back()  # the first click of the two meant no frame
+            self._say_where()
+        self.asked.emit(degrees, dragging)
+
+    def _say_where(self, *_: object) -> None:
+        words = self.bars.words
+        if not words:
+            self.bars.chosen = None
+        self.histogram.show_choice(self.bars.chosen, words)
+
+
+def _inked(text: str, colour: str) -> str:
+    """Words that are not broken, and a gap before the next."""
+    return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
+
+
+_STEPS = {"next_bar": "Bar ▸", "next_in_bar": "Frame ▸"}

@@ -1,0 +1,100 @@
+"""Both detectors side by side: each with its own τ, suggested and automatic, and its own costs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspector.session.document import Document
+from inspector.tuning.cost_words import DETECTORS, alarm_words, band_words, fsr_words
+from inspector.tuning.tau_costs import Costs
+from inspector.tuning.wishes import Wishes
+from inspector.widgets.tables import Row, RowModel
+from inspector.widgets.theme import Theme
+from twistcore.tuning import Cost, TauCurve, cost_of_all
+
+_KINDS = ("suggested", "automatic")
+_AUTOMATIC = "    automatic τ"
+_WHOSE = {"consistency": "Ours", "paper": "Paper's"}
+_HEADS = ("τ", "FSR %", "alarms")
+_TIPS = (
+    "τ of the chain",
+    "Share of injected error frames repaired, and where it lies by those drawn",
+    "False alarms in this clip",
+)
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A chain, '' for all, at one kind of τ."""
+
+    chain: str
+    kind: str
+    texts: tuple[str, ...]
+    tips: tuple[str, ...]
+
+
+class DetectorsModel(RowModel[_Line]):
+    """Two rows a chain, of its suggested and its automatic τ, and at the end two of all chains."""
+
+    heads = ("\nChain", *(f"{whose}\n{what}" for whose in _WHOSE.values() for what in _HEADS))
+    head_tips = ("", *(f"{tip}: {DETECTORS[m]}" for m in _WHOSE for tip in _TIPS))
+    right = range(1, len(heads))
+
+    def __init__(self, document: Document, theme: Theme, costs: Costs, wishes: Wishes) -> None:
+        super().__init__(theme)
+        self._document, self._costs, self._wishes = document, costs, wishes
+
+    def key(self, thing: _Line) -> tuple[str, str]:
+        """Chain and kind of τ."""
+        return thing.chain, thing.kind
+
+    def describe(self, thing: _Line) -> Row:
+        """The automatic τ is said softly."""
+        soft = thing.kind == _KINDS[1]
+        colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
+        return Row(thing.texts, colours=colours, tips=thing.tips)
+
+    def refresh(self) -> None:
+        """Numbers as they are known now."""
+        data = self._document.data
+        names = {c.name: c.label for c in data.chains} if data else {}
+        chains = [(name, label) for name, label in names.items() if name in self._costs.names]
+        if not chains:
+            self.show(())
+            return
+        self.show([self._line(*c, kind) for c in [*chains, ("", "All chains")] for kind in _KINDS])
+
+    def _line(self, chain: str, label: str, kind: str) -> _Line:
+        texts, tips = [label if kind == _KINDS[0] else _AUTOMATIC], [f"At the {kind} τ"]
+        for method in _WHOSE:
+            curves = self._costs.by(method)
+            said, cost = "", None
+            if chain and chain in curves:
+                tau = self._tau(curves[chain], kind)
+                said, cost = f"{np.degrees(tau):.2f}°", curves[chain].cost(tau)
+            elif not chain:
+                cost = self._total(curves, kind)
+            if cost is None:
+                unknown = "…" if self._costs.coming(method) else "–"
+                texts += [unknown if chain else "", unknown, unknown]
+                tips += 3 * [""]
+            else:
+                texts += [said, fsr_words(cost, 0, unit=""), f"{cost.alarms:.3g}"]
+                tips += ["", band_words(cost), alarm_words(cost)]
+        return _Line(chain, kind, tuple(texts), tuple(tips))
+
+    def _total(self, curves: Mapping[str, TauCurve], kind: str) -> Cost | None:
+        if len(curves) < len(self._costs.names):
+            return None
+        return cost_of_all([(curve, self._tau(curve, kind)) for curve in curves.values()])
+
+    def _tau(self, curve: TauCurve, kind: str) -> float:
+        return self._wishes.suggested(curve) if kind == _KINDS[0] else curve.floor
+
+
+def rows_of(lines: Sequence[_Line], chain: str) -> int | None:
+    """Where a chain's first row stands."""
+    return next((k for k, line in enumerate(lines) if line.chain == chain), None)

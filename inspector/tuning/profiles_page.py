@@ -1,0 +1,142 @@
+"""The page of all chains: their τ and costs, those of profiles beside them, and both detectors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+from PySide6.QtCore import QModelIndex, Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QHeaderView, QMenu, QStackedWidget, QToolButton, QWidget
+
+from inspector.session.document import Document
+from inspector.tuning.detectors_table import DetectorsModel, rows_of
+from inspector.tuning.tau_costs import Costs
+from inspector.tuning.tau_table import Column, ComparisonModel
+from inspector.tuning.wishes import Wishes
+from inspector.widgets.building import Wrapping, action_button, hbox, vbox
+from inspector.widgets.labels import Caption
+from inspector.widgets.tables import RowTable
+from inspector.widgets.theme import Theme
+from twistcore.detection import DETECTORS
+
+_OF_FILES = ("load_profile", "save_profile", "profile_to_folder", "automatic_folder")
+_BUTTONS = {  # the words on them: it is plain what they are about
+    "compare_profiles": "Compare…",
+    "take_profile": "Take over",
+    "close_comparison": "Close",
+    "both_costs": "Both detectors",
+}
+
+
+_BOTH = "Of each chain first its suggested τ. In brackets: where the FSR lies, by the errors drawn."
+
+
+class ProfilesPage(QWidget):
+    """A table of τ and costs, or one of both detectors; `chosen`: a chain's name was clicked."""
+
+    chosen = Signal(str)
+
+    def __init__(
+        self,
+        document: Document,
+        theme: Theme,
+        costs: Costs,
+        wishes: Wishes,
+        actions: Mapping[str, QAction],
+    ) -> None:
+        super().__init__()
+        self._costs, self._actions = costs, actions
+        self.model = ComparisonModel(document, theme, costs)
+        self.detectors = DetectorsModel(document, theme, costs, wishes)
+        self.table, self.both_table = RowTable(self.model, room=5), RowTable(self.detectors, room=5)
+        self._tables = QStackedWidget()
+        for table in (self.table, self.both_table):
+            header = table.horizontalHeader()
+            header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+            table.setHorizontalScrollMode(table.ScrollMode.ScrollPerPixel)
+            table.clicked.connect(self._choose)
+            table.resized.connect(partial(self._fit, table))
+            self._tables.addWidget(table)
+        self.note = Caption(soft=True)
+        files = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup)
+        files.setText("Profile")
+        files.setToolTip("Load and save τ, or use it for the folder")
+        menu = QMenu(files)
+        menu.addActions([actions[name] for name in _OF_FILES])
+        files.setMenu(menu)
+        self.buttons = {name: action_button(actions[name], w) for name, w in _BUTTONS.items()}
+        always = files, self.buttons["compare_profiles"], self.buttons["both_costs"]
+        beside = self.buttons["take_profile"], self.buttons["close_comparison"]
+        rows = hbox(*always, spacing=4), hbox(*beside, None, spacing=4)
+        rows[0].setAlignment(Qt.AlignmentFlag.AlignLeft)
+        vbox(
+            (self._tables, 1),
+            self.note,
+            Wrapping(*rows, spacing=4),
+            owner=self,
+            margins=(0, 4, 0, 0),
+            spacing=4,
+        )
+        self._show_buttons()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        self.model.set_theme(theme)
+        self.detectors.set_theme(theme)
+
+    def show_beside(self, others: Sequence[Column]) -> None:
+        """Other profiles in the table: none, one beside the present τ, or two instead of it."""
+        self.model.show_beside(others)
+        self._actions["both_costs"].setChecked(False)
+        self._need()
+
+    def show_both(self, both: bool) -> None:
+        """The table of both detectors, or that of τ as it is."""
+        self._tables.setCurrentIndex(int(both))
+        self._need()
+        self.refresh()
+
+    def _need(self) -> None:
+        """What is shown is measured: of every set of τ by its own detector."""
+        both = self._tables.currentWidget() is self.both_table
+        own = (self.model.method(c) for c in self.model.columns if c.profile.method)
+        self._costs.needs(DETECTORS if both else own)
+        self._show_buttons()
+
+    def _show_buttons(self) -> None:
+        for name in ("take_profile", "close_comparison"):
+            self._actions[name].setEnabled(bool(self.model.others))
+            self.buttons[name].setVisible(bool(self.model.others))
+
+    def refresh(self) -> None:
+        """Other numbers in the rows."""
+        both = self._tables.currentWidget() is self.both_table
+        (self.detectors if both else self.model).refresh()
+        note = _BOTH if both else self.model.note
+        self.note.set_text(note)
+        self.note.setVisible(bool(note))
+        self._fit(self.both_table if both else self.table)
+
+    def _fit(self, table: RowTable) -> None:
+        """Chains have what room there is; where there is too little the table scrolls."""
+        header, model = table.horizontalHeader(), table.model()
+        if model.rowCount():
+            own = max(table.sizeHintForColumn(0), header.sectionSizeHint(0))
+            others = sum(header.sectionSize(k) for k in range(1, header.count()))
+            mode = QHeaderView.ResizeMode
+            wide = own + others <= table.viewport().width()
+            header.setSectionResizeMode(0, mode.Stretch if wide else mode.ResizeToContents)
+
+    def show_chain(self, name: str) -> None:
+        """Its row is the selected one."""
+        if (row := self.model.row_of(name)) is not None:
+            self.table.selectRow(row)
+        if (row := rows_of(self.detectors.things, name)) is not None:
+            self.both_table.selectRow(row)
+
+    def _choose(self, index: QModelIndex) -> None:
+        model = index.model()
+        assert isinstance(model, ComparisonModel | DetectorsModel)
+        if name := model.things[index.row()].chain:
+            self.chosen.emit(name)

@@ -1,0 +1,179 @@
+"""How strong the frames of a chain are: a bar for every strength, which leads to its frames."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QResizeEvent
+from PySide6.QtWidgets import QLabel
+
+from inspector.tuning.tau_plots import AXIS_WIDTH, HIGHEST, LABEL_ROOM, LOWEST, TauPlot
+from inspector.widgets.axes import Axis, apart
+from inspector.widgets.theme import Theme, figures_font
+from twistcore.rotation import Array
+
+_BINS = np.linspace(np.log10(LOWEST), np.log10(HIGHEST), 65)
+_COUNTS = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
+
+
+class _CountAxis(Axis):
+    """Frames on the scale log(1 + n), on which a single one is still seen."""
+
+    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
+        """Round counts, as many as find room."""
+        room = LABEL_ROOM * (high - low) / max(size, 1.0)
+        chosen = apart((float(np.log1p(n)) for n in _COUNTS), room)
+        return [(1.0, [at for at in chosen if at <= high - 0.5 * room])]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """The count that a place stands for."""
+        return [f"{np.expm1(v):.0f}" for v in values]
+
+
+class Histogram(TauPlot):
+    """Frames by strength: below τ faint, from τ on full; the paper's m(t) as a grey outline.
+
+    A click on a bar is told by `picked`. What is under the mouse, or else was picked, stands in
+    `words`.
+    """
+
+    picked = Signal(int)
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__(_CountAxis("left"))
+        self.words = QLabel(self)
+        self.words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.words.setFont(figures_font(8.0))
+        self._said, self._chosen, self._pointed = "", -1, -1
+        self.mark = pg.PlotCurveItem(_BINS[:2], np.zeros(1), stepMode="center", fillLevel=0.0)
+        self.mark.setZValue(15)
+        self.addItem(self.mark)
+        self.setMouseTracking(True)
+        self._counts = np.zeros(len(_BINS) - 1)
+        self._tau = LOWEST
+        self.m, self.below, self.above = (
+            pg.PlotCurveItem(_BINS, self._counts, stepMode="center", fillLevel=0.0)
+            for _ in range(3)
+        )
+        for item in (self.m, self.below, self.above):
+            self.addItem(item)
+        self.set_theme(theme)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Other colours."""
+        super().set_theme(theme)
+        self.words.setStyleSheet(
+            f"color: {theme.text}; background: {theme.surface}; padding: 0 3px;"
+        )
+        self.mark.setPen(pg.mkPen(theme.accent, width=2.5))
+        for item, colour, alpha in (
+            (self.m, theme.soft, 60),
+            (self.below, theme.before, 70),
+            (self.above, theme.before, 255),
+        ):
+            fill = QColor(colour)
+            fill.setAlpha(alpha)
+            item.setBrush(fill)
+            item.setPen(pg.mkPen(colour, width=0.8))
+
+    def show_strength(self, strength: Array, m: Array | None) -> None:
+        """strength, m: degrees, (frames,); m None where the strength is m itself."""
+        self._counts = _counted(strength)
+        shown = np.log1p(_counted(m)) if m is not None else np.zeros(len(_BINS) - 1)
+        self.m.setData(_BINS, shown)
+        top = float(max(np.log1p(self._counts).max(), shown.max(), np.log1p(3)))
+        self.view.setYRange(0.0, 1.08 * top, padding=0.0)
+        self._split()
+
+    def show_choice(self, bar: int | None, words: str) -> None:
+        """Mark a bar and say what is to be said of it."""
+        self._chosen, self._said = -1 if bar is None else bar, words
+        if bar is not None:
+            self.mark.setData(_BINS[bar : bar + 2], np.log1p(self._counts[bar : bar + 1]))
+        self.mark.setVisible(bar is not None)
+        self._say()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """What bar is under the mouse."""
+        super().mouseMoveEvent(event)
+        bar = self._bar_at(self.mapToScene(event.position().toPoint()))
+        if bar != self._pointed:
+            self._pointed = bar
+            self._say()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """None is."""
+        super().leaveEvent(event)
+        self._pointed = -1
+        self._say()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """The words stand at the right."""
+        super().resizeEvent(event)
+        if hasattr(self, "words"):
+            self._place_words()
+
+    def _clicked(self, event: Any) -> None:
+        super()._clicked(event)
+        if not event.double() and event.button() == Qt.MouseButton.LeftButton:
+            bar = self._bar_at(event.scenePos())
+            if bar >= 0:
+                self.picked.emit(bar)
+
+    def _bar_at(self, place: QPointF) -> int:
+        """The bar in whose column a place of the scene lies, -1 where none stands."""
+        if not self.view.sceneBoundingRect().contains(place):
+            return -1
+        bar = int(np.searchsorted(_BINS, self.view.mapSceneToView(place).x())) - 1
+        return bar if 0 <= bar < len(self._counts) and self._counts[bar] else -1
+
+    def _say(self) -> None:
+        """Of the bar under the mouse; of the chosen one where that is it, or none is."""
+        said = self._said
+        if self._pointed >= 0 and (self._pointed != self._chosen or not said):
+            frames = int(self._counts[self._pointed])
+            said = f"{bar_words(self._pointed)}: {frames} frame{'s' * (frames > 1)}"
+        self.words.setText(said)
+        self.words.setVisible(bool(said))
+        self._place_words()
+        self.touch()
+
+    def _place_words(self) -> None:
+        self.words.adjustSize()
+        self.words.move(self.width() - AXIS_WIDTH - self.words.width() - 4, 2)
+
+    def show_tau(self, degrees: float, *, held: bool) -> None:
+        """The line, and which frames reach it."""
+        super().show_tau(degrees, held=held)
+        if degrees != self._tau:
+            self._tau = degrees
+            self._split()
+
+    def _split(self) -> None:
+        reaches = _BINS[1:] > np.log10(self._tau)
+        shown = np.log1p(self._counts)
+        self.below.setData(_BINS, np.where(reaches, 0.0, shown))
+        self.above.setData(_BINS, np.where(reaches, shown, 0.0))
+        self.touch()
+
+
+def bar_of(degrees: Array) -> NDArray[np.int_]:
+    """The bar that every strength stands in, -1 where too weak for any; (frames,)."""
+    place = np.log10(np.clip(degrees, LOWEST, HIGHEST))
+    bars = np.minimum(np.searchsorted(_BINS, place, side="right") - 1, len(_BINS) - 2)
+    return np.where(degrees < LOWEST, -1, bars)
+
+
+def bar_words(bar: int) -> str:
+    """From where to where a bar reaches."""
+    low, high = 10 ** _BINS[bar], 10 ** _BINS[bar + 1]
+    return f"{low:.3g}–{high:.3g}°"
+
+
+def _counted(degrees: Array) -> Array:
+    bars = bar_of(degrees)
+    return np.bincount(bars[bars >= 0], minlength=len(_BINS) - 1).astype(np.float64)

@@ -1,0 +1,110 @@
+"""The page of what a suggestion rests on: its price, the errors drawn, the frames that count."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QAbstractSpinBox, QDoubleSpinBox, QFormLayout, QSpinBox, QWidget
+
+from inspector.session.document import Document
+from inspector.session.settings import MOST_DRAWS
+from inspector.tuning.tau_costs import Costs
+from inspector.tuning.wishes import Wishes
+from inspector.widgets.building import action_button, hbox, vbox
+from inspector.widgets.labels import Caption
+from twistcore.tuning import Span
+
+_LEAVE_OUT = {  # the words on the buttons, behind "Leave out:"
+    "leave_out_interval": "The interval",
+    "leave_out_visible": "The view",
+    "take_all_in": "Nothing",
+}
+
+
+class SuggestionPage(QWidget):
+    """Three settings of a person's, whether one τ does for all chains, and which frames count."""
+
+    def __init__(
+        self,
+        document: Document,
+        costs: Costs,
+        wishes: Wishes,
+        actions: Mapping[str, QAction],
+    ) -> None:
+        super().__init__()
+        self._document, self._costs, self._wishes = document, costs, wishes
+        self.points = QDoubleSpinBox(decimals=1, maximum=100.0, suffix=" points of FSR")
+        self.points.setToolTip("What one false alarm a clip, or minute of a longer one, may cost")
+        self.smallest = QDoubleSpinBox(decimals=1, minimum=0.1, maximum=180.0, suffix="°")
+        self.smallest.setToolTip("Errors put in that are smaller do not count for the suggestion")
+        self.draws = QSpinBox(minimum=1, maximum=MOST_DRAWS)
+        self.draws.setToolTip(
+            "How often errors are put into each chain: more take longer, and narrow the band"
+        )
+        form = QFormLayout(labelAlignment=Qt.AlignmentFlag.AlignLeft)
+        form.setContentsMargins(0, 0, 0, 0)
+        form.setVerticalSpacing(3)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.FieldsStayAtSizeHint)
+        boxes: tuple[tuple[str, QAbstractSpinBox], ...] = (
+            ("A false alarm may cost", self.points),
+            ("Errors are looked for from", self.smallest),
+            ("Draws of errors", self.draws),
+        )
+        for words, box in boxes:
+            box.setKeyboardTracking(False)
+            box.setAlignment(Qt.AlignmentFlag.AlignRight)
+            box.setAccessibleName(words)
+            form.addRow(words, box)
+        self.show_wishes()
+        self.points.valueChanged.connect(lambda value: wishes.wish(points=value))
+        self.smallest.valueChanged.connect(lambda value: wishes.wish(smallest_degrees=value))
+        self.draws.valueChanged.connect(lambda value: wishes.wish(draws=value))
+        self.shared, self.left_out = Caption(), Caption(soft=True)
+        buttons = [action_button(actions[name], word) for name, word in _LEAVE_OUT.items()]
+        vbox(
+            form,
+            self.shared,
+            self.left_out,
+            hbox("Leave out", *buttons, None, spacing=4),
+            None,
+            owner=self,
+            margins=(0, 6, 0, 0),
+            spacing=6,
+        )
+
+    def show_wishes(self) -> None:
+        """The settings as they are."""
+        self.points.setValue(self._wishes.points)
+        self.smallest.setValue(self._wishes.smallest_degrees)
+        self.draws.setValue(self._wishes.draws)
+
+    def refresh(self) -> None:
+        """Other curves, other frames."""
+        data = self._document.data
+        if data is None:
+            return
+        curves = self._costs.curves
+        known = len(curves) == len(self._costs.names)
+        shared = self._wishes.shared(curves) if known else None
+        waiting = "" if known else f"Measuring, {len(curves)} of {len(self._costs.names)} chains …"
+        labels = {c.name: c.label for c in data.chains}
+        self.shared.set_text(shared.words(labels) if shared else waiting)
+        self.left_out.set_text(self._left_out_words())
+
+    def _left_out_words(self) -> str:
+        frames, capture = self._document.frames, self._costs.capture
+        said = []
+        if capture is not None and capture.first:
+            said.append(f"{self._named((0, capture.first))} (a blend from a first pose)")
+        if capture is not None and capture.stop < frames:
+            said.append(f"{self._named((capture.stop, frames))} (a blend into a rest pose)")
+        yours = [self._named(span) for span in self._document.review.state.left_out]
+        if yours:
+            said.append(f"{', '.join(yours)} (yours)")
+        return f"Left out: frames {', '.join(said)}." if said else "All frames count."
+
+    def _named(self, span: Span) -> str:
+        first, last = (frame + self._document.first_frame for frame in (span[0], span[1] - 1))
+        return f"{first}" if first == last else f"{first}–{last}"
