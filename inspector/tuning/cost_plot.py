@@ -1,8 +1,6 @@
-"""What every τ costs: errors repaired, in their band, and false alarms; in words, too."""
+"""What every τ costs: the share of errors repaired, in its band, and the false alarms."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import pyqtgraph as pg
@@ -11,9 +9,8 @@ from PySide6.QtGui import QColor
 from inspector.tuning.tau_plots import LABEL_ROOM, TauPlot
 from inspector.widgets.axes import Axis
 from inspector.widgets.theme import Theme
-from twistcore.tuning import Cost, TauCurve
+from twistcore.tuning import TauCurve
 
-DETECTORS = {"consistency": "our detector", "paper": "the paper's detector"}
 _BAND_ALPHA = 60
 
 
@@ -102,33 +99,3 @@ class CostPlot(TauPlot):
     def _fit(self) -> None:
         self._alarms_view.setGeometry(self.view.sceneBoundingRect())
         self._alarms_view.linkedViewChanged(self.view, pg.ViewBox.XAxis)
-
-
-def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
-    """'93.1 % (86–97)'; '–' where nothing was drawn."""
-    if math.isnan(cost.fsr):
-        return "–"
-    said = f"{100.0 * cost.fsr:.{digits}f}{unit}"
-    if math.isnan(cost.low):
-        return said
-    return f"{said} ({100.0 * cost.low:.0f}–{100.0 * cost.high:.0f})"
-
-
-def band_words(cost: Cost) -> str:
-    """What the band means."""
-    if math.isnan(cost.low):
-        return "No error could be put in."
-    low, high = 100.0 * cost.low, 100.0 * cost.high
-    return (
-        f"FSR between {low:.0f} and {high:.0f} %, by the errors that were drawn "
-        "(95 % confidence): more draws, a narrower band"
-    )
-
-
-def alarm_words(cost: Cost) -> str:
-    """What a count in one clip says of others."""
-    low, high = cost.rate_band
-    return (
-        f"{cost.alarms:.3g} in {60.0 * cost.minutes:.1f} s: in clips like this one between "
-        f"{low:.3g} and {high:.3g} a minute (95 % confidence)"
-    )

@@ -12,7 +12,8 @@ from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
 from inspector.tuning.bar_frames import BarFrames
-from inspector.tuning.cost_plot import CostPlot, band_words, fsr_words
+from inspector.tuning.cost_plot import CostPlot
+from inspector.tuning.cost_words import band_words, fsr_words
 from inspector.tuning.strength_histogram import Histogram
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes

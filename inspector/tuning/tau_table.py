@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inspector.session.document import Document
-from inspector.tuning.cost_plot import DETECTORS, alarm_words, band_words
+from inspector.tuning.cost_words import DETECTORS, alarm_words, band_words
 from inspector.tuning.tau_costs import Costs
 from inspector.widgets.tables import Row, RowModel
 from inspector.widgets.theme import Theme

@@ -36,12 +36,6 @@ class TuningActions:
     dock: QDockWidget
     window: QWidget
 
-    def __post_init__(self) -> None:
-        """Profiles that are remembered are offered from now on."""
-        performers = self.tuning.evidence.performers
-        offer = self.bar.offer_behind
-        self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
-
     def load_profile(self) -> None:
         """Ask for a profile and take its τ."""
         ask_files(self.window, "Load profile", _PATTERN, lambda p: self.load_profile_from(p[0]))
@@ -117,6 +111,12 @@ class TuningActions:
         except TwistError as error:
             self.bar.show_message(f"{error}. Nothing was changed.", True)
             return None
+
+    def __post_init__(self) -> None:
+        """Profiles that are remembered are offered from now on."""
+        performers = self.tuning.evidence.performers
+        offer = self.bar.offer_behind
+        self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
 
     # -- frames that do not count -------------------------------------------------------------
 

@@ -123,7 +123,10 @@ class TuningPanel(QWidget):
         self.verdicts.dropped.connect(self._drop)
         self.confidence = ConfidencePage(self._document, self.evidence, theme)
         self.tabs.addTab(self.verdicts, "Verdicts")
-        self.tabs.addTab(self.confidence, "Confidence")
+        last = self.tabs.addTab(
+            self.confidence, "Conf."
+        )  # in a window of 1024 there is no more room
+        self.tabs.setTabToolTip(last, "Confidence, learned from verdicts")
         self.tabs.currentChanged.connect(self._stale.mark_all)
         self.tabs.currentChanged.connect(self._watch_verdicts)
         vbox(head, (self.tabs, 1), owner=content, margins=(8, 6, 8, 6), spacing=4)
@@ -133,8 +136,10 @@ class TuningPanel(QWidget):
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
-        for page in (self.curves, self.profiles, self.verdicts, self.confidence):
-            page.set_theme(theme)
+        self.curves.set_theme(theme)
+        self.profiles.set_theme(theme)
+        self.verdicts.set_theme(theme)
+        self.confidence.set_theme(theme)
         self._stale.mark_all()
 
     # -- following the document ---------------------------------------------------------------
@@ -176,6 +181,7 @@ class TuningPanel(QWidget):
         if abs(self.box.value() - degrees) > _SAME:  # else a number being typed would be lost
             with QSignalBlocker(self.box):
                 self.box.setValue(degrees)
+        self.verdicts.show_tau(degrees, held=bool(self._drag))
         page = self.tabs.currentWidget()
         if page is self.curves:
             self.curves.show_words(degrees)
@@ -184,8 +190,7 @@ class TuningPanel(QWidget):
             self.profiles.show_chain(document.chain)
         elif page is self.suggestion:
             self.suggestion.refresh()
-        else:
-            self.verdicts.show_tau(degrees, held=bool(self._drag))
+        elif page is self.verdicts:
             self.verdicts.refresh()
 
     def _degrees(self) -> float:

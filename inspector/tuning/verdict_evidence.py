@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -83,6 +84,11 @@ class VerdictEvidence(QObject):
         """Whether other numbers are still to come."""
         return self._task.running or self._settle.isActive()
 
+    @property
+    def _wanted(self) -> tuple[float, float]:
+        """What an alarm may cost, a share of the errors; the smallest looked for, radians."""
+        return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
+
     def watch(self, on: bool) -> None:
         """Count from now on, as somebody looks; or stop."""
         self._watching = on
@@ -109,7 +115,7 @@ class VerdictEvidence(QObject):
             return
         state = self._document.review.state
         decided = tuple(filter(is_verdict, state.intervals))
-        said = (data.clip, state.method, state.rig, self._wishes.terms, decided)
+        said = (data.clip, state.method, state.rig, self._wanted, decided)
         if said != self._said:
             self._said = said
             self._task.cancel()
@@ -121,9 +127,7 @@ class VerdictEvidence(QObject):
         if data is None or not self._watching:
             return
         state = self._document.review.state
-        work = partial(
-            _counted, data, state, self._wishes.terms, self.performers, dict(self._known)
-        )
+        work = partial(_counted, data, state, self._wanted, self.performers, dict(self._known))
         self._task.run(work, self._take, self._fail)
         self.changed.emit()
 
@@ -140,7 +144,7 @@ class VerdictEvidence(QObject):
 def _counted(
     data: Analysed,
     state: ReviewState,
-    terms: tuple[float, float],
+    wanted: tuple[float, float],
     performers: Performers,
     known: _Known,
     tell: Tell,
@@ -167,7 +171,7 @@ def _counted(
         else:
             others.append(judged)
     clips = (own, *others)
-    scopes = tuple(_scopes(own, clips, terms))
+    scopes = tuple(_scopes(own, clips, wanted))
     learnt = {
         s.name: learned_profile(s.clips, s.found)
         for s in scopes
@@ -177,7 +181,7 @@ def _counted(
 
 
 def _scopes(
-    own: JudgedClip, clips: Sequence[JudgedClip], terms: tuple[float, float]
+    own: JudgedClip, clips: Sequence[JudgedClip], wanted: tuple[float, float]
 ) -> Iterator[Scope]:
     rig = tuple(c for c in clips if c.rig == own.rig)
     groups: dict[str, tuple[JudgedClip, ...]] = {CLIP: (own,)}
@@ -185,9 +189,9 @@ def _scopes(
         groups[f"Performer {own.performer}"] = tuple(c for c in rig if c.performer == own.performer)
     groups |= {RIG: rig, FOLDER: tuple(clips)}
     for name, some in groups.items():
-        found = common_tau(some, *terms)
+        found = common_tau(some, *wanted)
         yield Scope(name, some, verdict_curve(some), found)
     for chain in dict.fromkeys(v.chain for c in rig for v in c.verdicts):
         curve = verdict_curve(rig, chain)
-        suggestion = curve.suggested(*terms)
+        suggestion = curve.suggested(*wanted)
         yield Scope(chain, rig, curve, suggestion=suggestion, chain=chain)

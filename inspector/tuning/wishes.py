@@ -54,13 +54,12 @@ class Wishes(QObject):
 
     def suggested(self, curve: TauCurve) -> float:
         """τ in radians that a curve speaks for."""
-        return curve.suggested(*self.terms)
+        return curve.suggested(*self._terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
         """Whether one τ does for all chains."""
-        return shared_tau(curves, *self.terms)
+        return shared_tau(curves, *self._terms)
 
     @property
-    def terms(self) -> tuple[float, float]:
-        """The price of an alarm, a share; the smallest errors looked for, radians."""
+    def _terms(self) -> tuple[float, float]:
         return self.points / 100.0, math.radians(self.smallest_degrees)

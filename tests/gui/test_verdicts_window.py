@@ -103,11 +103,11 @@ def test_use_takes_the_suggested_tau_in_one_step(qtbot, window):
     assert dict(document.review.state.tau) == before
 
 
-def test_a_price_that_is_higher_moves_the_suggestion(qtbot, window):
+def test_a_person_says_how_small_errors_are_looked_for(qtbot, window):
     page, evidence = window.tuning.verdicts, window.tuning.evidence
     look(qtbot, window, page)
     before = evidence.present
-    window.tuning.suggestion.smallest.setValue(5.0)
+    window.tuning.wishes.wish(smallest_degrees=5.0)
     qtbot.waitUntil(lambda: evidence.present is not before, timeout=10_000)
     page.show_scope("This rig")
     tau = np.degrees(page.suggested()["LeftArm"])

@@ -283,6 +283,9 @@ def test_verdicts_are_accepted_or_rejected_and_what_nobody_said_is_none(analysis
     assert len(told.verdicts) == len(wanted) > 3
     assert [v.error for v in told.verdicts] == [j.decision == Decision.ACCEPTED for j in wanted]
     assert told.rig == skeleton_mark(analysis.motion.skeleton)
+    first = wanted[0].interval
+    left = judged_clip(analysis, replace(state, left_out=((first.start, first.start + 1),)))
+    assert len(left.verdicts) < len(told.verdicts)
     automatic = judged_state(analysis, lambda _: Decision.ACCEPTED, decided_at="")
     assert judged_clip(analysis, automatic).verdicts == ()
 

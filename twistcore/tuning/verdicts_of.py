@@ -87,7 +87,8 @@ def judged_clip(
 ) -> JudgedClip:
     """What a review says of its clip's chains, as evidence for the τ of its detector.
 
-    performer: as the file's name says where none is given.
+    performer: as the file's name says where none is given. Frames that were left out of tuning say
+    nothing here either.
     """
     decided = _decided(state)
     detector = analysis.by(state.method)
@@ -121,7 +122,9 @@ def is_verdict(judged: Judged) -> bool:
 def _decided(state: ReviewState) -> dict[str, list[Judged]]:
     out: dict[str, list[Judged]] = {}
     for judged in filter(is_verdict, state.intervals):
-        if judged.interval.chain in state.tau:
+        own = judged.interval
+        left_out = any(own.start < stop and start < own.stop for start, stop in state.left_out)
+        if own.chain in state.tau and not left_out:
             out.setdefault(judged.interval.chain, []).append(judged)
     return out
 
