@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QFrame, QWidget
 
 from inspector.teaching.gizmo_drawing import GizmoGuest
 from inspector.teaching.taught_frame import TaughtFrame
+from inspector.teaching.what_if_values import plotted
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import vbox
@@ -39,9 +40,10 @@ class Stage(QWidget):
         self.document = taught.document.snapshot(self)
         self.viewport = Viewport(self.document, theme)
         self.viewport.look_like(viewport)
+        self._taught = mirrored = TaughtFrame(self.document, self)
         if taught.active:
-            mirrored = TaughtFrame(self.document, self)
             mirrored.active, mirrored.what_if, mirrored.lit = True, taught.what_if, taught.lit
+            mirrored.stage = taught.stage
             self.viewport.invite(GizmoGuest(self.viewport, mirrored, typesetter))
         layout = vbox((self.viewport, _SHARE), owner=self, margins=(0, 0, 0, 0), spacing=0)
         self.timeline: Timeline | None = None
@@ -66,6 +68,7 @@ class Stage(QWidget):
         self.viewport.refresh()
         if self.timeline is not None:
             self.timeline.refresh()
+            self.timeline.show_what_if(plotted(self._taught))
             if (head := self.timeline.layout()) is not None:
                 head.activate()  # the readout has grown, and no event loop runs in between
 

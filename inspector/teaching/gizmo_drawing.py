@@ -1,36 +1,35 @@
-"""The gizmo in the 3D view: its pieces in a layer above the figure, its labels above all."""
+"""The gizmo in the 3D view: its pieces in a layer above the figure, and the pose seen with it."""
 
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPixmap, QRegion
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QRectF
 from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.open_clip import Show
-from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Mark, Part, Sketch, sketch
+from inspector.teaching import gizmo_joints
+from inspector.teaching.gizmo_family import NEAR, add_family
+from inspector.teaching.gizmo_handles import handles
+from inspector.teaching.gizmo_hold import Hold
+from inspector.teaching.gizmo_labels import Labels
+from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Part, Sketch, sketch
 from inspector.teaching.symbols import MARKS, colour
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.viewport.bone_colours import rgb
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.frame_drawing import altered_pose
 from inspector.viewport.mesh_actor import Piece
-from inspector.viewport.scene import Scene, background
+from inspector.viewport.scene import AXES, Scene, background
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.labels import inked
-from inspector.widgets.theme import Theme
-from inspector.widgets.typeset import EM, Formula, Typesetter
+from inspector.widgets.typeset import Typesetter
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
 _WIDTHS = {BOLD: 3.0, THIN: 1.6}
 _DIMMED = 0.22  # of what is not lit, beside what is
-_SIZE = 1.25  # of a label, in heights of the program's font
-_APART = 4.0  # pixels between two labels
-_HALO = 2.5  # pixels around a label's letters
-_GAP = 15.0  # pixels from what it names to a label's middle
+_FAMILY = "Swing near 180°: one pose, many (<b>n</b>, θp)"
 # What lights up along with a symbol.
 _TOGETHER = {
     "q": ("a", "w", "alpha", "theta_p", "n"),
@@ -38,6 +37,12 @@ _TOGETHER = {
     "twist": ("theta_p",),
     "product": ("dtheta_p", "dtheta_c"),
     "m": ("dtheta_p", "dtheta_c", "v", "ideal"),
+    "err": ("dtheta_p", "dtheta_c", "v", "ideal"),
+    "offset": ("theta_p", "dtheta_p"),
+    "taken": ("theta_p",),
+    "parent_after": ("a", "w", "alpha", "theta_p", "n"),
+    "child_after": ("v", "across"),
+    "check": ("v",),
 }
 
 
@@ -52,10 +57,13 @@ class GizmoGuest:
     def __init__(self, viewport: Viewport, taught: TaughtFrame, typesetter: Typesetter) -> None:
         self._viewport, self._taught = viewport, taught
         self.labels = Labels(viewport, typesetter)
+        self.hold = Hold(viewport, taught)
         self._pieces: dict[str, Piece] = {}
         self._parts: list[Part] = []  # their symbols and sizes are the same in every frame
         self._layer: vtkOpenGLRenderer | None = None
         self._below: vtkRenderer | None = None
+        self._triads = Piece(gizmo_joints.POINTS, lines=gizmo_joints.LINES).unlit(width=2.0)
+        self._triads.paint(np.repeat(np.tile(AXES, (3, 1)), 2, axis=0))
         self._painted: tuple[object, ...] = ()
 
     # -- what the view asks -------------------------------------------------------------------
@@ -67,12 +75,17 @@ class GizmoGuest:
 
     def legend(self) -> str:
         """Rich text for the corner."""
-        theme, chain = self._viewport.theme, self._taught.chain
+        theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
         name = f"<b>{chain.label}</b>&nbsp;&nbsp; " if chain is not None else ""
+        if stage is not None:
+            return name + _stage_words(stage)
+        d = self._taught.quantities
+        near = d is not None and d.swing_reliability < NEAR
+        family = f"<br>{_FAMILY}" if near else ""
         if not self._taught.what_if.changes:
-            return f"{name}as captured"
+            return f"{name}as captured{family}"
         captured = f"{inked('□', theme.before)}&nbsp;as captured"
-        return f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;what if"
+        return f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;what if{family}"
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
         """Move, paint and label everything for the pose."""
@@ -83,6 +96,15 @@ class GizmoGuest:
         self._attend(scene, shapes)
         for look, piece in self._pieces.items():
             piece.move(np.vstack([part.points for part in shapes.parts if part.look == look]))
+        chain, d = self._taught.chain, self._taught.quantities
+        assert chain is not None
+        assert d is not None
+        parent = chain.parent
+        self.hold.show_places(
+            handles(d, pose.rotations[parent], pose.positions[parent], shapes.unit)
+        )
+        self._triads.show(self._viewport.drawing.looks.triads)
+        self._triads.move(gizmo_joints.triads(chain, pose.rotations, pose.positions, shapes.unit))
         self._paint()
         width, height = self._viewport.picture_size()
         left = self._viewport.width() - width
@@ -109,15 +131,18 @@ class GizmoGuest:
         level = np.cos(around)[..., None] * ahead + np.sin(around)[..., None] * aside
         seen = np.cos(above)[..., None] * level + np.sin(above)[..., None] * scene.up
         seen = seen.reshape(-1, 3)
-        worth = np.abs(seen @ normal) + 1.4 * np.minimum(np.abs(seen @ along), 0.5)
+        slant = 0.75 if d.swing_reliability < NEAR else 0.5  # the family's fan stands open
+        worth = np.abs(seen @ normal) + 1.4 * np.minimum(np.abs(seen @ along), slant)
         worth += 0.35 * (seen @ outward) + 0.25 * (seen @ ahead)
         return points, seen[int(np.argmax(worth))]
 
     def leave(self) -> None:
         """Take everything out of the view."""
         self.labels.hide()
+        self.hold.leave()
         for piece in self._pieces.values():
             piece.remove()
+        self._triads.remove()
         self._pieces, self._painted = {}, ()
         view = self._viewport.view
         if self._layer is not None and view is not None and view.ren_win is not None:
@@ -138,7 +163,11 @@ class GizmoGuest:
         if chain.grandchild >= 0:
             reach = float(np.linalg.norm(pose.positions[chain.grandchild] - child))
         q_parent = pose.rotations[chain.parent]
-        return sketch(d, q_parent, parent, child, reach, 0.06 * scene.height)
+        staged = self._taught.stage is not None
+        shapes = sketch(d, q_parent, parent, child, reach, 0.06 * scene.height, staged=staged)
+        add_family(shapes, d, q_parent, parent)
+        gizmo_joints.name_joints(shapes, chain, pose.positions)
+        return shapes
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
         """Pieces and a layer over the right-hand picture, made when there are none."""
@@ -174,6 +203,7 @@ class GizmoGuest:
             else:
                 piece = Piece(count, faces=joined, channels=4).unlit().blended()
             self._pieces[look] = piece.add_to(layer)
+        self._triads.add_to(layer)
 
     def _paint(self) -> None:
         theme, lit = self._viewport.theme, lit_parts(self._taught.lit)
@@ -192,108 +222,10 @@ class GizmoGuest:
             piece.paint(np.vstack(inks[look]))
 
 
-class Labels(QWidget):
-    """Symbols over the 3D view, typeset like the equations, each beside what it names."""
-
-    def __init__(self, viewport: QWidget, typesetter: Typesetter) -> None:
-        super().__init__(viewport)
-        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self._typesetter = typesetter
-        self._placed: list[tuple[Formula, QRectF, str, bool]] = []
-        self._pixmaps: dict[tuple[object, ...], QPixmap] = {}
-        self.hide()
-
-    def show_marks(
-        self,
-        marks: list[Mark],
-        camera: OrbitCamera,
-        picture: QRectF,
-        theme: Theme,
-        lit: frozenset[str],
-    ) -> None:
-        """Place the labels in a picture of the view, none over another."""
-        view = self.parentWidget()
-        assert view is not None
-        if self.geometry() != view.rect():
-            self.setGeometry(view.rect())
-        self._paper = QColor(*background(theme).round().astype(int).tolist())
-        self._scale = _SIZE * self.fontMetrics().height() / EM
-        covered = self._region()
-        self._placed = []
-        if not marks or not self._typesetter.done:
-            self.hide()
-            return
-        size = (round(picture.width()), round(picture.height()))
-        at, _ = camera.project(np.stack([m.at for m in marks]), *size)
-        away, _ = camera.project(np.stack([m.away for m in marks]), *size)
-        corner = np.array([picture.left(), picture.top()])
-        for mark, here, other in zip(marks, at, away, strict=True):
-            formula = self._typesetter.formula(MARKS[mark.symbol].tex)
-            if formula is None:
-                continue
-            way = here - other
-            long = float(np.hypot(*way))
-            way = way / long if long > 1.0 else np.array([0.7071, -0.7071])
-            box = self._free(here + corner, way, formula)
-            bright = not lit or mark.symbol in lit or (mark.symbol == "real" and "v" in lit)
-            ink = colour(MARKS[mark.symbol].family, theme)
-            self._placed.append((formula, box, ink, bright))
-        if not self.isVisible():
-            self.show()
-            self.raise_()
-        self.update(covered + self._region())
-
-    def _free(self, at: Array, way: Array, formula: Formula) -> QRectF:
-        """A place beside a point that no earlier label takes, the wanted side first."""
-        wide = formula.box.width() * self._scale
-        high = formula.box.height() * self._scale
-        wanted = np.arctan2(way[1], way[0])
-        box = QRectF()
-        for gap in (_GAP, 1.8 * _GAP, 2.6 * _GAP):
-            for turn in (0.0, 0.6, -0.6, 1.2, -1.2, 2.0, -2.0, 3.1):
-                angle = wanted + turn
-                x = at[0] + (gap + 0.3 * wide) * np.cos(angle) - 0.5 * wide
-                y = at[1] + gap * np.sin(angle) - 0.5 * high
-                box = QRectF(x, y, wide, high)
-                room = box.adjusted(-_APART, -_APART, _APART, _APART)
-                if not any(room.intersects(taken) for _, taken, _, _ in self._placed):
-                    return box
-        return box
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Every label where it was placed."""
-        painter = QPainter(self)
-        for formula, box, ink, bright in self._placed:
-            painter.drawPixmap(
-                box.topLeft() - QPointF(_HALO, _HALO), self._drawn(formula, ink, bright)
-            )
-
-    def _drawn(self, formula: Formula, ink: str, bright: bool) -> QPixmap:
-        """A label on a halo of the background's colour; stroked once, not for every frame."""
-        ratio = self.devicePixelRatioF()
-        key = (formula, ink, bright, self._scale, self._paper.rgb(), ratio)
-        if key not in self._pixmaps:
-            size = formula.box.size() * self._scale + QSizeF(2.0 * _HALO, 2.0 * _HALO)
-            pixmap = QPixmap((size * ratio).toSize() + QSize(1, 1))
-            pixmap.setDevicePixelRatio(ratio)
-            pixmap.fill(Qt.GlobalColor.transparent)
-            painter = QPainter(pixmap)
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            painter.translate(_HALO, _HALO)
-            painter.scale(self._scale, self._scale)
-            painter.translate(-formula.box.topLeft())
-            painter.setOpacity(1.0 if bright else 0.3)
-            halo = QPen(self._paper, 2.0 * _HALO / self._scale)
-            halo.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-            painter.strokePath(formula.path, halo)
-            painter.fillPath(formula.path, QColor(ink))
-            painter.end()
-            self._pixmaps[key] = pixmap
-        return self._pixmaps[key]
-
-    def _region(self) -> QRegion:
-        """What the labels cover."""
-        region = QRegion()
-        for _, box, _, _ in self._placed:
-            region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()
-        return region
+def _stage_words(stage: float) -> str:
+    """How much of P's rotation is there, as 0…2 of TaughtFrame."""
+    if stage <= 0.0:
+        return "no rotation: the bone lies along a"
+    if stage <= 1.0:
+        return f"swing about n: {stage:.0%}"
+    return f"swing, then twist about the bone: {stage - 1.0:.0%}"

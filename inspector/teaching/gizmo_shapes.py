@@ -5,7 +5,7 @@ How many points there are never changes, so that a frame only moves them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,6 +22,10 @@ _CONE = np.array([(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in r
 _SIDES = np.sort(TRIANGLES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
 _WIRES = np.unique(_SIDES, axis=0)  # of a sphere
 _SEEN = np.radians(1.0)  # a smaller difference is not drawn apart
+UNDEFINED = 1e-6  # reliability below which an angle has no value
+W_LONG = 0.92  # where the arrow of w ends, of the bone's length
+DIAL_AT, DIAL_SIZE = 0.60, 0.25  # where along w the dial is, and its radius, likewise
+HAND_LONG = 1.12  # of the dial's hand, of its radius
 
 # How boldly a part is drawn.
 BOLD, THIN = "bold", "thin"
@@ -46,11 +50,15 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Mark:
-    """A label: key of symbols.MARKS, where it stands (3,) and what it leans away from."""
+    """A label: key of symbols.MARKS, where it stands (3,) and what it leans away from.
+
+    words: what is written, else the symbol.
+    """
 
     symbol: str
     at: Array
     away: Array
+    words: str = ""
 
 
 @dataclass
@@ -79,7 +87,7 @@ class Sketch:
         tip = start + way
         self.line(symbol, np.stack([start, tip - head * along]))
         turn = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)[:, None]
-        ring = _turned(_beside(along), along, turn)
+        ring = turned(beside(along), along, turn)
         radius = head * _HEAD[1] / _HEAD[0]
         points = np.vstack([tip, tip - head * along, tip - head * along + radius * ring])
         self.parts.append(Part(symbol, SOLID, points, _CONE))
@@ -105,19 +113,40 @@ class Sketch:
 
 
 def sketch(
-    d: Decomposition, q_parent: Array, parent: Array, child: Array, reach: float, least: float
+    d: Decomposition,
+    q_parent: Array,
+    parent: Array,
+    child: Array,
+    reach: float,
+    least: float,
+    *,
+    staged: bool = False,
 ) -> Sketch:
     """Everything in the world.
 
     q_parent: P's global rotation (4,); parent, child: places of P and C (3,); reach: the length
-    that v is drawn with; least: the shortest length that a bone is drawn as, the file's unit.
+    that v is drawn with; least: the shortest length that a bone is drawn as, the file's unit;
+    staged: P's rotation is on its way, so that changes since the frame before mean nothing.
     """
     out = Sketch(max(float(np.linalg.norm(child - parent)), least))
     along = rotate(q_parent, d.a)
+    d = _drawn(d, staged=staged)
     _swing(out, d, q_parent, along, parent)
     _twist(out, d, q_parent, along, parent)
     _azimuth(out, d, q_parent, along, child, max(reach, 0.5 * out.unit))
     return out
+
+
+def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
+    """The quantities with no angle where there is none: neither fills a dial nor has a label."""
+    if d.swing_reliability < UNDEFINED:
+        d = replace(d, theta_p=0.0)
+    if staged or d.swing_reliability < UNDEFINED:
+        d = replace(d, theta_p_before=d.theta_p, dtheta_p=0.0)
+    azimuths = d.azimuth_reliability, float(np.linalg.norm(d.across_before))
+    if staged or min(azimuths) < UNDEFINED:
+        d = replace(d, across_before=d.across, v_ideal=d.v, dtheta_c=0.0)
+    return d
 
 
 def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
@@ -125,11 +154,13 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
     bone, normal = rotate(above, d.a), rotate(above, d.n)
     out.arrow("a", parent, 0.92 * unit * bone)
     out.mark("a", parent + 0.92 * unit * bone, parent)
-    out.arrow("w", parent, 0.92 * unit * along)
+    out.arrow("w", parent, W_LONG * unit * along)
     out.mark("w", parent + 0.80 * unit * along, parent + 0.80 * unit * bone)
-    out.arrow("n", parent, 0.5 * unit * normal)
-    out.mark("n", parent + 0.5 * unit * normal, parent, shown=bool(d.n.any()))
-    arc = 0.46 * unit * _fan(bone, normal, d.alpha)
+    # At 180° no normal is better than another: then it has no arrow of its own.
+    arrow = normal if d.swing_reliability >= UNDEFINED else np.zeros(3)
+    out.arrow("n", parent, 0.5 * unit * arrow)
+    out.mark("n", parent + 0.5 * unit * arrow, parent, shown=bool(arrow.any()))
+    arc = 0.46 * unit * fan(bone, normal, d.alpha)
     out.sector("alpha", parent, parent + arc, 0.24)
     out.line("alpha", parent + arc)
     middle = parent + 1.12 * arc[_ARC // 2]
@@ -138,22 +169,21 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
     """The dial: zero where the swing alone would leave the mark, the hand where it is."""
-    centre, radius = parent + 0.60 * out.unit * along, 0.25 * out.unit
-    hand = rotate(q_parent, _beside(d.a))
-    zero = _turned(hand, along, -d.theta_p)
-    before = _turned(zero, along, d.theta_p_before)
-    ring = centre + radius * _fan(zero, along, 2.0 * np.pi)
+    centre, radius = parent + DIAL_AT * out.unit * along, DIAL_SIZE * out.unit
+    hand = rotate(q_parent, beside(d.a))
+    zero = turned(hand, along, -d.theta_p)
+    before = turned(zero, along, d.theta_p_before)
+    ring = centre + radius * fan(zero, along, 2.0 * np.pi)
     out.line("theta_p", ring, THIN, 0.75)
-    out.sector("theta_p", centre, centre + radius * _fan(zero, along, d.theta_p), 0.40)
-    out.line("theta_p", np.stack([centre, centre + 1.12 * radius * zero]), THIN, 0.75)
-    out.line("theta_p", np.stack([centre, centre + 1.12 * radius * hand]))
-    rim = centre + 1.22 * radius * _fan(before, along, d.dtheta_p)
+    out.sector("theta_p", centre, centre + radius * fan(zero, along, d.theta_p), 0.40)
+    out.line("theta_p", np.stack([centre, centre + HAND_LONG * radius * zero]), THIN, 0.75)
+    out.line("theta_p", np.stack([centre, centre + HAND_LONG * radius * hand]))
+    rim = centre + 1.22 * radius * fan(before, along, d.dtheta_p)
     out.sector("dtheta_p", centre, rim, 0.55, inner=0.84)
     out.line("dtheta_p", rim)
-    middle = _turned(zero, along, 0.5 * d.theta_p)
+    middle = turned(zero, along, 0.5 * d.theta_p)
     out.mark("theta_p", centre + 0.9 * radius * middle, centre, shown=abs(d.theta_p) > _SEEN)
-    beside = rim[_ARC // 2]
-    out.mark("dtheta_p", beside, centre, shown=abs(d.dtheta_p) > _SEEN)
+    out.mark("dtheta_p", rim[_ARC // 2], centre, shown=abs(d.dtheta_p) > _SEEN)
 
 
 def _azimuth(
@@ -172,8 +202,8 @@ def _azimuth(
     length = float(np.linalg.norm(flat_before))
     start = flat_before / length if length > 0.0 else flat_before
     radius = min(0.62 * reach * max(length, 0.12), 0.30 * out.unit)
-    rim = child + radius * _fan(start, along, d.dtheta_c)
-    out.line("across", child + radius * _fan(start, along, 2.0 * np.pi), THIN, 0.6)
+    rim = child + radius * fan(start, along, d.dtheta_c)
+    out.line("across", child + radius * fan(start, along, 2.0 * np.pi), THIN, 0.6)
     out.sector("dtheta_c", child, rim, 0.50)
     out.line("dtheta_c", rim)
     out.mark("dtheta_c", rim[_ARC // 2], child, shown=abs(d.dtheta_c) > _SEEN)
@@ -186,18 +216,18 @@ def _azimuth(
     out.mark("ideal", child + reach * ideal, child, shown=apart)
 
 
-def _fan(start: Array, axis: Array, angle: float) -> Array:
+def fan(start: Array, axis: Array, angle: float) -> Array:
     """Unit vectors on the way of `start` turned about an axis square to it, (_ARC + 1, 3)."""
-    return _turned(start, axis, np.linspace(0.0, angle, _ARC + 1)[:, None])
+    return turned(start, axis, np.linspace(0.0, angle, _ARC + 1)[:, None])
 
 
-def _turned(v: Array, axis: Array, angle: Array | float) -> Array:
+def turned(v: Array, axis: Array, angle: Array | float) -> Array:
     """A vector (3,) turned about an axis square to it."""
     turned: Array = np.cos(angle) * v + np.sin(angle) * _cross(axis, v)
     return turned
 
 
-def _beside(axis: Array) -> Array:
+def beside(axis: Array) -> Array:
     """Any direction across a unit vector, always the same one."""
     return normalise(_cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
 
 from inspector.teaching.equation_table import OTHER_FORMS
 from inspector.teaching.equations import RightSide
 from inspector.teaching.section_head import SectionHead
 from inspector.teaching.taught_frame import TaughtFrame, degrees, numbers
-from inspector.widgets.building import soft
+from inspector.widgets.building import soft, tool_button
 from inspector.widgets.theme import figures_font
 from inspector.widgets.typeset import Typesetter
 from twistcore.decomposition import (
@@ -45,10 +45,8 @@ class OtherForms(QWidget):
         self.values: dict[str, QLabel] = {}
         self._rows: dict[str, list[QWidget]] = {name: [] for name in ROWS}
         self._rights: list[RightSide] = []
-        self.minus = QPushButton("−q")
+        self.minus = tool_button("−q", "Write the same pose with −q", flat=False)
         self.minus.setCheckable(True)
-        self.minus.setToolTip("Write the same pose with −q")
-        self.minus.setFixedHeight(self.fontMetrics().height() + 4)
         grid = QGridLayout(self)
         grid.setContentsMargins(4, 0, 6, 4)
         grid.setHorizontalSpacing(6)
@@ -85,7 +83,7 @@ class OtherForms(QWidget):
         value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         grid.addWidget(before[0], row, 0)
         for more in before[1:]:
-            column = 1 if isinstance(more, QPushButton) else 0
+            column = 1 if isinstance(more, QToolButton) else 0
             grid.addWidget(more, row, column)
         grid.addWidget(value, row, 2)
         for widget in (*before, value):

@@ -46,9 +46,7 @@ class StagePlayer(QWidget):
         self.speed.setPopupMode(self.speed.ToolButtonPopupMode.InstantPopup)
         self.loop = tool_button("↻", "Again and again")
         self.loop.setCheckable(True)
-        high = self.fontMetrics().height() + 2
         for button in (self.play, self.speed, self.loop):
-            button.setFixedHeight(high)
             button.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         hbox(
             "a→swing→twist", self.play, (self.slider, 1), self.speed, self.loop,

@@ -79,6 +79,9 @@ SYMBOLS = {
 }
 
 MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
+    "P": Symbol("P", "bone", "the parent, whose twist is taken apart"),
+    "C": Symbol("C", "bone", "the child"),
+    "G": Symbol("G", "bone", "the grandchild, which shows where the child has turned to"),
     "real": Symbol(r"G_\mathrm{real}", "azimuth", "where G is"),
     "ideal": Symbol(r"G_\mathrm{ideal}", "error", "where G would be without the twist error"),
 }

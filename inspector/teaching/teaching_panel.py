@@ -13,6 +13,7 @@ from inspector.teaching.other_forms import OtherForms
 from inspector.teaching.symbols import SYMBOLS
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
+from inspector.teaching.what_if_values import plotted
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
@@ -89,6 +90,7 @@ class TeachingPanel(QWidget):
         self.equations.refresh()
         self.other_forms.refresh()
         self.what_if.refresh()
+        self._timeline.show_what_if(plotted(self._taught))
         self._retitled()
         self._invite()
 

@@ -73,6 +73,20 @@ class ChainCurves(Curves):
             panes["delta"].set_curve(f"{k}_before", np.degrees(np.where(apart, was, np.nan)))
         self.show_offset(panes["offset"])
 
+    def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
+        """With θc, which is the sum of its changes: those of the clip up to the frame before."""
+        if "dtheta_c" not in values:
+            return values
+        sum_before = float(self._before.theta_c[frame] - self._before.dtheta_c[frame])
+        return {**values, "theta_c": float(wrap(sum_before + values["dtheta_c"]))}
+
+    def height(self, key: str, name: str, angle: float) -> float:
+        """Beside its curve: of θ in the turn that the curve is in."""
+        if key != "theta":
+            return super().height(key, name, angle)
+        y, _ = degrees_about(np.array([angle]), self._centres[name[-1]])
+        return float(y[0])
+
     def titles(self, frame: int) -> dict[str, list[tuple[str, str]]]:
         """Words and the numbers at a frame, as (text, colour role), by plot."""
         out = {}

@@ -51,6 +51,14 @@ class Curves(ABC):
     def titles(self, frame: int) -> dict[str, list[tuple[str, str]]]:
         """Words and the numbers at a frame, as (text, colour role), by plot."""
 
+    def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
+        """Angles of an altered frame, radians, with those that follow from them and the clip."""
+        return values
+
+    def height(self, key: str, name: str, angle: float) -> float:
+        """Degrees at which an angle of an altered frame, radians, stands in a plot; its name."""
+        return float(np.degrees(angle))
+
     def fit_tau(self, pane: Pane, degrees: float) -> None:
         """The strength plot reaches from 0 over its peak and well over τ."""
         reach = (0.0, min(max(self._peak, _HEADROOM * degrees, 5.0), max(190.0, self._peak)))

@@ -42,6 +42,7 @@ class TimeView(pg.ViewBox):
         self.gestures: Mouse | None = None
         self.zoomed = False  # in values, by a person
         self._all = (0.0, 1.0)
+        self._beyond: tuple[float, float] | None = None  # shown as well, for a while
 
     # -- values -------------------------------------------------------------------------------
 
@@ -54,7 +55,30 @@ class TimeView(pg.ViewBox):
     def fit(self) -> None:
         """Show all values."""
         self.zoomed = False
-        self.setYRange(*self._all, padding=0.0)
+        low, high = self._all
+        if self._beyond is not None:
+            low, high = min(low, self._beyond[0]), max(high, self._beyond[1])
+        self.setYRange(low, high, padding=0.0)
+
+    def include(self, values: tuple[float, float] | None, spare: float) -> None:
+        """Show lowest and highest values as well, unless a person looks closer; None: no more.
+
+        spare: room beyond them, of the range. It never narrows in between.
+        """
+        seen = self._beyond or self._all
+        if values is None:
+            if self._beyond is None:
+                return
+            self._beyond = None
+        elif values[0] < min(seen[0], self._all[0]) or values[1] > max(seen[1], self._all[1]):
+            low, high = min(values[0], seen[0]), max(values[1], seen[1])
+            room = spare * (high - low)
+            low = low - room if values[0] < seen[0] else low
+            self._beyond = low, high + room if values[1] > seen[1] else high
+        else:
+            return
+        if not self.zoomed:
+            self.fit()
 
     def zoom_values(self, at: float, notches: float) -> None:
         """See more of few values or less of many, around one of them."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
@@ -21,6 +21,7 @@ from inspector.timeline.pane import AXIS_WIDTH, CurveStyle, Pane
 from inspector.timeline.pane_grid import PaneGrid
 from inspector.timeline.tau_line import ChainTauLine, colour_tau
 from inspector.timeline.visible_range import VisibleRange
+from inspector.timeline.what_if_dots import WhatIfDots
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.later import Stale
@@ -135,6 +136,8 @@ class Timeline(QWidget):
             self.toggles[key] = action
         self.other.view.gestures = Onlooker(*mouse)
         self.plots_button.setMenu(menu)
+        self.dots = WhatIfDots(self.panes, self.scenery)
+        self._what_if: Mapping[str, float] = {}
         self.tau_line = ChainTauLine(self.document, self.panes["strength"], theme)
         self.tau_line.dropped.connect(self._stale.mark)
         self.grid = PaneGrid(self.panes, list(_STYLES), self)
@@ -199,6 +202,16 @@ class Timeline(QWidget):
         for key, pane in self.panes.items():
             pane.light(wanted.get(key))
 
+    def show_what_if(self, values: Mapping[str, float]) -> None:
+        """Dots at the playhead for an altered frame: angles by name, radians; {}: no dots."""
+        if values or self._what_if:
+            self._what_if = values
+            self._show_dots()
+            self._show_titles()
+
+    def _show_dots(self) -> None:
+        self.dots.show(self._curves, self.document.frame, self._what_if)
+
     def set_scale(self, scale: float) -> None:
         """Larger type and lines, 1 as usual."""
         self.readout.setFont(figures_font(9.0 * scale))
@@ -238,6 +251,7 @@ class Timeline(QWidget):
             self.tau_line.show_tau(degrees)
             if not self.tau_line.held:  # a scale must not move under a drag
                 self._curves.fit_tau(self.panes["strength"], degrees)
+            self._show_dots()
             self._show_titles()
             self._repaint()
             if everything:
@@ -337,4 +351,4 @@ class Timeline(QWidget):
         if self._curves is None:
             return
         for key, title in self._curves.titles(self.document.frame).items():
-            self.panes[key].show_title(title)
+            self.panes[key].show_title([*title, *self.dots.title(key)])

@@ -103,6 +103,12 @@ class OrbitCamera:
         y = height / 2.0 - seen[..., 1] * scale
         return np.stack([x, y], axis=-1), depth
 
+    def ray(self, at: Array, width: int, height: int) -> Array:
+        """The unit vector (3,) from the camera through a pixel (2,)."""
+        unit = 2.0 * np.tan(VIEW_ANGLE / 2.0) / height
+        seen = np.array([(at[0] - width / 2.0) * unit, (height / 2.0 - at[1]) * unit, -1.0])
+        return normalise(seen @ self.axes)
+
 
 def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
     """A camera on the way, 0…1, the shorter way round; both have the same up and ahead."""

@@ -193,16 +193,18 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
     """The captured figure, or an altered one (global rotations, positions) with it as a ghost.
 
     Where an alteration moves a bone, the ghost stays behind only if it keeps the bone's place.
+    All but the selected chain is faint.
     """
     before, positions = document.pose(document.frame, after=False)
     roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
+    faint = roles != Role.CHOSEN
     if altered is None:
-        return Pose(before, positions, roles)
+        return Pose(before, positions, roles, faint=faint)
     rotations, moved = altered
     differs = scene.shapes.differing(before, rotations)
     roles[differs] = Role.AFTER
     still = np.array([np.allclose(moved[b.parent], positions[b.parent]) for b in scene.bones])
-    return Pose(rotations, moved, roles, (before, differs & still))
+    return Pose(rotations, moved, roles, (before, differs & still), faint=faint)
 
 
 def _roles(bones: tuple[Bone, ...], chain: Chain | None, skeleton: Skeleton) -> Index:

@@ -26,7 +26,7 @@ from twistcore.figure import figure_size, guess_up, heading
 from twistcore.limb import Limb
 from twistcore.rotation import Array, matrix_from_quaternion
 
-_AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8)  # x, y, z
+AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8)  # x, y, z
 
 
 class Scene:
@@ -51,7 +51,7 @@ class Scene:
         self._grid = Piece(len(points), lines=lines).unlit().add_to(self._left)
         self._grid.move(points)
         self._triads = Piece(12, lines=np.arange(12).reshape(6, 2)).unlit(width=3.0)
-        self._triads.paint(np.repeat(np.tile(_AXES, (2, 1)), 2, axis=0))
+        self._triads.paint(np.repeat(np.tile(AXES, (2, 1)), 2, axis=0))
         self.trails: Trails | None = None
         self._seen: tuple[float, ...] = ()
         self._other: Solid | None = None  # the solid one on the right

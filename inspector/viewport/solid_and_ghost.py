@@ -11,7 +11,14 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from inspector.viewport import opengl
 from inspector.viewport.bodies import JOINT, STRIPE, Bone, Soup, build_soup, place
-from inspector.viewport.bone_colours import ghost_paint, mix, paint, palette, rgb, scale_paint
+from inspector.viewport.bone_colours import (
+    ghost_paint,
+    mix,
+    paint,
+    palette,
+    rgb,
+    scale_paint,
+)
 from inspector.viewport.ground import Ground, shadow_points
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.striped_skin import Skin, build_skin, drape
@@ -20,6 +27,7 @@ from twistcore.chain import Chain
 from twistcore.rotation import Array, geodesic_angle
 
 _GROWN = 1.09  # the ghost lies around a solid body of the same pose, not in its faces
+_FAINT = 64  # alpha of a body that only stands by
 SAME = np.radians(0.05)  # bones that differ by less are not shown apart
 
 
@@ -37,7 +45,8 @@ class Pose:
     rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,), of
     bone_colours.Role; ghost: rotations (joints, 4) of the other figure, with which of its bones are
     drawn, (bones,), or None; ghost_positions: (joints, 3), where not those of the solid one;
-    offsets: |offset| of the bones, radians, (bones,), where they give the colour.
+    offsets: |offset| of the bones, radians, (bones,), where they give the colour; faint: bones that
+    only stand by, (bones,), where some do: what is behind them is seen.
     """
 
     rotations: Array
@@ -46,6 +55,7 @@ class Pose:
     ghost: tuple[Array, NDArray[np.bool_]] | None = None
     offsets: Array | None = None
     ghost_positions: Array | None = None
+    faint: NDArray[np.bool_] | None = None
 
 
 class Shapes:
@@ -60,6 +70,7 @@ class Shapes:
         self.bodies: Soup = build_soup(bones, without=self.skin.covered)
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)
+        self._ends = [(b.parent, b.child) for b in bones]
         # A wedge turns with its own joint; skin is wrung by the joint below as well.
         self._other = self._parents.copy()
         for number in self.skin.covered:
@@ -70,6 +81,14 @@ class Shapes:
         differs = geodesic_angle(before, after) > SAME
         found: NDArray[np.bool_] = differs[self._parents] | differs[self._other]
         return found
+
+    def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which vertices belong to chosen bones (bones,) or are of a sphere at their ends, (V,)."""
+        own: NDArray[np.bool_] = (shape.bone >= 0) & chosen[shape.bone]
+        if isinstance(shape, Soup):
+            ends = {j for k in np.flatnonzero(chosen).tolist() for j in self._ends[k]}
+            own |= (shape.bone < 0) & np.isin(shape.joint, list(ends))
+        return own
 
 
 class _Figure:
@@ -107,8 +126,10 @@ class Solid(_Figure):
             if len(shape.bone)
         ]
         super().__init__(parts, renderer)
-        self._ground = ground
-        self._painted: tuple[bytes, bytes] | None = None
+        self._shapes, self._ground, self._renderer = shapes, ground, renderer
+        self._painted: tuple[bytes, ...] | None = None
+        self._faint: list[Piece] = []  # where a pose has some
+        self._apart: list[NDArray[np.bool_]] = []  # their vertices
 
     def set_theme(self, theme: Theme) -> None:
         """Take over colours; the next pose is painted in them."""
@@ -121,18 +142,48 @@ class Solid(_Figure):
     def draw(self, pose: Pose) -> None:
         """Move and paint."""
         degrees = b"" if pose.offsets is None else np.round(np.degrees(pose.offsets), 1).tobytes()
-        look = pose.roles.tobytes(), degrees
-        for shape, faces, shadow in self.parts:
+        faint = b"" if pose.faint is None else pose.faint.tobytes()
+        look = pose.roles.tobytes(), degrees, faint
+        afresh = look != self._painted
+        if afresh and (self._painted is None or faint != self._painted[2]):
+            self._set_apart(pose.faint)
+        for k, (shape, faces, shadow) in enumerate(self.parts):
             points, normals = _placed(shape, pose.rotations, pose.positions)
-            faces.move(points, normals)
             shadow.move(shadow_points(points, self._ground))
-            if look == self._painted:
-                continue
-            if pose.offsets is None:
-                faces.paint(paint(shape, self._colours, pose.roles))
-            else:
-                faces.paint(scale_paint(shape, self._theme, pose.offsets))
+            if afresh:
+                self._paint(k, pose)
+            if self._faint:
+                self._faint[k].move(points)
+                points[self._apart[k]] = points[0]  # no area: not drawn
+            faces.move(points, normals)
         self._painted = look
+
+    def _paint(self, k: int, pose: Pose) -> None:
+        shape, faces, _ = self.parts[k]
+        if pose.offsets is None:
+            colours = paint(shape, self._colours, pose.roles)
+        else:
+            colours = scale_paint(shape, self._theme, pose.offsets)
+        faces.paint(colours)
+        if self._faint:
+            alpha = np.full((len(colours), 1), _FAINT, np.uint8)
+            self._faint[k].paint(np.hstack([colours, alpha]))
+
+    def _set_apart(self, faint: NDArray[np.bool_] | None) -> None:
+        """Find what is faint of the shapes, and make pieces for it."""
+        for piece in self._faint:
+            piece.remove()
+            self.pieces.remove(piece)
+        self._faint, self._apart = [], []
+        if faint is None:
+            return
+        for shape, *_ in self.parts:
+            apart = ~self._shapes.belonging(shape, ~faint)
+            thin = Piece(len(apart), faces=shape.faces[apart[shape.faces[:, 0]]], channels=4)
+            thin.unlit(back_faces=False).blended().add_to(self._renderer)
+            self._apart.append(apart)
+            self._faint.append(thin)
+        self.pieces += self._faint
 
 
 class Ghost(_Figure):

@@ -27,6 +27,7 @@ _MOUSE = (
     ("Overview: drag the window or its edges · beside it", "pan or zoom · move the playhead"),
     ("3D: drag · Shift+drag · wheel", "orbit · pan · zoom"),
     ("3D: click a bone", "select its chain; again: its whole arm or leg"),
+    ("Teaching: drag w in 3D · its dial · with Ctrl", "swing · twist · the child counters"),
     ("Teaching: click a symbol", "light it up in the list, in 3D and in the plots"),
 )
 

@@ -48,7 +48,7 @@ def chain(request, clip):
 
 
 @pytest.mark.parametrize("name", ["LeftForeArm", "RightUpLeg", "RightLeg"])
-@pytest.mark.parametrize("tau", [np.radians(1.0), DEFAULT_TAU])
+@pytest.mark.parametrize("tau", [np.radians(0.1), DEFAULT_TAU])
 def test_err_and_offset_are_the_papers_in_every_frame(name, tau):
     motion = read_bvh(ASSETS / "walk_injected.bvh").motion
     chain = next(c for c in find_chains(motion) if c.name == name)

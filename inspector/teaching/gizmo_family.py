@@ -1,0 +1,84 @@
+"""The family of poses at a swing of 180°: one pose, many (n, θp). Geometry only.
+
+Turned half a turn about any axis square to `a`, the bone points against `a`; which axis it was
+cannot be seen. With n turned by φ about `a`, a θp larger by 2φ gives the same pose:
+q = swing(n, 180°) ⊗ twist(θp) = swing(n turned by φ, 180°) ⊗ twist(θp + 2φ).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inspector.teaching.gizmo_shapes import BOLD, CLEAR, THIN, Mark, Part, Sketch, beside, turned
+from inspector.viewport.mesh_actor import Index, segments
+from inspector.widgets.signed_numbers import signed
+from twistcore.decomposition import Decomposition
+from twistcore.rotation import Array, conjugate, multiply, rotate, wrap
+
+MEMBERS = 8
+NEAR = 0.10  # reliability of θp below which the family is shown: a swing beyond 168°
+_STEPS = 16  # of a dial
+_OUT, _SIZE = 0.62, 0.13  # how far from P the dials are, and their radius, of the bone's length
+_TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
+
+
+def family(d: Decomposition) -> tuple[Array, Array]:
+    """Normals n (MEMBERS, 3), in the coordinates that P's rotation is given in, and θp to each.
+
+    The first is the frame's own.
+    """
+    n = d.n if d.n.any() else beside(d.a)
+    normals: Array = turned(n, d.a, _TURNS[:, None])
+    return normals, np.asarray(wrap(d.theta_p + 2.0 * _TURNS))
+
+
+def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
+    """A fan of normals around P, at the end of each a dial; at any other swing, nothing to see.
+
+    The hands of all dials point one way, as the pose is one; where they count from does not.
+    """
+    spokes, rings = np.zeros((MEMBERS, 2, 3)), np.zeros((MEMBERS, _STEPS + 1, 3))
+    sectors, hands = np.zeros((MEMBERS, _STEPS + 2, 3)), np.zeros((MEMBERS, 2, 3))
+    if d.swing_reliability < NEAR:
+        above = multiply(q_parent, conjugate(d.q))
+        normals, angles = family(d)
+        zero = 2.0 * (normals @ beside(d.a))[:, None] * normals - beside(d.a)
+        ways, zero, axis = rotate(above, normals), rotate(above, zero), rotate(above, -d.a)
+        centres = _OUT * out.unit * ways
+        radius = _SIZE * out.unit
+        shares = np.linspace(0.0, 1.0, _STEPS + 1)
+        spokes[:, 1] = centres - radius * ways
+        rings[:] = centres[:, None] + radius * _around(zero, axis, 2.0 * np.pi * shares)
+        sectors[:, 0] = centres
+        sectors[:, 1:] = centres[:, None] + radius * _around(zero, axis, angles[:, None] * shares)
+        hands[:, 0], hands[:, 1] = centres, centres + 1.25 * (sectors[:, -1] - centres)
+        for way, angle in zip(ways, angles, strict=True):
+            at = parent + (_OUT + _SIZE) * out.unit * way
+            words = f"{signed(float(np.degrees(angle)), 0)}°"
+            out.marks.append(Mark("theta_p", at, parent, words))
+    for symbol, look, lines, share in (
+        ("n", THIN, spokes, 0.8),
+        ("theta_p", THIN, rings, 0.7),
+        ("theta_p", BOLD, hands, 1.0),
+    ):
+        cells = segments(np.arange(lines[..., 0].size).reshape(MEMBERS, -1))
+        out.parts.append(Part(symbol, look, parent + lines.reshape(-1, 3), cells, share))
+    out.parts.append(Part("theta_p", CLEAR, parent + sectors.reshape(-1, 3), _FACES, 0.5))
+
+
+def _around(start: Array, axis: Array, angles: Array) -> Array:
+    """Unit vectors (n, 3) turned by angles (n or 1, m) about an axis square to them: (n, m, 3)."""
+    across = np.cross(axis, start)
+    angles = np.atleast_2d(angles)[..., None]
+    out: Array = np.cos(angles) * start[:, None] + np.sin(angles) * across[:, None]
+    return out
+
+
+def _fans() -> Index:
+    """Of every dial the quads (n, 4) from its middle, point 0, to its rim."""
+    rim = segments(np.arange(1, _STEPS + 2))
+    one = np.column_stack([np.zeros(len(rim), np.int64), rim, rim[:, 1]])
+    return (one + (_STEPS + 2) * np.arange(MEMBERS)[:, None, None]).reshape(-1, 4)
+
+
+_FACES = _fans()

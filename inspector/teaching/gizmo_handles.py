@@ -1,0 +1,159 @@
+"""What of the gizmo can be taken: where it is on the screen, and what a drag makes of it.
+
+Pure functions of the camera and of places in the world; pixels are those of a picture, y down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspector.teaching.gizmo_shapes import DIAL_AT, DIAL_SIZE, HAND_LONG, W_LONG, beside, fan
+from inspector.viewport.camera import OrbitCamera
+from twistcore.decomposition import Decomposition
+from twistcore.rotation import Array, conjugate, multiply, normalise, rotate, wrap
+
+W, DIAL = "w", "theta_p"  # what can be taken, by its symbol
+REACH = 14.0  # pixels around the tip of w, and to either side of the ring, that still take it
+_FLAT = 0.2  # cosine of the eye's angle to the dial's axis below which the ring is seen edge-on
+_DEAD = 0.15  # of the dial's radius: so near its middle the mouse has no direction
+
+Size = tuple[int, int]  # of a picture, pixels
+
+
+@dataclass(frozen=True, eq=False)
+class Handles:
+    """In the world.
+
+    above: the rotation that P's own is given in, (4,); root: P; tip: that of w; centre, radius:
+    the dial's; axis: w; hand: the dial's, both unit vectors. All but `above` and `radius` (3,).
+    """
+
+    above: Array
+    root: Array
+    tip: Array
+    centre: Array
+    radius: float
+    axis: Array
+    hand: Array
+
+    @property
+    def ring(self) -> Array:
+        """Points (n, 3) of the dial's edge."""
+        return self.centre + self.radius * fan(self.hand, self.axis, 2.0 * np.pi)
+
+    @property
+    def hand_tip(self) -> Array:
+        """The end of the dial's hand, (3,)."""
+        return self.centre + HAND_LONG * self.radius * self.hand
+
+    def own(self, way: Array) -> Array:
+        """A vector of the world (3,) in the coordinates that P's rotation is given in."""
+        return rotate(conjugate(self.above), way)
+
+
+def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
+    """Of a gizmo as `gizmo_shapes.sketch` draws it; unit: the length of its bone."""
+    axis = rotate(q_parent, d.a)
+    return Handles(
+        above=multiply(q_parent, conjugate(d.q)),
+        root=parent,
+        tip=parent + W_LONG * unit * axis,
+        centre=parent + DIAL_AT * unit * axis,
+        radius=DIAL_SIZE * unit,
+        axis=axis,
+        hand=rotate(q_parent, beside(d.a)),
+    )
+
+
+def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
+    """Which handle is at a pixel (2,): the tip of w, the dial's ring or hand, or '' for none."""
+    tip, _ = camera.project(held.tip, *size)
+    if np.linalg.norm(tip - at) <= REACH:
+        return W
+    ring, _ = camera.project(held.ring, *size)
+    hand, _ = camera.project(np.stack([held.centre, held.hand_tip]), *size)
+    away = min(_distance(at, line) for line in (ring, hand))
+    return DIAL if away <= REACH else ""
+
+
+class SwingDrag:
+    """A drag of the tip of w: it follows the mouse on its sphere about P.
+
+    Beyond the sphere's edge it goes on over it to the other side, and comes back the same way.
+    """
+
+    def __init__(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> None:
+        self._slip = at - camera.project(held.tip, *size)[0]
+        ray = camera.ray(at - self._slip, *size)
+        self._far = float((held.tip - held.root) @ ray) > 0.0  # behind where the ray passes P
+
+    def way(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> Array:
+        """The unit vector (3,) in the world that w is to point along."""
+        ray = camera.ray(at - self._slip, *size)
+        root = held.root - camera.position
+        aside = float(root @ ray) * ray - root  # from P to where the ray passes it most closely
+        radius = float(np.linalg.norm(held.tip - held.root))
+        away = max(float(np.linalg.norm(aside)), 1e-12)
+        share, side = away / radius, 1.0 if self._far else -1.0
+        if share > 1.0:
+            share, side = float(max(2.0 - share, 0.0)), -side
+        out = np.sqrt(1.0 - share * share) * side * ray
+        return normalise(out + share / away * aside)
+
+
+class TwistDrag:
+    """A drag of the dial: its hand turns as the mouse does about its middle, any number of times.
+
+    Where the ring is seen edge-on it rolls under the mouse instead.
+    """
+
+    def __init__(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> None:
+        self.turned = 0.0  # radians since it was taken, not wrapped
+        self._start = beside(held.axis)
+        ray = camera.ray(camera.project(held.centre, *size)[0], *size)
+        self._rolls = abs(float(ray @ held.axis)) < _FLAT
+        self._last = self._angle(held, camera, size, at)
+
+    def turn(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
+        """How far it has been turned since it was taken with the mouse at a pixel (2,)."""
+        now = self._angle(held, camera, size, at)
+        if now is not None:
+            if self._last is not None:
+                step = now - self._last
+                self.turned += step if self._rolls else float(wrap(step))
+            self._last = now
+        return self.turned
+
+    def _angle(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float | None:
+        """Of the mouse about the dial's axis; None where it has none."""
+        if self._rolls:
+            return self._rolled(held, camera, size, at)
+        ray, axis = camera.ray(at, *size), held.axis
+        along = float(ray @ axis)
+        if abs(along) < 1e-3:
+            return None
+        far = float((held.centre - camera.position) @ axis) / along
+        spoke = camera.position + far * ray - held.centre
+        if far <= 0.0 or float(np.linalg.norm(spoke)) < _DEAD * held.radius:
+            return None
+        first = normalise(self._start - float(self._start @ axis) * axis)
+        return float(np.arctan2(spoke @ np.cross(axis, first), spoke @ first))
+
+    def _rolled(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
+        """Of the ring's near side, moved by the mouse along itself."""
+        centre, _ = camera.project(held.centre, *size)
+        ray = camera.ray(centre, *size)
+        along = normalise(np.cross(held.axis, -ray))
+        edge, _ = camera.project(held.centre + held.radius * along, *size)
+        way = edge - centre
+        return float((at - centre) @ way) / max(float(way @ way), 1e-9)
+
+
+def _distance(at: Array, line: Array) -> float:
+    """Of a point (2,) from a line through points (n, 2)."""
+    start, along = line[:-1], np.diff(line, axis=0)
+    length = np.maximum((along**2).sum(axis=1), 1e-12)
+    share = np.clip(((at - start) * along).sum(axis=1) / length, 0.0, 1.0)
+    return float(np.linalg.norm(start + share[:, None] * along - at, axis=1).min())

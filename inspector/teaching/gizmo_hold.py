@@ -1,0 +1,280 @@
+"""The mouse on the gizmo: what can be taken shows itself, and dragged it alters the frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, QPointF, QRectF, Qt
+from PySide6.QtGui import (
+    QColor,
+    QFontMetricsF,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+)
+from PySide6.QtWidgets import QToolTip, QWidget
+
+from inspector.teaching.gizmo_handles import DIAL, Handles, SwingDrag, TwistDrag, W, taken
+from inspector.teaching.symbols import MARKS, colour
+from inspector.teaching.taught_frame import TaughtFrame, degrees
+from inspector.viewport.viewport import Viewport
+from inspector.widgets.theme import Theme, figures_font
+from twistcore.decomposition import WhatIf
+from twistcore.rotation import Array, wrap
+
+KEY = Qt.KeyboardModifier.ControlModifier  # no window manager takes a drag with it
+_TIPS = {
+    W: "Drag w: the bone swings. Esc: as it was",
+    DIAL: "Drag the dial: the parent twists; with Ctrl the child counters. Esc: as it was",
+}
+_KNOBS = {False: 5.0, True: 8.0}  # pixels: radius of what can be taken, and under the mouse
+_BESIDE = QPointF(18.0, -22.0)  # pixels from the mouse to the number
+
+
+class Hold(QObject):
+    """Watches the mouse over a 3D view before the camera does; what it does not take is left."""
+
+    def __init__(self, viewport: Viewport, taught: TaughtFrame) -> None:
+        super().__init__(viewport)
+        self._taught = taught
+        self.knobs = Knobs(viewport)
+        self._watched: QObject | None = None
+        self.places: Handles | None = None
+        self.under = ""  # the handle that is under the mouse, or held
+        self._drag: SwingDrag | TwistDrag | None = None
+        self._before = WhatIf()
+        self._at = QPointF()
+
+    @property
+    def held(self) -> bool:
+        """Whether something is being dragged."""
+        return self._drag is not None
+
+    @property
+    def _view(self) -> Viewport:
+        view = self.parent()
+        assert isinstance(view, Viewport)
+        return view
+
+    # -- what the gizmo tells -----------------------------------------------------------------
+
+    def show_places(self, places: Handles) -> None:
+        """Where the handles are in the picture that is drawn now."""
+        self.places = places
+        if self._watched is None:
+            self._watched = self._view.view
+            assert self._watched is not None
+            self._watched.installEventFilter(self)  # what comes last is asked first
+        self._draw()
+
+    def leave(self) -> None:
+        """The gizmo goes."""
+        self._let_go()
+        self._hover("")
+        if self._watched is not None:
+            self._watched.removeEventFilter(self)
+        self._watched = self.places = None
+        self.knobs.hide()
+
+    # -- mouse and keys -----------------------------------------------------------------------
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Of the view the mouse; while something is held, of the program the keys."""
+        if isinstance(event, QKeyEvent):
+            return self.held and self._key(event)
+        if watched is not self._watched:
+            return False
+        if event.type() in (QEvent.Type.Enter, QEvent.Type.Leave) and not self.held:
+            self._hover("")
+            self._draw(inside=event.type() == QEvent.Type.Enter)
+            return False
+        return isinstance(event, QMouseEvent) and self._mouse(event)
+
+    def _mouse(self, event: QMouseEvent) -> bool:
+        kind, at = event.type(), event.position()
+        if self.held:
+            if kind == QEvent.Type.MouseMove:
+                self._at = at
+                self._move(event.modifiers())
+            elif kind == QEvent.Type.MouseButtonRelease:
+                self._let_go()
+                self._hover(self._found(at))
+            event.accept()
+            return True
+        if kind == QEvent.Type.MouseMove and not event.buttons():
+            self._hover(self._found(at), at)
+        elif kind in (QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick):
+            shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            left = event.button() == Qt.MouseButton.LeftButton
+            self._hover(self._found(at) if left and not shift else "")
+            if self.under:
+                self._take(at)
+        else:
+            return False
+        if self.under:
+            event.accept()
+        return bool(self.under)
+
+    def _key(self, event: QKeyEvent) -> bool:
+        """Esc puts it back; the key that counters does so without a movement of the mouse."""
+        escape, press = event.key() == Qt.Key.Key_Escape, event.type() == QEvent.Type.KeyPress
+        if escape:
+            event.accept()
+            if press:
+                self._let_go()
+                self._taught.set_what_if(self._before)
+                self._hover("")
+        elif event.key() == Qt.Key.Key_Control and event.type() != QEvent.Type.ShortcutOverride:
+            self._move(KEY if press else Qt.KeyboardModifier.NoModifier)
+        return escape
+
+    # -- what it does -------------------------------------------------------------------------
+
+    def _found(self, at: QPointF) -> str:
+        """The handle at a place of the view; none while the rotation is on its way."""
+        camera, places, stage = self._view.camera, self.places, self._taught.stage
+        if camera is None or places is None or (stage is not None and stage < 2.0):
+            return ""
+        size, pixel = self._pixel(at)
+        return taken(places, camera, size, pixel) if pixel[0] >= 0.0 else ""
+
+    def _take(self, at: QPointF) -> None:
+        camera, places = self._view.camera, self.places
+        assert camera is not None
+        assert places is not None
+        size, pixel = self._pixel(at)
+        self._before, self._at = self._taught.what_if, at
+        kind = SwingDrag if self.under == W else TwistDrag
+        self._drag = kind(places, camera, size, pixel)
+        self._taught.set_stage(None)
+        QToolTip.hideText()
+        app = QCoreApplication.instance()
+        assert app is not None
+        app.installEventFilter(self)
+        self._draw()
+
+    def _move(self, keys: Qt.KeyboardModifier) -> None:
+        """Alter the frame to where the mouse is."""
+        camera, places = self._view.camera, self.places
+        if camera is None or places is None:
+            self._let_go()
+            return
+        size, pixel = self._pixel(self._at)
+        if isinstance(self._drag, SwingDrag):
+            way = places.own(self._drag.way(places, camera, size, pixel))
+            x, y, z = way.tolist()
+            self._taught.alter(toward=(x, y, z), swing=None, nudge=0.0)
+        elif isinstance(self._drag, TwistDrag):
+            twist = self._before.twist + self._drag.turn(places, camera, size, pixel)
+            counter = bool(keys & KEY) or self._before.counter
+            self._taught.alter(twist=float(wrap(twist)), counter=counter)
+        self._draw()
+
+    def _let_go(self) -> None:
+        if self._drag is not None:
+            self._drag = None
+            app = QCoreApplication.instance()
+            assert app is not None
+            app.removeEventFilter(self)
+            self._draw()
+
+    def _hover(self, under: str, at: QPointF | None = None) -> None:
+        """Say by cursor, knob and words what a drag would do."""
+        view = self._view.view
+        if under == self.under or view is None:
+            return
+        self.under = under
+        if not under:
+            view.unsetCursor()
+            QToolTip.hideText()
+        else:
+            view.setCursor(Qt.CursorShape.OpenHandCursor)
+            if at is not None:
+                QToolTip.showText(view.mapToGlobal(at.toPoint()), _TIPS[under], view)
+        self._draw()
+
+    def _pixel(self, at: QPointF) -> tuple[tuple[int, int], Array]:
+        """Size of the picture with the gizmo, the right-hand one, and a place of the view in it."""
+        size = self._view.picture_size()
+        return size, np.array([at.x() - (self._view.width() - size[0]), at.y()])
+
+    # -- what it looks like -------------------------------------------------------------------
+
+    def _draw(self, *, inside: bool | None = None) -> None:
+        camera, places, view = self._view.camera, self.places, self._view
+        seen = view.underMouse() if inside is None else inside
+        d = self._taught.quantities
+        if camera is None or places is None or d is None or not (self.held or seen):
+            self.knobs.hide()
+            return
+        if self.held and view.view is not None:
+            view.view.setCursor(Qt.CursorShape.ClosedHandCursor)
+        words = ""
+        if self.held:
+            angle = degrees(d.alpha).removeprefix("+") if self.under == W else degrees(d.theta_p)
+            words = f"{'α' if self.under == W else 'θp'} {angle}"
+            if self.under == DIAL and self._taught.what_if.counter:
+                words += ", child counters"
+        size = view.picture_size()
+        corner = np.array([view.width() - size[0], 0.0])
+        at = np.stack([places.tip, places.hand_tip])
+        spots, ring = (camera.project(p, *size)[0] + corner for p in (at, places.ring))
+        self.knobs.show_handles(view.theme, spots, ring, self.under, self._at, words)
+
+
+class Knobs(QWidget):
+    """Over the 3D view: a knob where something can be taken, larger under the mouse."""
+
+    def __init__(self, viewport: QWidget) -> None:
+        super().__init__(viewport)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.words = ""
+        self.hide()
+
+    def show_handles(
+        self, theme: Theme, spots: Array, ring: Array, under: str, at: QPointF, words: str
+    ) -> None:
+        """Knobs at spots (2, 2), of w and the dial; the ring (n, 2); words beside the mouse."""
+        view = self.parentWidget()
+        assert view is not None
+        if self.geometry() != view.rect():
+            self.setGeometry(view.rect())
+        self._theme, self._spots, self._ring = theme, spots, ring
+        self._under, self._at, self.words = under, at, words
+        if not self.isVisible():
+            self.show()
+            self.raise_()
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """The dial's edge and both knobs, in their symbols' colours on a rim of paper."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        inks = {k: QColor(colour(MARKS[k].family, self._theme)) for k in (W, DIAL)}
+        if self._under == DIAL:
+            wide = QColor(inks[DIAL])
+            wide.setAlpha(110)
+            painter.setPen(QPen(wide, 8.0))
+            painter.drawPolyline(QPolygonF([QPointF(*p) for p in self._ring.tolist()]))
+        for (name, ink), spot in zip(inks.items(), self._spots.tolist(), strict=True):
+            painter.setPen(QPen(QColor(self._theme.surface), 2.0))
+            painter.setBrush(ink)
+            radius = _KNOBS[name == self._under]
+            painter.drawEllipse(QPointF(*spot), radius, radius)
+        if self.words:
+            self._write(painter)
+
+    def _write(self, painter: QPainter) -> None:
+        """The number beside the mouse, inside the view."""
+        painter.setFont(figures_font(self.font().pointSizeF()))
+        size = QFontMetricsF(painter.font()).size(0, self.words)
+        box = QRectF(self._at + _BESIDE, size).adjusted(-6.0, -3.0, 6.0, 3.0)
+        box.moveRight(min(box.right(), self.width() - 4.0))
+        box.moveTop(max(box.top(), 4.0))
+        painter.setPen(QColor(self._theme.line))
+        painter.setBrush(QColor(self._theme.raised))
+        painter.drawRoundedRect(box, 4.0, 4.0)
+        painter.setPen(QColor(self._theme.text))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.words)

@@ -1,0 +1,36 @@
+"""P, C and G in the 3D view: their names and the axes of their coordinates. Geometry only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inspector.teaching.gizmo_shapes import Sketch
+from inspector.viewport.mesh_actor import Index
+from twistcore.chain import Chain
+from twistcore.rotation import Array, matrix_from_quaternion
+
+POINTS = 18  # of three triads
+LINES: Index = np.arange(POINTS).reshape(-1, 2)
+_LONG = 0.16  # of an axis, of the bone's length
+
+
+def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
+    """A name beside every joint of the chain; where G_real is named, that is G's name."""
+    parent, child = positions[chain.parent], positions[chain.child]
+    out.mark("P", parent, child)
+    if chain.grandchild < 0:
+        out.mark("C", child, parent)
+        return
+    grandchild = positions[chain.grandchild]
+    out.mark("C", child, 0.5 * (parent + grandchild))
+    named = any(mark.symbol == "real" for mark in out.marks)
+    out.mark("G", grandchild, child, shown=not named)
+
+
+def triads(chain: Chain, rotations: Array, positions: Array, unit: float) -> Array:
+    """Lines (POINTS, 3) along x, y and z of P, C and G, in this order, from global rotations."""
+    joints = [chain.parent, chain.child, max(chain.grandchild, chain.child)]
+    axes = matrix_from_quaternion(rotations[joints]).transpose(0, 2, 1)  # rows: x, y, z
+    start = np.repeat(positions[joints], 3, axis=0)
+    lines = np.stack([start, start + _LONG * unit * axes.reshape(9, 3)], axis=1)
+    return lines.reshape(POINTS, 3)

@@ -1,0 +1,152 @@
+"""The gizmo's labels: symbols over the 3D view, typeset like the equations."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QPainter,
+    QPainterPath,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QRegion,
+)
+from PySide6.QtWidgets import QWidget
+
+from inspector.teaching.gizmo_shapes import Mark
+from inspector.teaching.symbols import MARKS, colour
+from inspector.viewport.camera import OrbitCamera
+from inspector.viewport.scene import background
+from inspector.widgets.theme import Theme
+from inspector.widgets.typeset import EM, Formula, Typesetter
+from twistcore.rotation import Array
+
+_SIZE = 1.25  # of a label, in heights of the program's font
+_WORDS = 0.62  # of that height, of words
+_APART = 4.0  # pixels between two labels
+_HALO = 2.5  # pixels around a label's letters
+_GAP = 15.0  # pixels from what it names to a label's middle
+
+
+class Labels(QWidget):
+    """Symbols over the 3D view, typeset like the equations, each beside what it names."""
+
+    def __init__(self, viewport: QWidget, typesetter: Typesetter) -> None:
+        super().__init__(viewport)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._typesetter = typesetter
+        self._placed: list[tuple[Formula, QRectF, str, bool]] = []
+        self._pixmaps: dict[tuple[object, ...], QPixmap] = {}
+        self.hide()
+
+    def show_marks(
+        self,
+        marks: list[Mark],
+        camera: OrbitCamera,
+        picture: QRectF,
+        theme: Theme,
+        lit: frozenset[str],
+    ) -> None:
+        """Place the labels in a picture of the view, none over another."""
+        view = self.parentWidget()
+        assert view is not None
+        if self.geometry() != view.rect():
+            self.setGeometry(view.rect())
+        self._paper = QColor(*background(theme).round().astype(int).tolist())
+        self._scale = _SIZE * self.fontMetrics().height() / EM
+        covered = self._region()
+        self._placed = []
+        if not marks or not self._typesetter.done:
+            self.hide()
+            return
+        size = (round(picture.width()), round(picture.height()))
+        at, _ = camera.project(np.stack([m.at for m in marks]), *size)
+        away, _ = camera.project(np.stack([m.away for m in marks]), *size)
+        corner = np.array([picture.left(), picture.top()])
+        for mark, here, other in zip(marks, at, away, strict=True):
+            formula = self._typesetter.formula(MARKS[mark.symbol].tex)
+            if mark.words:
+                formula = _written(mark.words, self.font().family())
+            if formula is None:
+                continue
+            way = here - other
+            long = float(np.hypot(*way))
+            way = way / long if long > 1.0 else np.array([0.7071, -0.7071])
+            box = self._free(here + corner, way, formula)
+            bright = not lit or mark.symbol in lit or (mark.symbol == "real" and "v" in lit)
+            ink = colour(MARKS[mark.symbol].family, theme)
+            self._placed.append((formula, box, ink, bright))
+        if not self.isVisible():
+            self.show()
+            self.raise_()
+        self.update(covered + self._region())
+
+    def _free(self, at: Array, way: Array, formula: Formula) -> QRectF:
+        """A place beside a point that no earlier label takes, the wanted side first."""
+        wide = formula.box.width() * self._scale
+        high = formula.box.height() * self._scale
+        wanted = np.arctan2(way[1], way[0])
+        box = QRectF()
+        for gap in (_GAP, 1.8 * _GAP, 2.6 * _GAP):
+            for turn in (0.0, 0.6, -0.6, 1.2, -1.2, 2.0, -2.0, 3.1):
+                angle = wanted + turn
+                x = at[0] + (gap + 0.3 * wide) * np.cos(angle) - 0.5 * wide
+                y = at[1] + gap * np.sin(angle) - 0.5 * high
+                box = QRectF(x, y, wide, high)
+                room = box.adjusted(-_APART, -_APART, _APART, _APART)
+                if not any(room.intersects(taken) for _, taken, _, _ in self._placed):
+                    return box
+        return box
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Every label where it was placed."""
+        painter = QPainter(self)
+        for formula, box, ink, bright in self._placed:
+            painter.drawPixmap(
+                box.topLeft() - QPointF(_HALO, _HALO), self._drawn(formula, ink, bright)
+            )
+
+    def _drawn(self, formula: Formula, ink: str, bright: bool) -> QPixmap:
+        """A label on a halo of the background's colour; stroked once, not for every frame."""
+        ratio = self.devicePixelRatioF()
+        key = (formula, ink, bright, self._scale, self._paper.rgb(), ratio)
+        if key not in self._pixmaps:
+            size = formula.box.size() * self._scale + QSizeF(2.0 * _HALO, 2.0 * _HALO)
+            pixmap = QPixmap((size * ratio).toSize() + QSize(1, 1))
+            pixmap.setDevicePixelRatio(ratio)
+            pixmap.fill(Qt.GlobalColor.transparent)
+            painter = QPainter(pixmap)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.translate(_HALO, _HALO)
+            painter.scale(self._scale, self._scale)
+            painter.translate(-formula.box.topLeft())
+            painter.setOpacity(1.0 if bright else 0.3)
+            halo = QPen(self._paper, 2.0 * _HALO / self._scale)
+            halo.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+            painter.strokePath(formula.path, halo)
+            painter.fillPath(formula.path, QColor(ink))
+            painter.end()
+            self._pixmaps[key] = pixmap
+        return self._pixmaps[key]
+
+    def _region(self) -> QRegion:
+        """What the labels cover."""
+        region = QRegion()
+        for _, box, _, _ in self._placed:
+            region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()
+        return region
+
+
+@lru_cache(maxsize=64)
+def _written(words: str, family: str) -> Formula:
+    """Plain words as an outline like that of a formula."""
+    font = QFont(family)
+    font.setPixelSize(round(_WORDS * EM))
+    path = QPainterPath()
+    path.addText(0.0, 0.0, font, words)
+    return Formula(path, path.boundingRect())

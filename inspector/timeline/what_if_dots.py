@@ -1,0 +1,107 @@
+"""Dots in the plots at the playhead: where an altered frame's values would be.
+
+A full dot belongs to θp or m, a ring to θc; both are in the colour of what is after.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from inspector.timeline.curves import Curves, in_degrees
+from inspector.timeline.layers import Layer, Scenery
+from inspector.timeline.pane import Pane
+from inspector.widgets.axes import root_scale
+
+# By plot: a value's name, what the title calls it, and whether it is a ring.
+_SHOWN = {
+    "theta": (("theta_p", "θp", False), ("theta_c", "θc", True)),
+    "delta": (("dtheta_p", "Δθp", False), ("dtheta_c", "Δθc", True)),
+    "strength": (("strength", "m", False),),
+}
+_DOT, _RING = 4.0, 6.5  # radius in pixels; where both are at one place, both are seen
+_SPARE = 0.12  # of the range: room beyond a dot that would else be outside
+
+
+class WhatIfDots:
+    """Dots in all plots of a time line."""
+
+    def __init__(self, panes: Mapping[str, Pane], scenery: Scenery) -> None:
+        self._panes = {key: panes[key] for key in _SHOWN}
+        self.layers = {key: _Dots(pane.view, scenery) for key, pane in self._panes.items()}
+        self._values: dict[str, float] = {}
+
+    def show(self, curves: Curves | None, frame: int, values: Mapping[str, float]) -> None:
+        """Angles of the altered frame by name, radians; what is undefined is missing, or all is."""
+        self._values = dict(curves.completed(frame, values)) if curves is not None else {}
+        for key, pane in self._panes.items():
+            dots = []
+            for name, _, ring in _SHOWN[key]:
+                if curves is not None and name in self._values:
+                    degrees = curves.height(key, name, self._values[name])
+                    dots.append((float(root_scale(degrees)) if pane.root else degrees, ring))
+            self._place(pane, self.layers[key], frame, dots)
+
+    def title(self, key: str) -> list[tuple[str, str]]:
+        """What is said of a plot's dots, as (text, colour role); where room ends, a whole one."""
+        told: list[tuple[str, str]] = []
+        for name, symbol, ring in _SHOWN.get(key, ()):
+            if name in self._values:
+                angle = in_degrees(float(np.degrees(self._values[name]))).strip()
+                first = "" if told else " what if"
+                told.append((f"  {first} {symbol} {'○' if ring else '●'} {angle}", "after"))
+        return told
+
+    def _place(self, pane: Pane, layer: _Dots, frame: int, dots: list[tuple[float, bool]]) -> None:
+        if (frame, dots) == (layer.frame, layer.dots):
+            return
+        layer.mark(pane)
+        layer.frame, layer.dots = frame, dots
+        layer.mark(pane)
+        heights = [height for height, _ in dots]
+        pane.time.include((min(heights), max(heights)) if heights else None, _SPARE)
+
+
+class _Dots(Layer):
+    """Those of one plot: places in its own values."""
+
+    def __init__(self, view: pg.ViewBox, scenery: Scenery) -> None:
+        super().__init__(view, scenery, 60.0)
+        self.frame = 0
+        self.dots: list[tuple[float, bool]] = []
+
+    def mark(self, pane: Pane) -> None:
+        """The strip with the dots is to be painted again."""
+        if self.dots:
+            wide = 2.0 * _RING * self.scenery.scale
+            strip = QRectF(self.place(self.frame) - wide, 0.0, 2.0 * wide, self._view.height())
+            pane.viewport().update(strip.translated(self._view.scenePos()).toAlignedRect())
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
+    ) -> None:
+        """Those that are in view, on a rim of paper."""
+        low, high = self._view.viewRange()[1]
+        ink, paper = QColor(self.scenery.theme.after), QColor(self.scenery.theme.surface)
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for height, ring in self.dots:
+            at = QPointF(
+                self.place(self.frame), (high - height) / (high - low) * self._view.height()
+            )
+            if not QRectF(self._view.rect()).contains(at):
+                continue
+            scale = self.scenery.scale
+            for colour, extra in ((paper, 1.5), (ink, 0.0)):
+                radius = ((_RING if ring else _DOT) + (0.0 if ring else extra)) * scale
+                painter.setPen(
+                    QPen(colour, (2.0 + 2.0 * extra) * scale) if ring else Qt.PenStyle.NoPen
+                )
+                painter.setBrush(Qt.BrushStyle.NoBrush if ring else colour)
+                painter.drawEllipse(at, radius, radius)
+        painter.restore()
