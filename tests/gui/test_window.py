@@ -127,7 +127,7 @@ def test_what_is_selected_is_listed_whatever_the_filter(qtbot, opened):
     qtbot.waitUntil(lambda: number not in panel.shown_ids())
     assert panel.selected_ids() == (document.interval_id,)
     act(opened, "tour")
-    assert panel.filter.currentText() == "All"
+    qtbot.waitUntil(lambda: panel.filter.currentText() == "All", timeout=20_000)
     opened.lesson_actions.leave_guide()
     assert panel.filter.currentText() == "Undecided"
 
