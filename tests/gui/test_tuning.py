@@ -87,7 +87,8 @@ def test_the_curves_are_those_of_the_core(window, tuning):
     x, y = tuning.curves.cost.fsr.getData()
     np.testing.assert_allclose(10**x, np.degrees(core.tau))
     np.testing.assert_allclose(y, 100.0 * core.fsr)
-    assert f"suggested {np.degrees(core.suggested()):.2f}°" in tuning.curves.cost_words.text()
+    words = tuning.curves.cost_words.text().replace("&nbsp;", " ")
+    assert f"suggested {np.degrees(core.suggested()):.2f}°" in words
     strength = np.degrees(window.document.detector.strength("LeftForeArm"))
     drawn = np.expm1(
         tuning.curves.histogram.below.getData()[1] + tuning.curves.histogram.above.getData()[1]
