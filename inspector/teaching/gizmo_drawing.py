@@ -111,9 +111,10 @@ class GizmoGuest:
         self._paint()
         width, height = self._viewport.picture_size()
         left = self._viewport.width() - width
+        legend = self._viewport.overlays.legend
         self.labels.show_marks(
             shapes.marks, camera, QRectF(left, 0, width, height), self._viewport.theme,
-            lit_parts(self._taught.lit),
+            lit_parts(self._taught.lit), QRectF(legend.geometry()),
         )  # fmt: skip
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:

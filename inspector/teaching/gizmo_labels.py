@@ -52,15 +52,16 @@ class Labels(QWidget):
         picture: QRectF,
         theme: Theme,
         lit: frozenset[str],
+        covered: QRectF,
     ) -> None:
-        """Place the labels in a picture of the view, none over another."""
+        """Place the labels in a picture of the view, none over another or over what is covered."""
         view = self.parentWidget()
         assert view is not None
         if self.geometry() != view.rect():
             self.setGeometry(view.rect())
         self._paper = QColor(*background(theme).round().astype(int).tolist())
         self._scale = _SIZE * self.fontMetrics().height() / EM
-        covered = self._region()
+        before = self._region()
         self._placed = []
         if not marks or not self._typesetter.done:
             self.hide()
@@ -78,17 +79,19 @@ class Labels(QWidget):
             way = here - other
             long = float(np.hypot(*way))
             way = way / long if long > 1.0 else np.array([0.7071, -0.7071])
-            box = self._free(here + corner, way, formula)
+            box = self._free(here + corner, way, formula, covered)
+            if box.intersects(covered):
+                continue
             bright = not lit or mark.symbol in lit or (mark.symbol == "real" and "v" in lit)
             ink = colour(MARKS[mark.symbol].family, theme)
             self._placed.append((formula, box, ink, bright))
         if not self.isVisible():
             self.show()
             self.raise_()
-        self.update(covered + self._region())
+        self.update(before + self._region())
 
-    def _free(self, at: Array, way: Array, formula: Formula) -> QRectF:
-        """A place beside a point that no earlier label takes, the wanted side first."""
+    def _free(self, at: Array, way: Array, formula: Formula, covered: QRectF) -> QRectF:
+        """A place beside a point that nothing takes, the wanted side first; else any of them."""
         wide = formula.box.width() * self._scale
         high = formula.box.height() * self._scale
         wanted = np.arctan2(way[1], way[0])
@@ -100,7 +103,8 @@ class Labels(QWidget):
                 y = at[1] + gap * np.sin(angle) - 0.5 * high
                 box = QRectF(x, y, wide, high)
                 room = box.adjusted(-_APART, -_APART, _APART, _APART)
-                if not any(room.intersects(taken) for _, taken, _, _ in self._placed):
+                taken = [covered, *(other for _, other, _, _ in self._placed)]
+                if not any(room.intersects(other) for other in taken):
                     return box
         return box
 
