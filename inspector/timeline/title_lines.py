@@ -35,7 +35,7 @@ def _groups(title: Sequence[tuple[str, str]]) -> list[Parts]:
     for raw, role in title:
         text = re.sub(r"  +", " ", raw)
         before = {r for t, r in groups[-1] if t.strip()} if groups else set()
-        symbol = role == "text" and before != {"soft"}
+        symbol = (role == "text" and before != {"soft"}) or bool({"●", "○"} & set(text))
         if not groups or symbol or (role == "soft" and text.strip()) or text.startswith("━"):
             groups.append([])
         groups[-1].append((text, role))
