@@ -123,7 +123,10 @@ class GizmoGuest:
         shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
         if shapes is None or d is None or chain is None:
             return None
-        points = np.vstack([p.points for p in shapes.parts if p.look != CLEAR])
+        points = [p.points for p in shapes.parts if p.look != CLEAR]
+        if (data := self._taught.document.data) is not None:  # what counters stays where it was
+            own = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
+            points.append(data.positions[self._taught.document.frame, own])
         q_parent = pose.rotations[chain.parent]
         along = rotate(q_parent, d.a)
         normal = rotate(multiply(q_parent, conjugate(d.q)), d.n)
@@ -138,7 +141,7 @@ class GizmoGuest:
         slant = 0.75 if d.swing_reliability < NEAR_SWING else 0.5  # the family's fan stands open
         worth = np.abs(seen @ normal) + 1.4 * np.minimum(np.abs(seen @ along), slant)
         worth += 0.35 * (seen @ outward) + 0.25 * (seen @ ahead)
-        return points, seen[int(np.argmax(worth))]
+        return np.vstack(points), seen[int(np.argmax(worth))]
 
     def leave(self) -> None:
         """Take everything out of the view."""

@@ -327,6 +327,21 @@ def test_labels_keep_apart_and_inside(qtbot, taught):
         assert not any(one.intersects(other) for other in boxes[k + 1 :])
 
 
+def test_what_counters_is_in_view_too(qtbot, taught):
+    document, viewport = taught.document, taught.viewport
+    document.select_chain("LeftArm")
+    document.go_to(200)
+    taught.taught.set_what_if(WhatIf(twist=1.3))
+    viewport.focus_chain()
+    taught.taught.alter(counter=True)
+    qtbot.wait(50)
+    chain, size = taught.taught.chain, viewport.picture_size()
+    joints = document.data.positions[200, [chain.parent, chain.child, chain.grandchild]]
+    places, _ = viewport.camera.project(joints, *size)
+    assert (places > 10.0).all()
+    assert (places < np.array(size) - 10.0).all()
+
+
 def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
     button = taught.teaching.equations.buttons["theta_p"]
     taught.teaching.scroll_area.ensureWidgetVisible(button)
