@@ -7,6 +7,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+from inspector.bundled import ASSETS
 from inspector.session.document import Document
 from inspector.session.keeper import PutAside
 from inspector.session.opening import Analysed
@@ -47,7 +48,12 @@ class Aside:
             self._kept = (kept, document.keeper.put_aside(), *place)
         if self._borrowed():
             document.review.mark_saved()
-        document.show_clip(data)
+        document.show_clip(data, write_to=self._to_keep())
+
+    def _to_keep(self) -> Path:
+        """Where what is made of a borrowed clip outlives it: beside the own one, or at home."""
+        own = self._kept[0].clip.path.absolute() if self._kept is not None else None
+        return Path.home() if own is None or ASSETS in own.parents else own.parent
 
     def put_back(self) -> None:
         """The person's clip as it was; without one, the borrowed stays open with no folder."""
