@@ -29,13 +29,14 @@ from inspector.widgets.building import tool_button
 from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.signed_numbers import signed
 from twistcore.atomic import write_atomically
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.detection import Interval
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 from twistcore.review import Decision
 from twistcore.study.class_exercise import ClassExercise, HandedIn, write_handed_in
 from twistcore.study.exercise import Score, score
+from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 
 KINDS = ("Judge", "Find")
@@ -55,7 +56,7 @@ def make_exercise(
     source = read_bvh(clip)
     dirty, errors, listed = hidden(source, seed, kind.lower())
     path = folder / f"exercise_{seed}.bvh"
-    write_bvh(source, dirty, path)
+    write_exercise_clip(source, dirty, path)
     return to_review(path, listed), errors
 
 
