@@ -317,7 +317,7 @@ def test_the_exercise_scores_and_leaves_the_persons_session_alone(qtbot, at_fore
     assert document.data.clip.path.name == "exercise_5.bvh"
     errors = at_forearm.lesson_actions.hidden_errors._errors
     truth = {(e.chain, e.start) for e in errors}
-    assert len(document.intervals) == 2 * len(errors)  # as many are natural
+    assert len(document.intervals) >= len(errors) + 4  # in each of two chains 2-5 are natural
     wrong = 0
     for judged in document.intervals:
         real = (judged.interval.chain, judged.interval.start) in truth
