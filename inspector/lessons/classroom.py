@@ -63,9 +63,9 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
     if not errors:
         raise FormatError(f"{source}: expected a clip with chains that can be corrected")
     write_exercise_clip(clip, dirty, copy)
-    write_exercise(exercise, ClassExercise(copy.name, read_bvh(copy).sha256, kind, listed))
-    motion = clip.motion
-    write_truth(key, Truth(copy.name, "P0", seed, motion.frames, motion.fps, errors))
+    sha256, motion = read_bvh(copy).sha256, clip.motion
+    write_exercise(exercise, ClassExercise(copy.name, sha256, kind, listed))
+    write_truth(key, Truth(copy.name, "P0", seed, motion.frames, motion.fps, errors, sha256))
     return copy, key
 
 
@@ -106,7 +106,12 @@ def scored(files: Sequence[Path]) -> str:
     if len(keys) != 1 or not handed:
         raise FormatError("Choose the key of the exercise and what was handed in, all at once.")
     truth = read_truth(keys[0])
+    if not truth.sha256:
+        raise FormatError(f"{keys[0].name}: expected the key of an exercise, with its sha256.")
     for path, one in handed:
         if one.clip != truth.clip:
             raise ClipMismatchError(f"{path.name} is about {one.clip}, the key about {truth.clip}.")
+        if one.sha256 != truth.sha256:
+            why = f"is about another clip of the name {one.clip} than the key"
+            raise ClipMismatchError(f"{path.name} {why}.")
     return class_table(truth.errors, [one for _, one in handed])

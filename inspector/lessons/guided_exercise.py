@@ -71,7 +71,7 @@ class Exercise(QObject):
         self._program, self._clips = program, clips
         self.running = False
         self._errors: tuple[InjectedError, ...] = ()
-        self._task = OneTask(self)
+        self._task, self._filing = OneTask(self), OneTask(self)  # for this person; for a class
         self._class: ClassExercise | None = None  # the exercise of a class that is being done
         self._since = 0.0
         self.result: Score | None = None
@@ -195,7 +195,7 @@ class Exercise(QObject):
             told = f"For your class: {path.name} and {clip.name}. For you alone: {key.name}."
             self._tell(told, wrong=False)
 
-        self._task.run(lambda _: write_for_class(source, path, seed, kind), written, self._tell)
+        self._filing.run(lambda _: write_for_class(source, path, seed, kind), written, self._tell)
 
     def _ask_open(self) -> None:
         ask_files(self._window, "Do an exercise", "*.json", lambda paths: self.do_one(paths[0]))
@@ -242,15 +242,14 @@ class Exercise(QObject):
         ask_files(self._window, title, "*.json", self._ask_table, several=True)
 
     def _ask_table(self, files: Sequence[Path]) -> None:
-        try:
-            table = scored(files)
-        except TwistError as error:
-            self._tell(error)
-            return
-        ask_where(
-            self._window, "Write the table", "*.csv", lambda path: self.write_table(path, table),
-            wanted=files[0].with_name("class.csv"), suffix="csv",
-        )  # fmt: skip
+        def ask(table: str) -> None:
+            ask_where(
+                self._window, "Write the table", "*.csv",
+                lambda path: self.write_table(path, table),
+                wanted=files[0].with_name("class.csv"), suffix="csv",
+            )  # fmt: skip
+
+        self._filing.run(lambda _: scored(files), ask, self._tell)
 
     def write_table(self, path: Path, table: str) -> None:
         """Write what the class came to."""
