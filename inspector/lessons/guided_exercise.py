@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +105,8 @@ class Exercise(QObject):
         self._errors, self._class = (), None
         self._offer(self.score_button)
         self._program.guide.show_page(*exercise_page())
+        self.start.setEnabled(True)  # it is not while a clip is made, which End may interrupt
+        self.start.setText("Start")
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
@@ -121,7 +124,8 @@ class Exercise(QObject):
         folder, seed = self._program.aside.folder(), self.seed.value()
         clip, kind = self._clips[seed % len(self._clips)], self.kind.currentText()
         self.start.setEnabled(False)
-        self._task.run(lambda _: make_exercise(clip, folder, seed, kind), self._ready)
+        make = partial(make_exercise, clip, folder, seed, kind)
+        self._task.run(lambda _: make(), self._ready, self._tell)
 
     def _ready(self, made: tuple[Analysed, tuple[InjectedError, ...]]) -> None:
         data, self._errors = made
@@ -174,7 +178,7 @@ class Exercise(QObject):
         return self.for_class.window()
 
     def _tell(self, text: object, wrong: bool = True) -> None:
-        self.start.setEnabled(True)
+        self.start.setEnabled(not self._task.running)
         self._program.document.message.emit(str(text), wrong)
 
     def _ask_write(self) -> None:
@@ -185,8 +189,7 @@ class Exercise(QObject):
 
     def write(self, path: Path) -> None:
         """An exercise of the person's clip, else of a sample; no seed that others could try."""
-        document, seed = self._program.document, secrets.randbelow(_SEEDS)
-        own = document.data if not self._program.aside.open else None
+        own, seed = self._program.aside.own, secrets.randbelow(_SEEDS)
         source = own.clip.path if own is not None else self._clips[seed % len(self._clips)]
         kind = self.kind.currentText().lower()
 
