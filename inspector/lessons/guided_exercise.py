@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import secrets
 import time
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -14,25 +12,18 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
 from inspector.bundled import EXERCISE_PAGE
-from inspector.lessons.classroom import (
-    hidden,
-    open_for_student,
-    scored,
-    to_review,
-    write_for_class,
-)
+from inspector.lessons.classroom import hidden, open_for_student, to_review
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_file import body_and_task
+from inspector.lessons.teachers_files import TeachersFiles
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
 from inspector.widgets.building import tool_button
 from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.signed_numbers import signed
-from twistcore.atomic import write_atomically
 from twistcore.bvh import read_bvh
 from twistcore.detection import Interval
-from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 from twistcore.review import Decision
 from twistcore.study.class_exercise import ClassExercise, HandedIn, write_handed_in
@@ -41,7 +32,6 @@ from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 
 KINDS = ("Judge", "Find")
-_SEEDS = 2**31
 
 
 def exercise_page() -> tuple[str, str, str]:
@@ -66,13 +56,13 @@ class Exercise(QObject):
 
     ended = Signal()
 
-    def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], parent: QObject) -> None:
+    def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
         """`clips`: of which the seed chooses one."""
-        super().__init__(parent)
+        super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
         self._errors: tuple[InjectedError, ...] = ()
-        self._task, self._filing = OneTask(self), OneTask(self)  # for this person; for a class
+        self._task = OneTask(self)
         self._class: ClassExercise | None = None  # the exercise of a class that is being done
         self._since = 0.0
         self.result: Score | None = None
@@ -87,6 +77,9 @@ class Exercise(QObject):
         self.hand_in_button = QPushButton("Hand in…")
         self.hand_in_button.setToolTip("Write your verdicts into a file for your teacher")
         self.hand_in_button.clicked.connect(self._ask_hand_in)
+        self.teacher = TeachersFiles(
+            program.aside, clips, lambda: self.kind.currentText().lower(), self._tell, window
+        )
         tip = "An exercise for others, one of a class, and what was handed in"
         self.for_class = tool_button("Class ▾", tip)
         self.for_class.setStyleSheet("QToolButton::menu-indicator { image: none; }")
@@ -164,9 +157,9 @@ class Exercise(QObject):
     def _add_menu(self) -> None:
         menu = QMenu(self.for_class)
         for text, ask in (
-            ("Write an exercise for a class…", self._ask_write),
+            ("Write an exercise for a class…", self.teacher.ask_write),
             ("Do an exercise of a class…", self._ask_open),
-            ("Score what a class handed in…", self._ask_score),
+            ("Score what a class handed in…", self.teacher.ask_score),
         ):
             action = QAction(text, menu)
             action.triggered.connect(ask)
@@ -180,25 +173,6 @@ class Exercise(QObject):
     def _tell(self, text: object, wrong: bool = True) -> None:
         self.start.setEnabled(not self._task.running)
         self._program.document.message.emit(str(text), wrong)
-
-    def _ask_write(self) -> None:
-        wanted = Path("exercise.json")
-        ask_where(
-            self._window, "Write an exercise", "*.json", self.write, wanted=wanted, suffix="json"
-        )
-
-    def write(self, path: Path) -> None:
-        """An exercise of the person's clip, else of a sample; no seed that others could try."""
-        own, seed = self._program.aside.own, secrets.randbelow(_SEEDS)
-        source = own.clip.path if own is not None else self._clips[seed % len(self._clips)]
-        kind = self.kind.currentText().lower()
-
-        def written(files: tuple[Path, Path]) -> None:
-            clip, key = files
-            told = f"For your class: {path.name} and {clip.name}. For you alone: {key.name}."
-            self._tell(told, wrong=False)
-
-        self._filing.run(lambda _: write_for_class(source, path, seed, kind), written, self._tell)
 
     def _ask_open(self) -> None:
         ask_files(self._window, "Do an exercise", "*.json", lambda paths: self.do_one(paths[0]))
@@ -239,29 +213,6 @@ class Exercise(QObject):
             return
         self._tell(f"Handed in as {path.name}, in the name of {name}.", wrong=False)
         self._program.guide.set_done(True)
-
-    def _ask_score(self) -> None:
-        title = "The key, and all that was handed in"
-        ask_files(self._window, title, "*.json", self._ask_table, several=True)
-
-    def _ask_table(self, files: Sequence[Path]) -> None:
-        def ask(table: str) -> None:
-            ask_where(
-                self._window, "Write the table", "*.csv",
-                lambda path: self.write_table(path, table),
-                wanted=files[0].with_name("class.csv"), suffix="csv",
-            )  # fmt: skip
-
-        self._filing.run(lambda _: scored(files), ask, self._tell)
-
-    def write_table(self, path: Path, table: str) -> None:
-        """Write what the class came to."""
-        try:
-            write_atomically(path, encoded(table))
-        except (OSError, TwistError) as error:
-            self._tell(error)
-            return
-        self._tell(f"{path.name}: {table.count(chr(10)) - 1} students.", wrong=False)
 
     def go_to(self, address: str) -> None:
         """Follow a link of the score: chain and frame."""

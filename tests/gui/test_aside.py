@@ -143,13 +143,13 @@ def test_the_own_clip_is_saved_by_itself_while_no_other_is_there(qtbot, at_forea
 @pytest.mark.parametrize("when", ["failed", "begun"])
 def test_an_exercise_for_a_class_is_of_the_own_clip(qtbot, at_forearm, said, tmp_path, when):
     own = at_forearm.document.data
-    at_forearm.lesson_actions.hidden_errors._clips = (ASSETS / "dance.bvh",)
+    at_forearm.lesson_actions.hidden_errors.teacher._clips = (ASSETS / "dance.bvh",)
     if when == "failed":
         fail_to_open(qtbot, at_forearm, said, tmp_path / "class")
     else:
         begin(qtbot, at_forearm, "exercise")
         said.clear()
-    at_forearm.lesson_actions.hidden_errors.write(tmp_path / "mine_too.json")
+    at_forearm.lesson_actions.hidden_errors.teacher.write(tmp_path / "mine_too.json")
     qtbot.waitUntil(lambda: bool(said), timeout=20_000)
     assert said[-1][0].startswith("For your class: mine_too.json")
     written = read_bvh(tmp_path / "mine_too.bvh").values
@@ -161,7 +161,7 @@ def test_a_damaged_file_of_a_student_is_told(qtbot, at_forearm, said, tmp_path):
     _, key = write_for_class(ASSETS / "walk.bvh", tmp_path / "class.json", 3, "find")
     (tmp_path / "kim.json").write_text("[" * 200_000)
     act(at_forearm, "exercise")
-    at_forearm.lesson_actions.hidden_errors._ask_table([key, tmp_path / "kim.json"])
+    at_forearm.lesson_actions.hidden_errors.teacher.score([key, tmp_path / "kim.json"])
     qtbot.waitUntil(lambda: bool(said), timeout=20_000)
     assert "kim.json" in said[0][0]
     assert at_forearm.findChildren(QFileDialog) == []
