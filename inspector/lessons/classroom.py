@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from inspector.session.opening import Analysed, analysed
-from twistcore.bvh import Clip, read_bvh, write_bvh
+from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError
@@ -24,6 +25,7 @@ from twistcore.study.class_exercise import (
     write_exercise,
 )
 from twistcore.study.exercise import decoys, hide_errors
+from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 from twistcore.synthesis.truth import SCHEMA as TRUTH
 from twistcore.synthesis.truth import Truth, read_truth, write_truth
@@ -50,19 +52,33 @@ def to_review(path: Path, listed: Sequence[Interval]) -> Analysed:
 
 
 def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple[Path, Path]:
-    """Write the exercise, its clip beside it, and the key; the clip and the key come back."""
+    """Write the exercise, its clip beside it, and the key; the clip and the key come back.
+
+    Raises FormatError for a name of which a clip or a key is there already: nothing is replaced
+    but the exercise itself, about which the person was asked.
+    """
+    copy, key = beside(exercise)
     clip = read_bvh(source)
     dirty, errors, listed = hidden(clip, seed, kind)
     if not errors:
         raise FormatError(f"{source}: expected a clip with chains that can be corrected")
-    copy = exercise.with_name(f"{exercise.name.split('.')[0]}.bvh")
-    key = exercise.with_name(f"{exercise.name.split('.')[0]}.key.json")
-    if copy.resolve() == source.resolve():
-        raise FormatError(f"{copy}: expected another name than that of the clip itself")
-    write_bvh(clip, dirty, copy)
-    write_exercise(exercise, ClassExercise(copy.name, read_bvh(copy).sha256, kind, listed))
-    motion = clip.motion
-    write_truth(key, Truth(copy.name, "P0", seed, motion.frames, motion.fps, errors))
+    write_exercise_clip(clip, dirty, copy)
+    sha256, motion = read_bvh(copy).sha256, clip.motion
+    write_exercise(exercise, ClassExercise(copy.name, sha256, kind, listed))
+    write_truth(key, Truth(copy.name, "P0", seed, motion.frames, motion.fps, errors, sha256))
+    return copy, key
+
+
+def beside(exercise: Path) -> tuple[Path, Path]:
+    """The clip and the key of an exercise that is to be written; neither may be there."""
+    name = exercise.stem if exercise.suffix.lower() == ".json" else exercise.name
+    if name.lower().endswith(".key"):
+        raise FormatError(f"{exercise.name}: expected another name, since that is one of a key.")
+    copy, key = (exercise.with_name(name + ending) for ending in (".bvh", ".key.json"))
+    for path in (copy, key):
+        if os.path.lexists(path):
+            why = f"expected another name, since {path.name} is there already"
+            raise FormatError(f"{exercise.name}: {why}.")
     return copy, key
 
 
@@ -90,7 +106,12 @@ def scored(files: Sequence[Path]) -> str:
     if len(keys) != 1 or not handed:
         raise FormatError("Choose the key of the exercise and what was handed in, all at once.")
     truth = read_truth(keys[0])
+    if not truth.sha256:
+        raise FormatError(f"{keys[0].name}: expected the key of an exercise, with its sha256.")
     for path, one in handed:
         if one.clip != truth.clip:
             raise ClipMismatchError(f"{path.name} is about {one.clip}, the key about {truth.clip}.")
+        if one.sha256 != truth.sha256:
+            why = f"is about another clip of the name {one.clip} than the key"
+            raise ClipMismatchError(f"{path.name} {why}.")
     return class_table(truth.errors, [one for _, one in handed])

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import secrets
 import time
-from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,33 +12,26 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
 from inspector.bundled import EXERCISE_PAGE
-from inspector.lessons.classroom import (
-    hidden,
-    open_for_student,
-    scored,
-    to_review,
-    write_for_class,
-)
+from inspector.lessons.classroom import hidden, open_for_student, to_review
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_file import body_and_task
+from inspector.lessons.teachers_files import TeachersFiles
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
 from inspector.widgets.building import tool_button
 from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.signed_numbers import signed
-from twistcore.atomic import write_atomically
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.detection import Interval
-from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 from twistcore.review import Decision
 from twistcore.study.class_exercise import ClassExercise, HandedIn, write_handed_in
 from twistcore.study.exercise import Score, score
+from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 
 KINDS = ("Judge", "Find")
-_SEEDS = 2**31
 
 
 def exercise_page() -> tuple[str, str, str]:
@@ -55,7 +47,7 @@ def make_exercise(
     source = read_bvh(clip)
     dirty, errors, listed = hidden(source, seed, kind.lower())
     path = folder / f"exercise_{seed}.bvh"
-    write_bvh(source, dirty, path)
+    write_exercise_clip(source, dirty, path)
     return to_review(path, listed), errors
 
 
@@ -64,9 +56,9 @@ class Exercise(QObject):
 
     ended = Signal()
 
-    def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], parent: QObject) -> None:
+    def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
         """`clips`: of which the seed chooses one."""
-        super().__init__(parent)
+        super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
         self._errors: tuple[InjectedError, ...] = ()
@@ -85,6 +77,9 @@ class Exercise(QObject):
         self.hand_in_button = QPushButton("Hand in…")
         self.hand_in_button.setToolTip("Write your verdicts into a file for your teacher")
         self.hand_in_button.clicked.connect(self._ask_hand_in)
+        self.teacher = TeachersFiles(
+            program.aside, clips, lambda: self.kind.currentText().lower(), self._tell, window
+        )
         tip = "An exercise for others, one of a class, and what was handed in"
         self.for_class = tool_button("Class ▾", tip)
         self.for_class.setStyleSheet("QToolButton::menu-indicator { image: none; }")
@@ -103,6 +98,8 @@ class Exercise(QObject):
         self._errors, self._class = (), None
         self._offer(self.score_button)
         self._program.guide.show_page(*exercise_page())
+        self.start.setEnabled(True)  # it is not while a clip is made, which End may interrupt
+        self.start.setText("Start")
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
@@ -120,7 +117,8 @@ class Exercise(QObject):
         folder, seed = self._program.aside.folder(), self.seed.value()
         clip, kind = self._clips[seed % len(self._clips)], self.kind.currentText()
         self.start.setEnabled(False)
-        self._task.run(lambda _: make_exercise(clip, folder, seed, kind), self._ready)
+        make = partial(make_exercise, clip, folder, seed, kind)
+        self._task.run(lambda _: make(), self._ready, self._tell)
 
     def _ready(self, made: tuple[Analysed, tuple[InjectedError, ...]]) -> None:
         data, self._errors = made
@@ -159,9 +157,9 @@ class Exercise(QObject):
     def _add_menu(self) -> None:
         menu = QMenu(self.for_class)
         for text, ask in (
-            ("Write an exercise for a class…", self._ask_write),
+            ("Write an exercise for a class…", self.teacher.ask_write),
             ("Do an exercise of a class…", self._ask_open),
-            ("Score what a class handed in…", self._ask_score),
+            ("Score what a class handed in…", self.teacher.ask_score),
         ):
             action = QAction(text, menu)
             action.triggered.connect(ask)
@@ -173,28 +171,8 @@ class Exercise(QObject):
         return self.for_class.window()
 
     def _tell(self, text: object, wrong: bool = True) -> None:
-        self.start.setEnabled(True)
+        self.start.setEnabled(not self._task.running)
         self._program.document.message.emit(str(text), wrong)
-
-    def _ask_write(self) -> None:
-        wanted = Path("exercise.json")
-        ask_where(
-            self._window, "Write an exercise", "*.json", self.write, wanted=wanted, suffix="json"
-        )
-
-    def write(self, path: Path) -> None:
-        """An exercise of the person's clip, else of a sample; no seed that others could try."""
-        document, seed = self._program.document, secrets.randbelow(_SEEDS)
-        own = document.data if not self._program.aside.open else None
-        source = own.clip.path if own is not None else self._clips[seed % len(self._clips)]
-        kind = self.kind.currentText().lower()
-
-        def written(files: tuple[Path, Path]) -> None:
-            clip, key = files
-            told = f"For your class: {path.name} and {clip.name}. For you alone: {key.name}."
-            self._tell(told, wrong=False)
-
-        self._task.run(lambda _: write_for_class(source, path, seed, kind), written, self._tell)
 
     def _ask_open(self) -> None:
         ask_files(self._window, "Do an exercise", "*.json", lambda paths: self.do_one(paths[0]))
@@ -235,30 +213,6 @@ class Exercise(QObject):
             return
         self._tell(f"Handed in as {path.name}, in the name of {name}.", wrong=False)
         self._program.guide.set_done(True)
-
-    def _ask_score(self) -> None:
-        title = "The key, and all that was handed in"
-        ask_files(self._window, title, "*.json", self._ask_table, several=True)
-
-    def _ask_table(self, files: Sequence[Path]) -> None:
-        try:
-            table = scored(files)
-        except TwistError as error:
-            self._tell(error)
-            return
-        ask_where(
-            self._window, "Write the table", "*.csv", lambda path: self.write_table(path, table),
-            wanted=files[0].with_name("class.csv"), suffix="csv",
-        )  # fmt: skip
-
-    def write_table(self, path: Path, table: str) -> None:
-        """Write what the class came to."""
-        try:
-            write_atomically(path, encoded(table))
-        except (OSError, TwistError) as error:
-            self._tell(error)
-            return
-        self._tell(f"{path.name}: {table.count(chr(10)) - 1} students.", wrong=False)
 
     def go_to(self, address: str) -> None:
         """Follow a link of the score: chain and frame."""

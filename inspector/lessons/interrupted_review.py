@@ -7,6 +7,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+from inspector.bundled import ASSETS
 from inspector.session.document import Document
 from inspector.session.keeper import PutAside
 from inspector.session.opening import Analysed
@@ -22,12 +23,21 @@ class Aside:
         self._document = document
         self._kept: tuple[Analysed, PutAside | None, int, str, int | None] | None = None
         self._folder: Path | None = None
+        self._shown = False
         self._left: Analysed | None = None  # borrowed, and still open for want of another clip
 
     @property
     def open(self) -> bool:
-        """Whether a borrowed clip is open."""
-        return self._folder is not None
+        """Whether a borrowed clip is open, or is just going; a folder for one is not enough."""
+        return self._shown
+
+    @property
+    def own(self) -> Analysed | None:
+        """The person's clip, open or put aside."""
+        if self._kept is not None:
+            return self._kept[0]
+        data = self._document.data
+        return None if data is self._left or self._borrowed() else data
 
     def folder(self) -> Path:
         """Where the borrowed clip lies, and whatever its review writes."""
@@ -39,15 +49,19 @@ class Aside:
         """Open a borrowed clip; the first one puts the person's aside."""
         document = self._document
         document.leaving.emit()
-        own = document.data is not None and document.data is not self._left
-        if self._kept is None and own and not self._borrowed():
-            assert document.data is not None
-            kept = replace(document.data, review=document.review)
+        if self._kept is None and (own := self.own) is not None:
+            kept = replace(own, review=document.review)
             place = document.frame, document.chain, document.interval_id
             self._kept = (kept, document.keeper.put_aside(), *place)
         if self._borrowed():
             document.review.mark_saved()
-        document.show_clip(data)
+        self._shown = True
+        document.show_clip(data, write_to=self._to_keep())
+
+    def _to_keep(self) -> Path:
+        """Where what is made of a borrowed clip outlives it: beside the own one, or at home."""
+        own = self._kept[0].clip.path.absolute() if self._kept is not None else None
+        return Path.home() if own is None or ASSETS in own.parents else own.parent
 
     def put_back(self) -> None:
         """The person's clip as it was; without one, the borrowed stays open with no folder."""
@@ -69,7 +83,7 @@ class Aside:
             document.close_clip()
             self._left = document.data
         shutil.rmtree(self._folder, ignore_errors=True)
-        self._folder = None
+        self._folder, self._shown = None, False
 
     def _borrowed(self) -> bool:
         data = self._document.data

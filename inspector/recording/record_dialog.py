@@ -39,8 +39,7 @@ class RecordDialog(WriteDialog):
     ) -> None:
         """`seen`: the frames that the plots show now; teaching: its tab is in front."""
         assert document.data is not None
-        clip = document.data.clip.path
-        wanted = clip.with_name(f"{clip.stem}_{document.chain or 'clip'}.mp4")
+        wanted = document.proposed(f"_{document.chain or 'clip'}.mp4")
         super().__init__("Record", wanted, parent)
         self._document = document
         chain = selected_chain(document)

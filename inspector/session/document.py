@@ -56,6 +56,7 @@ class Document(OpenClip):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
+        self._write_to: Path | None = None  # for a borrowed clip, whose own folder goes with it
         self.opener = ClipOpener(self.message, self.question, self)
         self.opener.analysed.connect(self.show_clip)
         self.keeper = Keeper(self.message, self)
@@ -71,12 +72,18 @@ class Document(OpenClip):
 
     # -- one clip after the other ------------------------------------------------------------------
 
-    def show_clip(self, data: Analysed, aside: PutAside | None = None) -> None:
-        """Make an analysed clip the present one; aside: its review, if that was put aside."""
+    def show_clip(
+        self, data: Analysed, aside: PutAside | None = None, *, write_to: Path | None = None
+    ) -> None:
+        """Make an analysed clip the present one; aside: its review, if that was put aside.
+
+        write_to: where files made of it belong, if not beside it.
+        """
         self.opener.cancel()
         self.leaving.emit()
         self.recovery.end(data)
         self._hold(data, aside.kept.review if aside else data.review)
+        self._write_to = write_to
         self.learned = None  # another clip may be another rig's
         self.frame = 0
         self.interval_id = None
@@ -93,6 +100,21 @@ class Document(OpenClip):
             for text, wrong in opening_notes(data, self.keeper.away, self.keeper.notes):
                 self.message.emit(text, wrong)
         self.recovery.begin()
+
+    @property
+    def folder(self) -> Path:
+        """Where files made of the clip belong."""
+        if self._write_to is not None or self.data is None:
+            return self._write_to or Path()
+        return self.data.clip.path.parent
+
+    def proposed(self, ending: str) -> Path:
+        """Name of a file made of the clip; of a borrowed clip one that no file there has."""
+        stem = self.data.clip.path.stem if self.data is not None else "clip"
+        path, k = self.folder / f"{stem}{ending}", 2
+        while self._write_to is not None and path.exists():
+            path, k = self.folder / f"{stem}_{k}{ending}", k + 1
+        return path
 
     def _hold(self, data: Analysed, review: Review) -> None:
         self.data, self._review, self.method = data, review, review.state.method

@@ -64,7 +64,7 @@ class TuningActions:
         if self.document.data is None:
             self.bar.show_message("Open a clip first.", False)
             return
-        wanted = self.document.data.clip.path.with_suffix(".toml")
+        wanted = self.document.proposed(".toml")
         title, then = "Save profile", self.save_profile_to
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 

@@ -26,8 +26,7 @@ class ExportDialog(WriteDialog):
     """A form; its `choice` is what is to be exported."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        clip = document.data.clip.path if document.data else Path("clip.bvh")
-        super().__init__("Export", clip.with_name(f"{clip.stem}{EXPORT_MARK}.bvh"), parent)
+        super().__init__("Export", document.proposed(f"{EXPORT_MARK}.bvh"), parent)
         self._document = document
         self._look = OneTask(self)  # at long files that are there
         self._then: Callable[[], object] = lambda: None
@@ -141,9 +140,8 @@ class ExportDialog(WriteDialog):
 
     def choice(self) -> ExportChoice:
         """What the form says."""
-        data, path = self._document.data, Path(self.path.text()).expanduser()
         return ExportChoice(
-            path if data is None else data.clip.path.absolute().parent / path,
+            self._document.folder.absolute() / Path(self.path.text()).expanduser(),
             undecided=self.undecided.isChecked(),
             replace=self.replace.isChecked(),
             session=self.session.isChecked(),

@@ -15,7 +15,7 @@ from inspector.lessons.lesson_actions import LessonActions
 from inspector.panels.detail_card import DetailCard
 from inspector.session.document import Document
 from inspector.session.queue import FolderQueue
-from inspector.session.session_files import SESSION_SUFFIX, is_session, session_path
+from inspector.session.session_files import SESSION_SUFFIX, is_session
 from inspector.session.settings import Settings
 from inspector.widgets.file_dialog import ask_where
 from inspector.widgets.message_bar import MessageBar
@@ -54,7 +54,7 @@ class Saving:
             "Save session as",
             f"Sessions (*{SESSION_SUFFIX})",
             lambda path: self.save_session(_named_session(path)),
-            wanted=session_path(self.document.data.clip.path),
+            wanted=self.document.proposed(SESSION_SUFFIX),
         )
 
     def save_session(self, path: Path | None = None) -> bool:

@@ -317,7 +317,7 @@ def test_the_exercise_scores_and_leaves_the_persons_session_alone(qtbot, at_fore
     assert document.data.clip.path.name == "exercise_5.bvh"
     errors = at_forearm.lesson_actions.hidden_errors._errors
     truth = {(e.chain, e.start) for e in errors}
-    assert len(document.intervals) == 2 * len(errors)  # as many are natural
+    assert len(document.intervals) >= len(errors) + 4  # in each of two chains 2-5 are natural
     wrong = 0
     for judged in document.intervals:
         real = (judged.interval.chain, judged.interval.start) in truth
@@ -434,7 +434,7 @@ def test_an_exercise_for_a_class_from_end_to_end(qtbot, at_forearm, tmp_path):
     own = folder / "monday.json"
     act(at_forearm, "exercise")
     mine = document.data
-    exercise.write(own)
+    exercise.teacher.write(own)
     qtbot.waitUntil(lambda: bool(said), timeout=20_000)
     assert said.pop() == (
         "For your class: monday.json and monday.bvh. For you alone: monday.key.json.",
@@ -467,7 +467,7 @@ def test_an_exercise_for_a_class_from_end_to_end(qtbot, at_forearm, tmp_path):
     assert row["name"] == "ada"
     assert (int(row["hits"]), row["misses"]) == (len(key.errors), "0")
     assert int(row["false_accepted"]) == len(listed) - len(key.errors)
-    exercise.write_table(folder / "class.csv", table)
+    exercise.teacher.write_table(folder / "class.csv", table)
     assert (folder / "class.csv").read_text() == table
     with pytest.raises(TwistError, match="key of the exercise"):
         scored([folder / "ada.json"])

@@ -106,3 +106,61 @@ def test_what_is_no_score_file_is_refused(tmp_path, text):
         read_handed_in(path)
     with pytest.raises(TwistError, match=r"b\.json"):
         read_handed_in(tmp_path / "b.json")
+
+
+HANDED = {
+    "schema": "twistcore.exercise-score/1", "exercise": {"clip": "a.bvh", "sha256": "9"},
+    "name": "Kim", "seconds": 4.0,
+}  # fmt: skip
+
+
+def verdict(start, stop, delta="5.0"):
+    own = f'{{"chain": "LeftArm", "start": {start}, "stop": {stop}, "delta_deg": {delta}'
+    return f'{own}, "decision": "accepted"}}'
+
+
+@pytest.mark.parametrize(
+    "verdicts",
+    [
+        verdict(0, 900_000_000_000_000),
+        verdict(899_999_999_999_999, 900_000_000_000_000),
+        ", ".join([verdict(0, 9_000_000)] * 1000),  # 72 GB in all
+        verdict(1, 4, "1" + "0" * 400),
+        verdict(1, 4, "1e999"),
+        "[" * 200_000,
+        "[" * 200_000 + "]" * 200_000,
+        verdict(1, 4) + " " * 10_000_000,
+    ],
+    ids=lambda text: text[:60],
+)
+def test_no_file_of_a_student_takes_the_memory(tmp_path, verdicts):
+    path = tmp_path / "a.json"
+    start = json.dumps(HANDED)[:-1]
+    path.write_text(f'{start}, "verdicts": [{verdict(1, 4)}]}}')
+    assert len(read_handed_in(path).verdicts) == 1
+    path.write_text(f'{start}, "verdicts": [{verdicts}]}}')
+    with pytest.raises(TwistError, match=r"a\.json") as told:
+        read_handed_in(path)
+    assert "\n" not in str(told.value)
+    path.write_text(json.dumps(GOOD)[:-1] + f', "intervals": [{verdicts}]}}')
+    with pytest.raises(TwistError, match=r"a\.json"):
+        read_exercise(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "cell"),
+    [
+        ('=HYPERLINK("http://x/","Ada")', '\'=HYPERLINK("http://x/","Ada")'),
+        ("\t=1+1", "'=1+1"),
+        ("\r\n@SUM(A1)", "'@SUM(A1)"),
+        ("-2+3", "'-2+3"),
+        ("+1", "'+1"),
+        ("Ada\n\u2028 Lovelace", "Ada Lovelace"),
+        ("Ada = Lovelace", "Ada = Lovelace"),
+    ],
+)
+def test_a_name_is_one_line_and_no_formula(name, cell):
+    table = class_table((ERROR, OTHER), [handed(name, YES, NO, NO)])
+    assert len(table.splitlines()) == 2
+    (row,) = csv.DictReader(io.StringIO(table))
+    assert row["name"] == cell

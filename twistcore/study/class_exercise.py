@@ -25,6 +25,10 @@ from twistcore.synthesis import InjectedError
 EXERCISE = "twistcore.exercise/1"
 SCORE = "twistcore.exercise-score/1"
 KINDS = ("judge", "find")
+_MOST_BYTES = 10_000_000  # of a file: a student may hand in anything
+_MOST_FRAMES = 10_000_000  # in all intervals of a file: a day at 120 fps
+_FORMULA = ("=", "+", "-", "@")  # begin one; a tab or line end before it is gone by then
+_LONGEST_NAME = 100  # letters, in the table
 COLUMNS = (
     "name", "hits", "misses", "false_accepted", "false_rejected", "without_verdict", "seconds",
 )  # fmt: skip
@@ -65,11 +69,11 @@ def read_exercise(path: Path) -> ClassExercise:
         if document["kind"] not in KINDS:
             raise ValueError(f"a kind {document['kind']!r}")
         name = str(document["clip"])
-        if Path(name).name != name:
+        if not name or Path(name).name != name:
             raise ValueError("a clip elsewhere than beside it")
-        listed = tuple(_interval(entry) for entry in document["intervals"])
+        listed = _intervals(document["intervals"])
         return ClassExercise(name, str(document["sha256"]), document["kind"], listed)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None
 
 
@@ -92,9 +96,10 @@ def read_handed_in(path: Path) -> HandedIn:
     """Read what a student handed in; raises TwistError in one sentence."""
     document = _document(path, SCORE)
     try:
+        entries = document["verdicts"]
         verdicts = tuple(
-            Judged(k, _interval(entry), Decision(entry["decision"]))
-            for k, entry in enumerate(document["verdicts"])
+            Judged(k, interval, Decision(entry["decision"]))
+            for k, (interval, entry) in enumerate(zip(_intervals(entries), entries, strict=True))
         )
         own = document["exercise"]
         seconds = float(document["seconds"])
@@ -103,7 +108,7 @@ def read_handed_in(path: Path) -> HandedIn:
         return HandedIn(
             str(document["name"]), seconds, str(own["clip"]), str(own["sha256"]), verdicts
         )
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None
 
 
@@ -113,11 +118,18 @@ def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> 
     for student in sorted(handed, key=lambda h: h.name):
         result = score(errors, student.verdicts)
         counts = (
-            student.name, len(result.hits), len(result.misses), len(result.false_accepted),
-            len(result.false_rejected), result.left, round(student.seconds, 1),
+            _in_cell(student.name), len(result.hits), len(result.misses),
+            len(result.false_accepted), len(result.false_rejected), result.left,
+            round(student.seconds, 1),
         )  # fmt: skip
         rows.append(dict(zip(COLUMNS, counts, strict=True)))
     return csv_text(COLUMNS, rows)
+
+
+def _in_cell(name: str) -> str:
+    """On one line, and no formula: a spreadsheet takes what is behind an apostrophe as text."""
+    words = " ".join(name.split())[:_LONGEST_NAME]
+    return f"'{words}" if words.startswith(_FORMULA) else words
 
 
 def schema_of(path: Path) -> str:
@@ -127,9 +139,15 @@ def schema_of(path: Path) -> str:
 
 def _document(path: Path, schema: str = "") -> Mapping[str, Any]:
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        with path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+        if len(data) > _MOST_BYTES:
+            raise FormatError(f"{path}: expected a file of at most {_MOST_BYTES // 10**6} MB")
+        document = json.loads(data)
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
+    except RecursionError:
+        raise FormatError(f"{path}: expected JSON that is less deep") from None
     except ValueError as error:
         raise FormatError(f"{path}: expected JSON ({error})") from None
     found = document.get("schema") if isinstance(document, dict) else None
@@ -144,10 +162,23 @@ def _interval_to_json(interval: Interval) -> dict[str, Any]:
     return {**own, "delta_deg": shown}
 
 
-def _interval(entry: Mapping[str, Any]) -> Interval:
+def _intervals(entries: Iterable[Mapping[str, Any]]) -> tuple[Interval, ...]:
+    out: list[Interval] = []
+    left = _MOST_FRAMES  # looked at before an offset for every frame takes the memory
+    for entry in entries:
+        out.append(_interval(entry, left))
+        left -= out[-1].stop - out[-1].start
+    return tuple(out)
+
+
+def _interval(entry: Mapping[str, Any], most: int) -> Interval:
+    """With at most so many frames."""
     start, stop, delta = entry["start"], entry["stop"], float(entry["delta_deg"])
-    if not (isinstance(start, int) and isinstance(stop, int) and 0 <= start < stop):
+    whole = isinstance(start, int) and isinstance(stop, int)
+    if not (whole and 0 <= start < stop <= _MOST_FRAMES):
         raise ValueError(f"the interval {start}-{stop}")
+    if stop - start > most:
+        raise ValueError(f"so long an interval as {start}-{stop}")
     if not np.isfinite(delta):
         raise ValueError("an angle that is not finite")
     return Interval(str(entry["chain"]), start, stop, np.full(stop - start, np.radians(delta)))

@@ -63,30 +63,38 @@ def hide_errors(
 def decoys(
     motion: Motion, chains: Sequence[Chain], errors: Sequence[InjectedError], seed: int
 ) -> tuple[Interval, ...]:
-    """Intervals where nothing is wrong, to be told apart from the errors, and as many as those.
+    """Intervals where nothing is wrong, to be told apart from the errors: 2-5 a chain, as of those.
 
-    Each begins where the parent of a chain without errors truly twists fast, so that a glance at
-    θp alone is not enough; its length and its offset are drawn as those of an error. A clip too
-    short for them gets fewer.
+    motion: the clean one. They lie in the chains of the errors, so that no chain and no count of
+    intervals tells which is which, and clear of the errors. Each begins where the chain's parent
+    truly twists fast, so that a glance at θp alone is not enough; its length and its offset are
+    drawn as those of an error. A clip too short for them gets fewer.
     """
     rng = generator(seed, "decoys")
-    free = [c for c in chains if c.name not in {e.chain for e in errors}]
     out: list[Interval] = []
-    for _ in errors if free else ():
-        chain = free[int(rng.integers(len(free)))]
-        speed = np.abs(twist_signals(motion, chain).dtheta_p)
-        speed[:2] = speed[max(len(speed) - _LONGEST, 0) :] = -1.0
-        for other in (i for i in out if i.chain == chain.name):
-            speed[max(other.start - _LONGEST - _APART, 0) : other.stop + _APART] = -1.0
-        lively = np.argsort(speed)[-_CHOICE:]
-        lively = lively[speed[lively] >= 0.0]
-        if not len(lively):
-            continue
-        start = int(rng.choice(lively))
-        length = int(rng.integers(1, _LONGEST + 1))
-        angle = np.radians(rng.uniform(5.0, 180.0)) * rng.choice([-1.0, 1.0])
-        out.append(Interval(chain.name, start, start + length, np.full(length, angle)))
+    for chain in chains:
+        taken = [(e.start, e.stop) for e in errors if e.chain == chain.name]
+        for _ in range(int(rng.integers(2, 6)) if taken else 0):
+            if (start := _lively(motion, chain, taken, rng)) is None:
+                break
+            length = int(rng.integers(1, _LONGEST + 1))
+            angle = np.radians(rng.uniform(5.0, 180.0)) * rng.choice([-1.0, 1.0])
+            out.append(Interval(chain.name, start, start + length, np.full(length, angle)))
+            taken.append((start, start + length))
     return tuple(sorted(out, key=lambda i: (i.chain, i.start)))
+
+
+def _lively(
+    motion: Motion, chain: Chain, taken: Sequence[tuple[int, int]], rng: np.random.Generator
+) -> int | None:
+    """A frame where the parent twists fast and the longest decoy is clear of what is taken."""
+    speed = np.abs(twist_signals(motion, chain).dtheta_p)
+    speed[:2] = speed[max(len(speed) - _LONGEST, 0) :] = -1.0
+    for start, stop in taken:
+        speed[max(start - _LONGEST - _APART, 0) : stop + _APART] = -1.0
+    lively = np.argsort(speed)[-_CHOICE:]
+    lively = lively[speed[lively] >= 0.0]
+    return int(rng.choice(lively)) if len(lively) else None
 
 
 def score(errors: Sequence[InjectedError], review: Iterable[Judged]) -> Score:

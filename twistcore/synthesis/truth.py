@@ -23,7 +23,7 @@ SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What was injected into which clip."""
+    """What was injected into which clip; sha256: of the clip's file, where one is to be sure."""
 
     clip: str
     protocol: str
@@ -31,6 +31,7 @@ class Truth:
     frames: int
     fps: float
     errors: tuple[InjectedError, ...]
+    sha256: str = ""
 
 
 def _error_to_json(error: InjectedError) -> dict[str, Any]:
@@ -52,7 +53,8 @@ def _error_to_json(error: InjectedError) -> dict[str, Any]:
 def write_truth(path: Path, truth: Truth) -> None:
     """Write a truth file, atomically; angles in degrees."""
     errors = [_error_to_json(e) for e in truth.errors]
-    write_atomically(path, json_bytes({"schema": SCHEMA, **vars(truth), "errors": errors}))
+    own = {key: value for key, value in vars(truth).items() if key != "sha256" or value}
+    write_atomically(path, json_bytes({"schema": SCHEMA, **own, "errors": errors}))
 
 
 def read_truth(path: Path) -> Truth:
@@ -88,6 +90,7 @@ def read_truth(path: Path) -> Truth:
             if e.kind == Kind.LONE_JUMP or (e.carried and e.kind != Kind.LIMB_FLIP):
                 raise ValueError(f"an error of the kind {e.kind.value!r}")
         named = {key: document[key] for key in ("clip", "protocol", "seed", "fps")}
-        return Truth(**named, frames=frames, errors=errors)
+        sha256 = str(document.get("sha256", ""))
+        return Truth(**named, frames=frames, errors=errors, sha256=sha256)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None

@@ -1,0 +1,43 @@
+"""The clip of an exercise: written so that its numbers do not tell which of them were changed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from twistcore.atomic import write_atomically
+from twistcore.bvh import Clip, changed_rotations, parse_bvh, patch_rotations
+from twistcore.motion import Motion, check_motion
+from twistcore.rotation import Array
+
+_MOST = 3  # decimals of a degree: finer than any capture, coarser than most files
+_ENDS_IN_0 = 0.2  # by chance a tenth of all numbers needs a decimal less
+_POSITIONS = 6  # decimals; no error moves these
+
+
+def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
+    """Write `clip` with the rotations of `dirty`, every one of them anew, with as many decimals.
+
+    No more than the clip's own have: else unchanged numbers would be told by their zeros.
+    Atomically; what is there is replaced. Raises OSError.
+    """
+    check_motion(dirty)
+    values = parse_bvh(patch_rotations(clip, dirty, changed_rotations(clip, dirty))).values.copy()
+    turns = [column for layout in clip.channels for column in layout.rotation]
+    decimals = np.full(values.shape[1], _POSITIONS)
+    decimals[turns] = fine = decimals_of(clip.values[:, turns])
+    values[:, turns] = np.round(values[:, turns], fine) + 0.0  # no -0.000
+    form = " ".join(f"%.{k}f" for k in decimals.tolist())
+    rows = "\n".join(form % tuple(row) for row in values.tolist())
+    header = clip.data[: clip.token_spans[0][0]]
+    write_atomically(path, header + rows.encode() + b"\n")
+
+
+def decimals_of(degrees: Array) -> int:
+    """So many decimals that hardly one of these numbers needs fewer."""
+    told = np.unique(degrees[degrees != 0.0])
+    for decimals in range(_MOST, 0, -1):
+        if not len(told) or np.mean(np.round(told, decimals - 1) == told) < _ENDS_IN_0:
+            return decimals
+    return 0
