@@ -290,6 +290,63 @@ def test_verdicts_are_accepted_or_rejected_and_what_nobody_said_is_none(analysis
     assert judged_clip(analysis, automatic).verdicts == ()
 
 
+def half_judged(analysis, said=lambda _: Decision.ACCEPTED):
+    """The review of the first chain that has anything listed; all others wait."""
+    state = judged_state(analysis, said)
+    first = state.intervals[0].interval.chain
+    open_again = [
+        j if j.interval.chain == first else replace(j, decision=Decision.UNDECIDED)
+        for j in state.intervals
+    ]
+    return first, state.with_intervals(open_again)
+
+
+def test_chains_that_nobody_has_judged_are_none_without_an_alarm(analysis):
+    first, state = half_judged(analysis)
+    told = judged_clip(analysis, state)
+    assert told.reviewed.keys() == {first}
+    assert told.looked_at == 1.0
+    done = judged_clip(analysis, judged_state(analysis, lambda _: Decision.REJECTED))
+    assert done.reviewed.keys() == {c.name for c in analysis.chains}  # in these nothing was listed
+
+
+def test_a_lower_tau_alone_is_no_look(analysis):
+    state = judged_state(analysis, lambda _: Decision.REJECTED)
+    chain = "LeftForeArm"
+    before = judged_clip(analysis, state)
+    low = before.reviewed[chain] / 4.0
+    listed = analysis.by().intervals(chain, before.reviewed[chain])
+    free = [t for t in range(0, 300, 9) if not any(i.start < t + 5 and t < i.stop for i in listed)]
+    waits = [Judged(900 + k, constant(chain, t, t + 5, low)) for k, t in enumerate(free)]
+    tau = {**state.tau, chain: low}
+    lowered = replace(state, tau=tau).with_intervals((*state.intervals, *waits))
+    after = judged_clip(analysis, lowered)
+    assert after.reviewed[chain] >= before.reviewed[chain]
+    assert after.shares[chain] == 1.0  # nothing that waits is listed at the τ that was looked at
+
+
+def test_of_a_chain_decided_in_part_only_that_part_was_looked_at(analysis):
+    state = judged_state(analysis, lambda _: Decision.REJECTED)
+    own = state.of_chain("LeftForeArm")
+    assert len(own) == 3
+    strongest = max(own, key=lambda j: abs(j.interval.largest))
+    part = [
+        replace(j, decision=Decision.UNDECIDED) if j is strongest else j for j in state.intervals
+    ]
+    told = judged_clip(analysis, state.with_intervals(part))
+    assert told.shares["LeftForeArm"] == pytest.approx(2 / 3)
+
+
+def test_a_chain_set_apart_has_no_share_in_the_common_ones_minutes():
+    errors = [3.0] * 10 + [*np.linspace(5.0, 40.0, 30)]
+    plain = [folder(errors, [4.0] * 60, chain=f"c{k}") for k in range(4)]
+    rng = np.random.default_rng(4)
+    noisy = folder(rng.uniform(20, 60, 40), rng.uniform(6, 15, 60), chain="X")
+    shared = common_tau(together(*plain, noisy), price=0.09)
+    assert [c.chain for c in shared.chains if c.apart] == ["X"]
+    assert shared.common.tau == verdict_curve(together(*plain)).suggested(price=0.09).tau
+
+
 def test_where_a_verdict_is_found_is_what_the_detector_finds(analysis):
     state = judged_state(analysis, lambda _: Decision.ACCEPTED)
     for v in judged_clip(analysis, state).verdicts:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -108,7 +108,7 @@ def common_tau(
     tested = sum(o is not None for o in own.values())
     apart: dict[str, float] = {}
     while True:
-        rest = [_without(clip, apart) for clip in clips]
+        rest = [clip.without(apart) for clip in clips]
         common = verdict_curve(rest).suggested(price, smallest, seed=seed)
         if common is None:
             break
@@ -124,11 +124,6 @@ def common_tau(
         apart[most] = new[most]
     chains = (ChainTau(n, curves[n], own[n], n in apart, apart.get(n, 0.0)) for n in names)
     return CommonTau(common or verdict_curve(clips).suggested(price, smallest), tuple(chains))
-
-
-def _without(clip: JudgedClip, chains: Collection[str]) -> JudgedClip:
-    verdicts = tuple(v for v in clip.verdicts if v.chain not in chains)
-    return replace(clip, verdicts=verdicts)
 
 
 def _gain(

@@ -166,7 +166,7 @@ def _share(part: Array, whole: Array) -> Array:
 def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
     """The curve over clips in which anything was decided, of all their chains or of one.
 
-    A clip in which nothing of the chain was listed counts: it had no alarm.
+    A clip that was decided and in which nothing of the chain was listed counts: it had no alarm.
     """
     clips = [clip for clip in clips if clip.verdicts]
     others = _errors_found(clips, chain) if chain is not None else (np.zeros(0), 0)
@@ -185,8 +185,8 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
     # The middle one, as of the noise in TauCurve: the highest would be a single odd clip's.
     seen = [t for clip in clips for t in clip.reviewed.values()]
     reviewed = float(np.median(seen)) if seen else math.inf
-    looked_at = sum(len(clip.reviewed) for clip in clips)
-    length = max(sum(clip.minutes * len(clip.reviewed) for clip in clips), looked_at)
+    looked_at = sum(clip.looked_at for clip in clips)
+    length = max(sum(clip.minutes * clip.looked_at for clip in clips), looked_at)
     return VerdictCurve(GRID, errors, natural, found, alarms, length, reviewed, others)
 
 
