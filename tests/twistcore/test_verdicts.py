@@ -193,6 +193,15 @@ def test_a_chain_in_which_everything_is_rejected_gets_its_own_tau():
     assert math.degrees(shared.common.tau) < 3.0
 
 
+def test_errors_of_other_chains_alone_set_none_apart():
+    large = folder([30.0] * 20 + [2.6] * 10, [4.0] * 200, clips=10, chain="L")
+    few = folder([5.0, 7, 9, 12, 15, 20, 25, 30, 45, 60], [], clips=10, chain="X")
+    shared = common_tau(together(large, few))
+    assert [c.chain for c in shared.chains if c.apart] == []
+    assert all(c.gain == 0.0 for c in shared.chains)
+    assert not any("it ." in words for words in shared.words())
+
+
 # --- confidence --------------------------------------------------------------------------------
 
 

@@ -59,8 +59,8 @@ class JudgedClip:
 
     method: the detector whose intervals were listed; rig: mark of the skeleton; performer: '' where
     nobody knows; minutes: its length; reviewed: τ, radians, from which on intervals were listed, by
-    chain, of those that a person has looked at; shares: of what was listed from there on in a chain,
-    how much was decided, 1 where it is not said.
+    chain, of those that a person has looked at; shares: of what was listed from there on in a
+    chain, how much was decided, 1 where it is not said.
     """
 
     name: str
