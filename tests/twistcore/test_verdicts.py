@@ -13,8 +13,9 @@ from twistcore.analysis import analyse, detect
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.errors import FormatError
-from twistcore.review import Decision, Review, write_session
+from twistcore.review import Decide, Decision, Review, write_session
 from twistcore.review.model import Judged, constant
+from twistcore.review.session import session_document, session_from_document
 from twistcore.rig import skeleton_mark
 from twistcore.tuning import GRID, Profile, Tuned, read_profile, write_profile
 from twistcore.tuning.common_tau import common_tau
@@ -295,8 +296,17 @@ def test_verdicts_are_accepted_or_rejected_and_what_nobody_said_is_none(analysis
     first = wanted[0].interval
     left = judged_clip(analysis, replace(state, left_out=((first.start, first.start + 1),)))
     assert len(left.verdicts) < len(told.verdicts)
+    assert left.minutes == pytest.approx(told.minutes - analysis.motion.frame_time / 60.0)
     automatic = judged_state(analysis, lambda _: Decision.ACCEPTED, decided_at="")
     assert judged_clip(analysis, automatic).verdicts == ()
+    sure = judged_state(analysis, lambda _: Decision.UNDECIDED)
+    ids = tuple(j.id for j in sure.intervals)
+    sure = Decide(ids, Decision.ACCEPTED, "me", "2026-01-01T00:00:00+00:00", True).apply(sure)
+    kept = session_from_document(session_document(read_bvh(INJECTED), sure)).state
+    for state in (sure, kept):  # or a learned confidence would confirm itself
+        assert judged_clip(analysis, state).verdicts == ()
+    looked = Decide(ids[:1], Decision.ACCEPTED, "me", "2026-01-02T00:00:00+00:00").apply(kept)
+    assert len(judged_clip(analysis, looked).verdicts) == 1
 
 
 def half_judged(analysis, said=lambda _: Decision.ACCEPTED):

@@ -1,8 +1,9 @@
 """What people have decided of clips, as evidence for a τ: one verdict an interval.
 
 An accepted interval is an error, a rejected one is natural motion, an undecided one says nothing,
-nor does one that was applied automatically: nobody looked at it. At which τ a detector finds what a
-verdict is about is asked of the detector itself, at every τ of the grid.
+nor does one that was applied automatically or accepted with all the sure ones: nobody looked at it.
+At which τ a detector finds what a verdict is about is asked of the detector itself, at every τ of
+the grid.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.prediction import Mask
 from twistcore.errors import TwistError
 from twistcore.review import Decision, Judged, ReviewState, Session, read_session
+from twistcore.review.left_out import joined
 from twistcore.review.model import APPLIED
 from twistcore.rig import skeleton_mark
 from twistcore.tuning.injected_curve import GRID
@@ -58,9 +60,9 @@ class JudgedClip:
     """The verdicts of a clip, and whose it is.
 
     method: the detector whose intervals were listed; rig: mark of the skeleton; performer: '' where
-    nobody knows; minutes: its length; reviewed: τ, radians, from which on intervals were listed, by
-    chain, of those that a person has looked at; shares: of what was listed from there on in a
-    chain, how much was decided, 1 where it is not said.
+    nobody knows; minutes: its length, without frames left out of tuning; reviewed: τ, radians, from
+    which on intervals were listed, by chain, of those that a person has looked at; shares: of what
+    was listed from there on in a chain, how much was decided, 1 where it is not said.
     """
 
     name: str
@@ -108,12 +110,14 @@ def judged_clip(
     verdicts = [v for n in names if n in decided for v in _told(detector, n, decided[n])]
     reviewed, shares = _looked_at(detector, state, [n for n in names if n in state.tau], verdicts)
     motion = analysis.motion
+    spans = joined(state.left_out)
+    left_out = sum(max(min(stop, motion.frames) - start, 0) for start, stop in spans)
     return JudgedClip(
         analysis.name,
         state.method,
         skeleton_mark(motion.skeleton),
         performer_of(analysis.name) if performer is None else performer,
-        motion.frames * motion.frame_time / 60.0,
+        (motion.frames - left_out) * motion.frame_time / 60.0,
         reviewed,
         tuple(verdicts),
         shares,
@@ -121,10 +125,11 @@ def judged_clip(
 
 
 def is_verdict(judged: Judged) -> bool:
-    """Whether a person said of a counter-twist what it is."""
+    """Whether a person looked at a counter-twist and said what it is."""
     return (
         judged.decision != Decision.UNDECIDED
         and judged.verdict != APPLIED
+        and not judged.in_bulk
         and judged.interval.kind == Kind.COUNTER_TWIST
     )
 
