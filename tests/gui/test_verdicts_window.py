@@ -222,6 +222,17 @@ def test_the_sure_ones_are_no_verdicts_until_each_is_looked_at(qtbot, window):
     assert is_verdict(document.review.state.find(sure[0].id))
 
 
+def test_what_a_chain_still_needs_is_said(qtbot, window):
+    page = window.tuning.verdicts
+    look(qtbot, window, page)
+    scopes = window.tuning.evidence.present.scopes
+    scope = next(s for s in scopes if s.chain and sum(s.curve.counts) < 5)
+    page.show_scope(scope.name)
+    left = 5 - sum(scope.curve.counts)
+    assert f"{left} more verdict" in page.words.text()
+    assert "accepted interval" not in page.words.text()  # those of other chains are borrowed
+
+
 def test_in_an_exercise_the_tab_tells_nothing(qtbot, window, folder, tmp_path):
     tuning, document = window.tuning, window.document
     look(qtbot, window, tuning.confidence)

@@ -1,5 +1,6 @@
 """What is learned from verdicts: precision, recall, τ for one chain or all, confidence."""
 
+import json
 import math
 import shutil
 import tomllib
@@ -27,6 +28,7 @@ from twistcore.tuning.learned_confidence import (
     reliability,
     seen,
 )
+from twistcore.tuning.learned_profile import learned_profile
 from twistcore.tuning.profile import TauReasons
 from twistcore.tuning.verdict_curve import verdict_curve, wilson
 from twistcore.tuning.verdicts_of import (
@@ -246,6 +248,27 @@ def test_held_out_confidences_see_nothing_of_their_clip():
     assert (held_out(other)[~odd] != held_out(given)[~odd]).any()
 
 
+def test_it_is_said_what_was_held_out():
+    rng = np.random.default_rng(0)
+    natural = [replace(v, confidence=0.6) for v in folder([], [2.0] * 10, clips=1)[0].verdicts]
+    for clips, what in ((4, "points on clips held out"), (1, "on verdicts of its one clip held")):
+        some = folder(rng.uniform(9, 90, 40), [], clips)
+        some[0] = replace(some[0], verdicts=(*some[0].verdicts, *natural))
+        assert what in learned_profile(some, common_tau(some)).told_of_confidence()
+
+
+def test_what_is_needed_for_a_tau_is_what_is_asked():
+    large = folder([30.0] * 12, [], clips=4, chain="L")
+    few = folder([], [3.0, 3.0, 3.0], clips=4, chain="X")
+    both = together(large, few)
+    own = verdict_curve(both, "X")
+    assert own.needed == (0, 2)  # the errors of others will do, three verdicts will not
+    assert not own.enough
+    assert verdict_curve(folder([30.0] * 4, [3.0] * 9)).needed == (6, 0)
+    more = together(large, folder([], [3.0] * 5, clips=4, chain="X"))
+    assert verdict_curve(more, "X").enough
+
+
 def test_reliability_counts_bins():
     p = np.array([0.05, 0.95, 0.95, 0.95, 1.0])
     got = reliability(p, np.array([False, True, True, False, True]))
@@ -436,6 +459,10 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     assert told.performer == "05"
     assert len(told.verdicts) == len(state.intervals)
     assert judged_in(found, session, "Ann").performer == "Ann"
+    document = session_document(clip, state)
+    for k, name in enumerate(("", "/")):  # of no clip at all
+        (tmp_path / f"none{k}.json").write_text(json.dumps(document | {"clip": name}))
+    assert len(list(sessions_in(tmp_path))) == 1
     shutil.copy(ASSETS / "walk.bvh", path)
     with pytest.raises(Exception, match="another version"):
         judged_in(found, session)
@@ -474,6 +501,7 @@ def test_tune_by_verdicts_says_what_is_missing(judged_folder, tmp_path, capsys):
     output = str(tmp_path / "p.toml")
     for more, told in (
         (["--performer", "06"], "no session is of performer '06'"),
+        (["--seeds", "5"], "--seeds: expected none with --verdicts"),
         (["--method", "paper"], "judged on what the consistency detector lists"),
     ):
         command = ["tune", str(judged_folder), "--verdicts", "-o", output, *more]
@@ -484,6 +512,8 @@ def test_tune_by_verdicts_says_what_is_missing(judged_folder, tmp_path, capsys):
     assert "10 accepted intervals or more to learn τ from, found 7" in capsys.readouterr().err
     assert main(["tune", str(INJECTED), "--verdicts", "-o", output]) == 2
     assert "expected a folder of clips with their sessions" in capsys.readouterr().err
+    assert main(["tune", str(INJECTED), "--performer", "05", "-o", output]) == 2
+    assert "--performer: expected --verdicts, too" in capsys.readouterr().err
     assert not (tmp_path / "p.toml").exists()
 
 
@@ -521,6 +551,8 @@ def test_readers_of_earlier_versions_read_it(tmp_path):
         ("confidence = { shift = nan, scale = 1.0 }", "a shift within ±30"),
         ("confidence = { shift = 0.1, scale = 1.0, accepted = -1 }", "whole numbers"),
         ("rig = 4", "expected a text for rig"),
+        (f"confidence = {{ shift = 1{400 * '0'}, scale = 1.0 }}", "a shift within ±30"),
+        (f"[RightArm]\ntau_deg = 1{400 * '0'}", "a table with tau_deg"),
     ],
 )
 def test_a_damaged_profile_says_what_was_expected(tmp_path, line, told):

@@ -236,8 +236,9 @@ def sessions_in(folder: Path) -> Iterator[tuple[Path, Path]]:
         if path.name.endswith(_REPLAY):
             continue
         with suppress(TwistError, OSError):
-            clip = path.with_name(PurePath(read_session(path).clip).name)
-            if clip.is_file():
+            name = PurePath(read_session(path).clip).name
+            clip = path.parent / name
+            if name and clip.is_file():  # of '' and '/' there is none
                 written = path.stat().st_mtime_ns
                 latest[clip] = max(latest.get(clip, (0, path)), (written, path))
     yield from ((clip, session) for clip, (_, session) in sorted(latest.items()))
