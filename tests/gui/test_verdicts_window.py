@@ -10,11 +10,16 @@ from PySide6.QtWidgets import QLabel
 from inspector.lessons.classroom import to_review
 from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import BLIND
+from inspector.tuning.verdict_evidence import Scope
+from inspector.tuning.verdict_page import needed_words
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
+from tests.twistcore.test_verdicts import folder as folder_of
+from tests.twistcore.test_verdicts import together
 from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
+from twistcore.tuning.verdict_curve import verdict_curve
 from twistcore.tuning.verdicts_of import is_verdict
 
 TIME = "2026-01-01T00:00:00+00:00"
@@ -222,15 +227,13 @@ def test_the_sure_ones_are_no_verdicts_until_each_is_looked_at(qtbot, window):
     assert is_verdict(document.review.state.find(sure[0].id))
 
 
-def test_what_a_chain_still_needs_is_said(qtbot, window):
-    page = window.tuning.verdicts
-    look(qtbot, window, page)
-    scopes = window.tuning.evidence.present.scopes
-    scope = next(s for s in scopes if s.chain and sum(s.curve.counts) < 5)
-    page.show_scope(scope.name)
-    left = 5 - sum(scope.curve.counts)
-    assert f"{left} more verdict" in page.words.text()
-    assert "accepted interval" not in page.words.text()  # those of other chains are borrowed
+def test_what_a_chain_still_needs_is_said():
+    clips = together(folder_of([30.0] * 12, [], 4, "L"), folder_of([], [3.0] * 3, 4, "X"))
+    few = Scope("X", tuple(clips), verdict_curve(clips, "X"), chain="X")
+    assert needed_words(few) == "2 more verdicts on this chain are needed here for a τ."
+    clips = folder_of([30.0] * 9, [3.0] * 9, 4)
+    every = Scope("This rig", tuple(clips), verdict_curve(clips))
+    assert needed_words(every) == "1 more accepted interval is needed here for a τ."
 
 
 def test_in_an_exercise_the_tab_tells_nothing(qtbot, window, folder, tmp_path):
