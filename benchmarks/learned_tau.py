@@ -3,9 +3,11 @@
 The folder holds clips named SUBJECT_TRIAL.bvh. τ is suggested from the clips of some subjects: by
 errors injected into them, and by the verdicts of a simulated reviewer on 200 listed intervals, a
 tenth of which are wrong (the detector's own false alarms; or decoys, which this person calls
-natural). Both are judged on clips of other subjects, each chain in turn, with other seeds: FSR of
-P0 and of small errors (H6), and the false alarms in the clips without errors of their own. After ±
-stands half of where 90 % of the results lie when the judged clips are drawn anew.
+natural). Both are judged on clips of other subjects by the benchmark of the study, at the τ given:
+its own injection into each chain in turn and its own evaluation, of P0 and of small errors (H6),
+with other seeds. No clip is cleaned first: what is listed in the clip as it is counts as a false
+alarm, however sure. Behind each figure stands in how many clips all went well, and between which
+shares of such clips that lies (Wilson, 90 %): a fault that no clip has may be one that few have.
 """
 
 from __future__ import annotations
@@ -14,7 +16,6 @@ import argparse
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from functools import partial, reduce
 from operator import add
 from pathlib import Path
@@ -24,23 +25,21 @@ import numpy as np
 from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_folder, sampled
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
+from twistcore.detection import DEFAULT_METHOD
+from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
 from twistcore.rotation import Array
+from twistcore.study.benchmark.clip_scene import make_scene
+from twistcore.study.benchmark.passes import clean_run, run_item
+from twistcore.study.benchmark.tally import Tally
 from twistcore.synthesis import parse_protocol, prepare
-from twistcore.tuning import TauCurve, clip_tuning, tau_curve
+from twistcore.tuning import TauCurve, clip_tuning
 from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.injected_curve import PROTOCOLS
+from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import performer_of
 
 VERDICTS = 200
-DRAWS = 1000
-
-
-@dataclass(frozen=True, eq=False)
-class Judge:
-    """A clip to judge on: by chain its curves by protocol."""
-
-    curves: Mapping[str, Mapping[str, TauCurve]]
 
 
 def captured(path: Path, harder: str) -> Motion:
@@ -55,59 +54,58 @@ def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
     return {name: tuning.curve(name) for name in tuning.names}
 
 
-def judge(path: Path, harder: str, seeds: Sequence[int]) -> Judge:
-    """The curves of a clip that τ is judged by."""
-    tuning = clip_tuning(captured(path, harder), path.name)
-    given = {"name": path.name, "seeds": seeds}
-    return Judge(
-        {
-            n: {
-                p: tau_curve(tuning.clean, tuning.clean.chain(n), **given, protocols=(p,))
-                for p in PROTOCOLS
-            }
-            for n in tuning.names
-        }
-    )
-
-
-def result(clip: Judge, tau: Mapping[str, float]) -> Array:
-    """Repaired and all error frames of each protocol, then false alarms; in a row."""
-    row = np.zeros(2 * len(PROTOCOLS) + 1)
-    for name, curves in clip.curves.items():
-        if name not in tau:
-            continue
-        for k, protocol in enumerate(PROTOCOLS):
-            curve = curves[protocol]
-            place = int(np.abs(np.log(curve.tau / tau[name])).argmin())
-            row[2 * k] += curve.repaired[place]
-            row[2 * k + 1] += curve.errors
-        row[-1] += curves[PROTOCOLS[0]].alarms[place]
-    return row
+def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float]) -> Array:
+    """What a τ brings: repaired and all error frames of each protocol, then false alarms."""
+    row = []
+    for protocol in PROTOCOLS:
+        scene = make_scene(path.name, captured(path, harder), parse_protocol(protocol))
+        clean = clean_run(scene, DEFAULT_METHOD, tau)
+        total = Tally()
+        for seed in seeds:
+            total = sum(run_item(scene, DEFAULT_METHOD, seed, clean, tau).values(), total)
+        row += [total.repaired, total.frames]
+    names = {c.name for c in scene.chains}
+    return np.array([*row, sum(len(clean.outcome.found[n]) for n in names)], dtype=float)
 
 
 def report(title: str, rows: Array, tau: Sequence[float]) -> None:
-    """Print what a τ brings."""
-    rng = np.random.default_rng(0)
-    drawn = rng.multinomial(len(rows), np.full(len(rows), 1 / len(rows)), DRAWS) @ rows
+    """Print what a τ brings; rows: of :func:`judge`, a clip each."""
     total, told = rows.sum(axis=0), []
     for k, protocol in enumerate(PROTOCOLS):
-        low, high = np.percentile(100 * drawn[:, 2 * k] / drawn[:, 2 * k + 1], [5, 95])
         share = 100 * total[2 * k] / total[2 * k + 1]
-        told.append(f"{protocol} {share:7.3f} ± {(high - low) / 2:.3f} %")
+        told.append(f"{protocol} {share:.3f} %{_clips(rows[:, 2 * k] == rows[:, 2 * k + 1])}")
+    told.append(f"{total[-1]:.0f} false alarms{_clips(rows[:, -1] == 0)}")
     low, middle, high = np.degrees(np.percentile(tau, [0, 50, 100]))
     print(
-        f"  {title:<34} τ {low:5.2f}-{high:5.2f}°, median {middle:5.2f}°   {'   '.join(told)}   "
-        f"{total[-1]:.0f} false alarms"
+        f"  {title:<30} τ {low:5.2f}-{high:5.2f}°, median {middle:5.2f}°   {'   '.join(told)}",
+        flush=True,
     )
+
+
+def _clips(well: Mask) -> str:
+    low, high = wilson(np.array(well.sum()), np.array(len(well)))
+    return f" (all well in {well.sum()} of {len(well)} clips: {100 * low:.0f}-{100 * high:.0f} %)"
 
 
 def by_verdicts(
     clips: Sequence[Reviewed], kinds: Sequence[str], names: Sequence[str], seed: int
 ) -> dict[str, float]:
-    """τ of chains by 200 verdicts; what little is listed is taken as it is."""
+    """τ of chains by 200 verdicts; what little is listed is taken as it is; {} where too little."""
     given = sampled(clips, kinds, np.random.default_rng(seed), VERDICTS)
     found = common_tau(given)
-    return {name: found.tau(name) or np.nan for name in names}
+    return {name: tau for name in names if (tau := found.tau(name)) is not None}
+
+
+def judged(
+    clips: Sequence[Path], harder: str, seeds: Sequence[int], title: str, tau: Mapping[str, float]
+) -> None:
+    """Judge a τ and print it; without one there is nothing to judge."""
+    if not tau:
+        print(f"  {title:<30} too little was decided for a τ")
+        return
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        rows = list(pool.map(partial(judge, harder=harder, seeds=seeds, tau=tau), clips))
+    report(title, np.array(rows), [*tau.values()])
 
 
 def main() -> None:
@@ -130,20 +128,18 @@ def main() -> None:
         with ProcessPoolExecutor(os.cpu_count()) as pool:
             harder = arguments.harder
             injected = list(pool.map(partial(suggest, harder=harder), fit))
-            judges = list(pool.map(partial(judge, harder=harder, seeds=seeds), test))
         whose = [sorted({performer_of(p.name) for p in some}) for some in (fit, test)]
         print(f"\nLearned from {', '.join(whose[0])}; judged on {', '.join(whose[1])}")
         names = sorted({n for curves in injected for n in curves})
         tau = {n: reduce(add, (c[n] for c in injected if n in c)).suggested() for n in names}
-        report("injected errors", np.array([result(c, tau) for c in judges]), [*tau.values()])
+        judged(test, harder, seeds, "injected errors", tau)
         passes = [c for k in range(arguments.passes) for c in reviewed_folder(fit, k, harder)]
         for title, kinds in (
             ("verdicts, wrong: decoys", (DECOY,)),
             ("verdicts, wrong: false alarms", (NATURAL,)),
         ):
             if any(about in kinds for c in passes for about in c.about):
-                taus = by_verdicts(passes, kinds, names, 0)
-                report(title, np.array([result(c, taus) for c in judges]), [*taus.values()])
+                judged(test, harder, seeds, title, by_verdicts(passes, kinds, names, 0))
 
 
 if __name__ == "__main__":

@@ -199,15 +199,16 @@ class Document(OpenClip):
         if not chosen:
             self.message.emit("Select an interval first (N goes to the next).", False)
             return
-        judged = all(self.review.state.find(k).decision == decision for k in chosen)
+        there = [self.review.state.find(k) for k in chosen]
+        judged = all(j.decision == decision and not j.in_bulk for j in there)
         if not judged and not self._decide(chosen, decision):
             return
         if decision != Decision.UNDECIDED:
             self.step_interval(+1, undecided=True, order=order)
 
-    def _decide(self, ids: tuple[int, ...], decision: Decision) -> bool:
+    def _decide(self, ids: tuple[int, ...], decision: Decision, *, in_bulk: bool = False) -> bool:
         at = self.now()
-        done = self.do(Decide(ids, decision, self.reviewer, at))
+        done = self.do(Decide(ids, decision, self.reviewer, at, in_bulk))
         if done and decision != Decision.UNDECIDED and not self.reviewer:
             self._unsigned.update((k, at) for k in ids)
             self.unsigned.emit()
@@ -242,13 +243,13 @@ class Document(OpenClip):
     def accept_undecided(self, at_least: float | None = None) -> bool:
         """Accept what may be without a look at it, in one step; False if that failed.
 
-        at_least: the confidence that a person asked for; without one it is nobody's decision, and
-        told as applied automatically.
+        at_least: the confidence that a person asked for, whose decision it is in bulk; without one
+        it is nobody's, and told as applied automatically.
         """
         ids = self.unasked(at_least)
         if at_least is None:
             return not ids or self.do(Decide(ids, Decision.ACCEPTED))
-        return not ids or self._decide(ids, Decision.ACCEPTED)
+        return not ids or self._decide(ids, Decision.ACCEPTED, in_bulk=True)
 
     def begin_drag(self) -> int:
         """A number for the commands of one drag, which are undone together."""

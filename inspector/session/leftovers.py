@@ -152,9 +152,16 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
     lost = sum(_work(judged) not in has for judged in kept)
     began = leftover.recovered.session.state
     others = [(s.method, dict(s.tau), s.tracking, s.rig) for s in (left, state, began)]
-    if others[0] not in others[1:]:
-        return lost + 1, len(kept) + 1
-    return lost, len(kept)
+    set_too = [others[0] not in others[1:], _left_out_otherwise(began, left, state)]
+    return lost + sum(set_too), len(kept) + sum(set_too)
+
+
+def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
+    """Whether frames were left out of tuning, or taken in again, that are not so here."""
+    was, wanted, here = (
+        {t for start, stop in s.left_out for t in range(start, stop)} for s in (began, left, state)
+    )
+    return bool((wanted - was) - here or (was - wanted) & here)
 
 
 def _work(judged: Judged) -> tuple[object, ...]:

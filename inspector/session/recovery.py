@@ -14,7 +14,8 @@ from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
 from inspector.session.session_files import session_path, written
 from inspector.widgets.background import OneTask
 from twistcore.file_marks import file_mark, takes_long
-from twistcore.review import CarryOver, Command, Judged, Review, ReviewState
+from twistcore.review import CarryOver, Command, Judged, LeaveOut, Review, ReviewState
+from twistcore.review.left_out import joined
 
 
 class Recovery(QObject):
@@ -153,9 +154,13 @@ class Recovery(QObject):
 
     def _add(self, leftover: Leftover) -> bool:
         """Add what it holds to the open review; True once that is on disk and it is answered."""
-        earlier = leftover.recovered.review.state.intervals
-        carry = CarryOver(_fitting(earlier, self._open().motion.frames), leftover.same_clip)
-        if not (self._do(carry) and self._keeper.journal.on_disk):
+        left, here = leftover.recovered.review.state, self._keeper.review.state
+        fitting = _fitting(left.intervals, self._open().motion.frames)
+        steps: list[Command] = [CarryOver(fitting, leftover.same_clip)]
+        both = joined([*here.left_out, *left.left_out])
+        if leftover.same_clip and both != here.left_out:
+            steps.append(LeaveOut(both))
+        if not (all(self._do(step) for step in steps) and self._keeper.journal.on_disk):
             return False  # it stays until this is as safe as it is
         lost, of = missing(leftover, self._keeper.review.state)
         if not lost:

@@ -10,7 +10,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
-from inspector.session.document import Document
+from inspector.session.document import BLIND, Document
 from inspector.tuning.bar_frames import BarFrames
 from inspector.tuning.cost_plot import CostPlot
 from inspector.tuning.cost_words import band_words, fsr_words
@@ -87,11 +87,10 @@ class CurvesPage(QWidget):
         name = document.chain
         own = document.review.state.method == "paper" or document.limb is not None
         m = None if own else np.degrees(data.signals[name].strength)
-        self._counted = self._frames_that_count()
+        counted = self._frames_that_count()
         strength = np.degrees(document.detector.strength(name))
-        same = len(strength) == len(self._strength) and np.array_equal(strength, self._strength)
-        self._strength = strength
-        counted = self._counted
+        same = np.array_equal(strength, self._strength) and np.array_equal(counted, self._counted)
+        self._strength, self._counted = strength, counted
         self.histogram.show_strength(strength[counted], None if m is None else m[counted])
         if not same:
             self.bars.take(strength, counted)
@@ -173,13 +172,22 @@ class CurvesPage(QWidget):
 
     def next_bar(self) -> None:
         """Go to the first frame of the next stronger bar."""
-        self.bars.next_bar()
-        self._say_where()
+        if self._may_tell():
+            self.bars.next_bar()
+            self._say_where()
 
     def next_in_bar(self) -> None:
         """Go to the next frame of the bar."""
-        self.bars.next_in_bar()
-        self._say_where()
+        if self._may_tell():
+            self.bars.next_in_bar()
+            self._say_where()
+
+    def _may_tell(self) -> bool:
+        """Not in an exercise: the strongest bar would lead to what was hidden."""
+        if (data := self._document.data) is not None and data.blind:
+            self._document.message.emit(BLIND, False)
+            return False
+        return True
 
     def _pick(self, bar: int) -> None:
         self.bars.next_frame(bar)

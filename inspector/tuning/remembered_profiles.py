@@ -104,9 +104,11 @@ class ProfileOffers(QObject):
         document.opened.connect(self._later.start)
 
     def _look(self) -> None:
-        """A review that has begun keeps its τ."""
+        """A review that has begun keeps its τ, and so does an exercise."""
         data = self._document.data
-        if data is None or data.session is not None or self._document.review.undo_text:
+        if data is None or data.blind or data.session is not None:
+            return
+        if self._document.review.undo_text:
             return
         mark = skeleton_mark(data.motion.skeleton)
         profile, trouble = kept_profile(mark, self._performers.of(data.clip.path))

@@ -15,9 +15,9 @@ from inspector.session.document import Document
 from inspector.tuning.cost_worker import Capture, Request, measure
 from inspector.tuning.wishes import Wishes
 from twistcore.chain import uncorrectable_joints
-from twistcore.detection import Kind
 from twistcore.review import Decision, Judged, ReviewState
 from twistcore.tuning import TauCurve, Verdicts
+from twistcore.tuning.verdicts_of import is_verdict
 
 _POLL_MS = 30
 _REMEMBERED = 12  # clips, or the same clip judged otherwise
@@ -279,8 +279,4 @@ class Costs(QObject):
 
 def _said(state: ReviewState) -> tuple[Judged, ...]:
     """What a person judged of chains: flips of limbs say nothing of their τ."""
-    return tuple(
-        j
-        for j in state.intervals
-        if j.decision != Decision.UNDECIDED and j.interval.kind == Kind.COUNTER_TWIST
-    )
+    return tuple(filter(is_verdict, state.intervals))

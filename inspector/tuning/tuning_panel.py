@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.session.document import Document
+from inspector.session.document import BLIND, Document
 from inspector.session.settings import Settings
 from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
 from inspector.tuning.confidence_page import ConfidencePage
@@ -76,6 +76,7 @@ class TuningPanel(QWidget):
         self.set_theme(theme)
         for signal in (document.opened, document.chain_changed, document.method_changed):
             signal.connect(self._stale.mark_all)
+        document.opened.connect(self._watch)
         for signal in (document.opened, document.chains_changed, document.method_changed):
             signal.connect(self.profiles.model.reset)
         document.intervals_changed.connect(self._stale.mark)
@@ -150,15 +151,23 @@ class TuningPanel(QWidget):
         Told by the dock: behind another tab it is not hidden in Qt's sense, only out of sight.
         """
         self._seen = seen
-        self.costs.watch(seen)
-        self._watch_verdicts()
+        self._watch()
         if seen:
             self._stale.mark_all()
 
+    @property
+    def _blind(self) -> bool:
+        """An exercise: strengths, costs and recall would tell what was hidden."""
+        return self._document.data is not None and self._document.data.blind
+
+    def _watch(self) -> None:
+        self.costs.watch(self._seen and not self._blind)
+        self._watch_verdicts()
+
     def _watch_verdicts(self) -> None:
         """Verdicts are counted while somebody looks at what they say."""
-        pages = self.verdicts, self.confidence
-        self.evidence.watch(self._seen and self.tabs.currentWidget() in pages)
+        looked_at = self.tabs.currentWidget() in (self.verdicts, self.confidence)
+        self.evidence.watch(self._seen and looked_at and not self._blind)
 
     def refresh(self) -> None:
         """Draw what has changed now."""
@@ -166,10 +175,11 @@ class TuningPanel(QWidget):
         if not (anything and self._seen):
             return
         document = self._document
-        ready = document.data is not None and bool(document.chain)
+        ready = document.data is not None and bool(document.chain) and not self._blind
         self._pages.setCurrentIndex(int(ready))
         if document.data is not None and not ready:
-            self.hint.setText("No chain in this skeleton: there is no τ to tune.")
+            none = "No chain in this skeleton: there is no τ to tune."
+            self.hint.setText(BLIND if self._blind else none)
         self._enable(ready)
         if not ready:
             return

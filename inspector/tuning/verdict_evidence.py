@@ -22,7 +22,7 @@ from twistcore.review import ReviewState
 from twistcore.tuning.common_tau import CommonTau, common_tau
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
-from twistcore.tuning.verdicts_of import JudgedClip, is_verdict, judged_clip, judged_in
+from twistcore.tuning.verdicts_of import JudgedClip, judged_clip, judged_in
 
 CLIP, FOLDER, RIG = "This clip", "Folder", "This rig"
 _SETTLE_MS = 400  # verdicts come one after the other: count when the hand rests
@@ -114,8 +114,8 @@ class VerdictEvidence(QObject):
         if data is None or not self._watching:
             return
         state = self._document.review.state
-        decided = tuple(filter(is_verdict, state.intervals))
-        said = (data.clip, state.method, state.rig, self._wanted, decided)
+        here = data.clip, state.method, state.rig, dict(state.tau), state.left_out
+        said = (*here, self._wanted, state.intervals)
         if said != self._said:
             self._said = said
             self._task.cancel()

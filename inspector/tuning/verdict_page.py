@@ -106,6 +106,19 @@ def _ends(share: tuple[float, float, float]) -> str:
     return f"{100 * share[1]:.0f} and {100 * share[2]:.0f} %"
 
 
+def needed_words(scope: Scope) -> str:
+    """What has to be decided before a scope suggests a τ."""
+    errors, own = scope.curve.needed
+    parts = []
+    if errors:
+        where = ", of any chain of this rig," if scope.chain else ""
+        parts.append(f"{errors} more accepted interval{'s' * (errors > 1)}{where}")
+    if own and scope.chain:  # elsewhere these are among the accepted ones
+        parts.append(f"{own} more verdict{'s' * (own > 1)} on this chain")
+    are = "are" if len(parts) > 1 or max(errors, own) > 1 else "is"
+    return f"{' and '.join(parts)} {are} needed here for a τ."
+
+
 class VerdictPage(QWidget):
     """Draws the evidence for the present τ; asks the document for another."""
 
@@ -260,10 +273,8 @@ class VerdictPage(QWidget):
         evidence = self._evidence
         if evidence.trouble:
             return evidence.trouble
-        errors, _ = scope.curve.counts
         if suggestion_of(scope) is None:
-            left = ENOUGH_ERRORS - errors
-            told = f"{left} more accepted intervals are needed here for a τ."
+            told = needed_words(scope)
         elif scope.found is not None:
             told = " ".join(scope.found.words(lambda name: label(name) or name))
         else:

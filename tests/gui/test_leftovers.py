@@ -4,12 +4,13 @@ import shutil
 import threading
 
 import pytest
+from PySide6.QtCore import Qt
 
 from inspector.session import leftovers
 from inspector.session.settings import Settings
 from inspector.widgets.background import wait_for_tasks
-from tests.gui.windows import open_clip
-from twistcore.review import Decision
+from tests.gui.windows import close_window, open_clip
+from twistcore.review import Decision, LeaveOut
 
 
 @pytest.fixture
@@ -63,3 +64,48 @@ def test_who_has_opened_a_clip_meanwhile_is_not_asked_about_others(qtbot, show_w
     assert wait_for_tasks(10_000)
     qtbot.wait(1)  # what the thread has said is heard
     assert not window.bar.asks
+
+
+@pytest.fixture
+def left_out(qtbot, show_window, clip):
+    """A clip with a journal in which frames were left out of tuning and nothing else was done."""
+    window = show_window()
+    open_clip(qtbot, window, clip)
+    assert window.document.do(LeaveOut(((20, 40),)))
+    journal = window.document.keeper.journal.path
+    data = journal.read_bytes()
+    close_window(qtbot, window)
+    journal.write_bytes(data)
+    return clip, journal
+
+
+def press_answer(qtbot, window, text):
+    answer = next(b for b in window.bar.buttons() if b.text() == text)
+    qtbot.mouseClick(answer, Qt.MouseButton.LeftButton)
+
+
+def test_frames_that_were_left_out_come_along_beside_what_was_done_since(
+    qtbot, show_window, left_out
+):
+    window = show_window()
+    open_clip(qtbot, window, left_out[0])
+    document = window.document
+    document.decide(Decision.ACCEPTED, [document.intervals[0].id])
+    assert document.do(LeaveOut(((30, 50), (100, 110))))
+    press_answer(qtbot, window, "Restore")
+    assert document.review.state.left_out == ((20, 50), (100, 110))
+    assert document.keeper.leftovers == []
+    assert "They stay in" not in window.bar.label.text()
+
+
+def test_frames_left_out_of_another_version_stay_in_their_journal(qtbot, show_window, left_out):
+    clip, journal = left_out
+    text = clip.read_bytes()
+    clip.write_bytes(text.replace(b"Frame Time:", b"Frame Time: "))
+    data = journal.read_bytes()
+    window = show_window()
+    open_clip(qtbot, window, clip)
+    press_answer(qtbot, window, "Carry decisions over")
+    assert window.document.review.state.left_out == ()
+    assert "They stay in" in window.bar.label.text()
+    assert data in [p.read_bytes() for p in clip.parent.iterdir()]

@@ -330,6 +330,12 @@ def test_a_span_left_out_is_undone_saved_and_counts_for_nothing(qtbot, window, t
     assert inside
     counted = np.expm1(drawn.below.getData()[1] + drawn.above.getData()[1]).sum()
     assert round(counted) == (strength >= 0.5).sum() - inside
+    visited = set()
+    for _ in range(60):
+        act(window, "next_bar")
+        visited.add(document.frame)
+    assert len(visited) >= 3
+    assert not visited & set(range(*span))
     document.keeper.save(tmp_path / "s.twist.json")
     assert read_session(tmp_path / "s.twist.json").state.left_out == (span,)
     act(window, "leave_out_visible")

@@ -5,13 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QLabel
 
+from inspector.lessons.classroom import to_review
 from inspector.panels.sure_ones import SureOnes
+from inspector.session.document import BLIND
+from inspector.tuning.verdict_evidence import Scope
+from inspector.tuning.verdict_page import needed_words
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
+from tests.twistcore.test_verdicts import folder as folder_of
+from tests.twistcore.test_verdicts import together
 from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
-from twistcore.review import Decide, Decision, Review, write_session
+from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
+from twistcore.tuning.verdict_curve import verdict_curve
+from twistcore.tuning.verdicts_of import is_verdict
 
 TIME = "2026-01-01T00:00:00+00:00"
 
@@ -192,3 +201,58 @@ def test_a_person_names_the_performer(qtbot, window):
     )
     path = window.document.data.clip.path
     assert type(evidence.performers)().of(path) == "Ann"
+
+
+def test_frames_left_out_and_another_tau_are_counted_again(qtbot, window):
+    page, document = window.tuning.verdicts, window.document
+    first = document.intervals[0]
+    document.do(Decide((first.id,), Decision.REJECTED, "", TIME))
+    look(qtbot, window, page)
+    evidence = window.tuning.evidence
+    assert rows(page)["Folder"][1:3] == ("21", "4")
+    document.do(LeaveOut(((first.interval.start, first.interval.stop),)))
+    qtbot.waitUntil(lambda: rows(page)["Folder"][1:3] == ("21", "3"), timeout=10_000)
+    before = evidence.present
+    document.set_tau(0.3)
+    qtbot.waitUntil(lambda: evidence.present is not before, timeout=10_000)
+
+
+def test_the_sure_ones_are_no_verdicts_until_each_is_looked_at(qtbot, window):
+    document = window.document
+    assert document.accept_undecided(0.5)
+    sure = [j for j in document.intervals if j.decision == Decision.ACCEPTED]
+    assert sure
+    assert not any(map(is_verdict, sure))
+    document.decide(Decision.ACCEPTED, [sure[0].id])  # A, on one that is accepted already
+    assert is_verdict(document.review.state.find(sure[0].id))
+
+
+def test_what_a_chain_still_needs_is_said():
+    clips = together(folder_of([30.0] * 12, [], 4, "L"), folder_of([], [3.0] * 3, 4, "X"))
+    few = Scope("X", tuple(clips), verdict_curve(clips, "X"), chain="X")
+    assert needed_words(few) == "2 more verdicts on this chain are needed here for a τ."
+    clips = folder_of([30.0] * 9, [3.0] * 9, 4)
+    every = Scope("This rig", tuple(clips), verdict_curve(clips))
+    assert needed_words(every) == "1 more accepted interval is needed here for a τ."
+
+
+def test_in_an_exercise_the_tab_tells_nothing(qtbot, window, folder, tmp_path):
+    tuning, document = window.tuning, window.document
+    look(qtbot, window, tuning.confidence)
+    tuning.confidence.remember.click()
+    tuning.tabs.setCurrentWidget(tuning.curves)
+    act(window, "next_bar")
+    shutil.copy(INJECTED, tmp_path / "05_09.bvh")
+    document.show_clip(to_review(tmp_path / "05_09.bvh", []))
+    qtbot.waitUntil(lambda: tuning.hint.text() == BLIND)
+    assert tuning.hint.isVisible()
+    assert not tuning.tabs.isVisible()
+    assert not tuning.costs.running
+    frame = document.frame
+    for step in ("next_bar", "next_in_bar"):
+        act(window, step)
+        assert document.frame == frame
+    qtbot.wait(50)
+    assert not any("remembered" in b.text() for b in window.bar.findChildren(QLabel))
+    open_clip(qtbot, window, folder / "05_00.bvh")
+    qtbot.waitUntil(tuning.tabs.isVisible)

@@ -260,3 +260,20 @@ def test_a_table_lines_up():
     assert table(["a", "n"], [["x", "1.0"], ["yy", "-10.25"]]) == (
         "| a  |      n |\n|----|-------:|\n| x  |    1.0 |\n| yy | -10.25 |"
     )
+
+
+def test_a_tau_that_is_given_is_the_one_that_is_judged(walk):
+    scene = make_scene("walk", walk.motion, parse_protocol("P0"))
+
+    def repaired(tau):
+        total = Tally()
+        for tally in run_item(scene, "consistency", 3, tau=tau).values():
+            total += tally
+        return total.repaired, total.frames
+
+    own, frames = repaired({})
+    deaf = {c.name: np.pi for c in scene.chains}
+    assert own > 0.9 * frames
+    assert repaired(deaf) == (0, frames)
+    one = scene.chains[0].name
+    assert 0 < repaired({one: np.pi})[0] < own

@@ -125,10 +125,22 @@ def test_chains_at_their_own_tau_add_by_their_frames():
     a = curve(errors([20.0], [[1, 1, 1, 0]], frames=30), alarms=(3, 2, 0, 0))
     b = curve(errors([20.0], [[1, 0, 0, 0]], frames=10), alarms=(1, 1, 1, 1))
     cost = cost_of_all([(a, TAU[2]), (b, TAU[1])])
-    assert (cost.fsr, cost.alarms, cost.minutes) == pytest.approx((0.75, 1.0, 2.0))
+    assert (cost.fsr, cost.alarms, cost.minutes) == pytest.approx((0.75, 1.0, 1.0))  # of one minute
     assert 0.0 < cost.low < 0.75 < cost.high < 1.0
     unknown = TauCurve(TAU, np.ones(4), 10, np.zeros(4), 1.0, (0.01,))
     assert math.isnan(cost_of_all([(a, TAU[0]), (unknown, TAU[0])]).low)
+
+
+def test_a_clip_in_which_nothing_was_drawn_hides_no_other():
+    c = curve(errors([3.0, 20.0], [[1, 1, 0, 0], [1, 1, 1, 0]]))
+    empty = TauCurve(TAU, np.zeros(4), 0, np.zeros(4), 0.01, (0.01,))
+    for both in (c + empty, empty + c):
+        wanted = math.radians(10.0)
+        assert both.suggested(smallest=wanted) == c.suggested(smallest=wanted)
+        np.testing.assert_array_equal(both.band, c.band)
+    assert (empty + empty).drawn is None
+    cost = cost_of_all([(c, TAU[0]), (empty, TAU[0])])
+    assert (cost.low, cost.high) == (c.cost(TAU[0]).low, c.cost(TAU[0]).high)
 
 
 def test_rare_events_are_known_by_their_count():

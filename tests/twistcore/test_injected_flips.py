@@ -221,8 +221,8 @@ class TruthTeller(ClipAnalysis):
 
     errors: tuple[InjectedError, ...] = ()
 
-    def detect(self, method, kinds=None):
-        del method, kinds
+    def detect(self, method, kinds=None, tau_radians=None):
+        del method, kinds, tau_radians
         names = {c.name for c in (*self.chains, *self.limbs)}
         return [
             Interval(e.chain, e.start, e.stop, e.offset, 1.0, kind=e.kind, carried=e.carried)

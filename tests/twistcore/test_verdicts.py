@@ -1,5 +1,6 @@
 """What is learned from verdicts: precision, recall, τ for one chain or all, confidence."""
 
+import json
 import math
 import shutil
 import tomllib
@@ -13,8 +14,9 @@ from twistcore.analysis import analyse, detect
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.errors import FormatError
-from twistcore.review import Decision, Review, write_session
+from twistcore.review import Decide, Decision, Review, write_session
 from twistcore.review.model import Judged, constant
+from twistcore.review.session import session_document, session_from_document
 from twistcore.rig import skeleton_mark
 from twistcore.tuning import GRID, Profile, Tuned, read_profile, write_profile
 from twistcore.tuning.common_tau import common_tau
@@ -26,6 +28,7 @@ from twistcore.tuning.learned_confidence import (
     reliability,
     seen,
 )
+from twistcore.tuning.learned_profile import learned_profile
 from twistcore.tuning.profile import TauReasons
 from twistcore.tuning.verdict_curve import verdict_curve, wilson
 from twistcore.tuning.verdicts_of import (
@@ -193,6 +196,15 @@ def test_a_chain_in_which_everything_is_rejected_gets_its_own_tau():
     assert math.degrees(shared.common.tau) < 3.0
 
 
+def test_errors_of_other_chains_alone_set_none_apart():
+    large = folder([30.0] * 20 + [2.6] * 10, [4.0] * 200, clips=10, chain="L")
+    few = folder([5.0, 7, 9, 12, 15, 20, 25, 30, 45, 60], [], clips=10, chain="X")
+    shared = common_tau(together(large, few))
+    assert [c.chain for c in shared.chains if c.apart] == []
+    assert all(c.gain == 0.0 for c in shared.chains)
+    assert not any("it ." in words for words in shared.words())
+
+
 # --- confidence --------------------------------------------------------------------------------
 
 
@@ -234,6 +246,27 @@ def test_held_out_confidences_see_nothing_of_their_clip():
     other = Seen(given.confidence, given.accepted ^ odd, given.clip)
     np.testing.assert_array_equal(held_out(other)[odd], held_out(given)[odd])
     assert (held_out(other)[~odd] != held_out(given)[~odd]).any()
+
+
+def test_it_is_said_what_was_held_out():
+    rng = np.random.default_rng(0)
+    natural = [replace(v, confidence=0.6) for v in folder([], [2.0] * 10, clips=1)[0].verdicts]
+    for clips, what in ((4, "points on clips held out"), (1, "on verdicts of its one clip held")):
+        some = folder(rng.uniform(9, 90, 40), [], clips)
+        some[0] = replace(some[0], verdicts=(*some[0].verdicts, *natural))
+        assert what in learned_profile(some, common_tau(some)).told_of_confidence()
+
+
+def test_what_is_needed_for_a_tau_is_what_is_asked():
+    large = folder([30.0] * 12, [], clips=4, chain="L")
+    few = folder([], [3.0, 3.0, 3.0], clips=4, chain="X")
+    both = together(large, few)
+    own = verdict_curve(both, "X")
+    assert own.needed == (0, 2)  # the errors of others will do, three verdicts will not
+    assert not own.enough
+    assert verdict_curve(folder([30.0] * 4, [3.0] * 9)).needed == (6, 0)
+    more = together(large, folder([], [3.0] * 5, clips=4, chain="X"))
+    assert verdict_curve(more, "X").enough
 
 
 def test_reliability_counts_bins():
@@ -286,8 +319,74 @@ def test_verdicts_are_accepted_or_rejected_and_what_nobody_said_is_none(analysis
     first = wanted[0].interval
     left = judged_clip(analysis, replace(state, left_out=((first.start, first.start + 1),)))
     assert len(left.verdicts) < len(told.verdicts)
+    assert left.minutes == pytest.approx(told.minutes - analysis.motion.frame_time / 60.0)
     automatic = judged_state(analysis, lambda _: Decision.ACCEPTED, decided_at="")
     assert judged_clip(analysis, automatic).verdicts == ()
+    sure = judged_state(analysis, lambda _: Decision.UNDECIDED)
+    ids = tuple(j.id for j in sure.intervals)
+    sure = Decide(ids, Decision.ACCEPTED, "me", "2026-01-01T00:00:00+00:00", True).apply(sure)
+    kept = session_from_document(session_document(read_bvh(INJECTED), sure)).state
+    for state in (sure, kept):  # or a learned confidence would confirm itself
+        assert judged_clip(analysis, state).verdicts == ()
+    looked = Decide(ids[:1], Decision.ACCEPTED, "me", "2026-01-02T00:00:00+00:00").apply(kept)
+    assert len(judged_clip(analysis, looked).verdicts) == 1
+
+
+def half_judged(analysis, said=lambda _: Decision.ACCEPTED):
+    """The review of the first chain that has anything listed; all others wait."""
+    state = judged_state(analysis, said)
+    first = state.intervals[0].interval.chain
+    open_again = [
+        j if j.interval.chain == first else replace(j, decision=Decision.UNDECIDED)
+        for j in state.intervals
+    ]
+    return first, state.with_intervals(open_again)
+
+
+def test_chains_that_nobody_has_judged_are_none_without_an_alarm(analysis):
+    first, state = half_judged(analysis)
+    told = judged_clip(analysis, state)
+    assert told.reviewed.keys() == {first}
+    assert told.looked_at == 1.0
+    done = judged_clip(analysis, judged_state(analysis, lambda _: Decision.REJECTED))
+    assert done.reviewed.keys() == {c.name for c in analysis.chains}  # in these nothing was listed
+
+
+def test_a_lower_tau_alone_is_no_look(analysis):
+    state = judged_state(analysis, lambda _: Decision.REJECTED)
+    chain = "LeftForeArm"
+    before = judged_clip(analysis, state)
+    low = before.reviewed[chain] / 4.0
+    listed = analysis.by().intervals(chain, before.reviewed[chain])
+    free = [t for t in range(0, 300, 9) if not any(i.start < t + 5 and t < i.stop for i in listed)]
+    waits = [Judged(900 + k, constant(chain, t, t + 5, low)) for k, t in enumerate(free)]
+    tau = {**state.tau, chain: low}
+    lowered = replace(state, tau=tau).with_intervals((*state.intervals, *waits))
+    after = judged_clip(analysis, lowered)
+    assert after.reviewed[chain] >= before.reviewed[chain]
+    assert after.shares[chain] == 1.0  # nothing that waits is listed at the τ that was looked at
+
+
+def test_of_a_chain_decided_in_part_only_that_part_was_looked_at(analysis):
+    state = judged_state(analysis, lambda _: Decision.REJECTED)
+    own = state.of_chain("LeftForeArm")
+    assert len(own) == 3
+    strongest = max(own, key=lambda j: abs(j.interval.largest))
+    part = [
+        replace(j, decision=Decision.UNDECIDED) if j is strongest else j for j in state.intervals
+    ]
+    told = judged_clip(analysis, state.with_intervals(part))
+    assert told.shares["LeftForeArm"] == pytest.approx(2 / 3)
+
+
+def test_a_chain_set_apart_has_no_share_in_the_common_ones_minutes():
+    errors = [3.0] * 10 + [*np.linspace(5.0, 40.0, 30)]
+    plain = [folder(errors, [4.0] * 60, chain=f"c{k}") for k in range(4)]
+    rng = np.random.default_rng(4)
+    noisy = folder(rng.uniform(20, 60, 40), rng.uniform(6, 15, 60), chain="X")
+    shared = common_tau(together(*plain, noisy), price=0.09)
+    assert [c.chain for c in shared.chains if c.apart] == ["X"]
+    assert shared.common.tau == verdict_curve(together(*plain)).suggested(price=0.09).tau
 
 
 def test_where_a_verdict_is_found_is_what_the_detector_finds(analysis):
@@ -360,6 +459,10 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     assert told.performer == "05"
     assert len(told.verdicts) == len(state.intervals)
     assert judged_in(found, session, "Ann").performer == "Ann"
+    document = session_document(clip, state)
+    for k, name in enumerate(("", "/")):  # of no clip at all
+        (tmp_path / f"none{k}.json").write_text(json.dumps(document | {"clip": name}))
+    assert len(list(sessions_in(tmp_path))) == 1
     shutil.copy(ASSETS / "walk.bvh", path)
     with pytest.raises(Exception, match="another version"):
         judged_in(found, session)
@@ -398,6 +501,7 @@ def test_tune_by_verdicts_says_what_is_missing(judged_folder, tmp_path, capsys):
     output = str(tmp_path / "p.toml")
     for more, told in (
         (["--performer", "06"], "no session is of performer '06'"),
+        (["--seeds", "5"], "--seeds: expected none with --verdicts"),
         (["--method", "paper"], "judged on what the consistency detector lists"),
     ):
         command = ["tune", str(judged_folder), "--verdicts", "-o", output, *more]
@@ -408,6 +512,8 @@ def test_tune_by_verdicts_says_what_is_missing(judged_folder, tmp_path, capsys):
     assert "10 accepted intervals or more to learn τ from, found 7" in capsys.readouterr().err
     assert main(["tune", str(INJECTED), "--verdicts", "-o", output]) == 2
     assert "expected a folder of clips with their sessions" in capsys.readouterr().err
+    assert main(["tune", str(INJECTED), "--performer", "05", "-o", output]) == 2
+    assert "--performer: expected --verdicts, too" in capsys.readouterr().err
     assert not (tmp_path / "p.toml").exists()
 
 
@@ -445,6 +551,8 @@ def test_readers_of_earlier_versions_read_it(tmp_path):
         ("confidence = { shift = nan, scale = 1.0 }", "a shift within ±30"),
         ("confidence = { shift = 0.1, scale = 1.0, accepted = -1 }", "whole numbers"),
         ("rig = 4", "expected a text for rig"),
+        (f"confidence = {{ shift = 1{400 * '0'}, scale = 1.0 }}", "a shift within ±30"),
+        (f"[RightArm]\ntau_deg = 1{400 * '0'}", "a table with tau_deg"),
     ],
 )
 def test_a_damaged_profile_says_what_was_expected(tmp_path, line, told):

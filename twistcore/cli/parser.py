@@ -153,7 +153,7 @@ def _parser() -> argparse.ArgumentParser:
     tune.add_argument("-o", "--output", type=target, required=True, metavar="PROFILE.toml")
     tune.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
     _rig(tune)
-    tune.add_argument("--seeds", type=int, default=3, metavar="N")
+    tune.add_argument("--seeds", type=int, metavar="N", help="default 3; not with --verdicts")
     tune.add_argument(
         "--verdicts", action="store_true", help="from the sessions beside a folder's clips"
     )

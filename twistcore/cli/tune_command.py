@@ -20,6 +20,8 @@ from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS
 from twistcore.tuning.verdicts_of import JudgedClip, count, judged_in, sessions_in
 
+_SEEDS = 3  # draws of errors
+
 
 def tune(arguments: argparse.Namespace) -> int:
     """Write a profile of τ per joint from a clip or all clips of a folder."""
@@ -28,12 +30,15 @@ def tune(arguments: argparse.Namespace) -> int:
 
 def _by_injection(arguments: argparse.Namespace) -> int:
     source: Path = arguments.source
+    if arguments.performer is not None:
+        raise TwistError("--performer: expected --verdicts, too; an injected error is nobody's")
     paths = sorted(source.glob("*.bvh")) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a BVH or a folder with some")
     refuse_overwrite([arguments.output], [*paths, *([arguments.rig] if arguments.rig else [])])
     rig = read_rig(arguments.rig) if arguments.rig else AS_FOUND
-    work = partial(clip_curves, method=arguments.method, seeds=arguments.seeds, rig=rig)
+    seeds = _SEEDS if arguments.seeds is None else arguments.seeds
+    work = partial(clip_curves, method=arguments.method, seeds=seeds, rig=rig)
     found: dict[Path, dict[str, TauCurve]] = {}
     problems: list[str] = []
     for path, result in each(work, paths, arguments.workers):
@@ -83,6 +88,8 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{folder}: expected a folder of clips with their sessions")
     if arguments.rig:
         raise TwistError("--rig: expected no chains beside those of the sessions")
+    if arguments.seeds is not None:
+        raise TwistError("--seeds: expected none with --verdicts; nothing is drawn there")
     pairs = dict(sessions_in(folder))
     if not pairs:
         raise TwistError(f"{folder}: expected clips with sessions beside them, found none")

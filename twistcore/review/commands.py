@@ -42,12 +42,13 @@ class Command(ABC):
 
 @dataclass(frozen=True)
 class Decide(Command):
-    """Set the verdict on intervals."""
+    """Set the verdict on intervals; in_bulk: on all that are sure, without a look at each."""
 
     ids: tuple[int, ...]
     decision: Decision
     reviewer: str = ""
     decided_at: str = ""
+    in_bulk: bool = False
 
     @property
     def text(self) -> str:
@@ -59,7 +60,9 @@ class Decide(Command):
         """The state after the command."""
         undecided = self.decision == Decision.UNDECIDED
         by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
-        return _replace(state, self.ids, decision=self.decision, reviewer=by, decided_at=at)
+        bulk = self.in_bulk and not undecided
+        said = {"decision": self.decision, "reviewer": by, "decided_at": at, "in_bulk": bulk}
+        return _replace(state, self.ids, **said)
 
 
 @dataclass(frozen=True)

@@ -322,7 +322,8 @@ def command_to_json(command: Command) -> dict[str, Any]:
 def command_from_json(entry: Mapping[str, Any]) -> Command:
     """The reverse; KeyError, TypeError or ValueError where it is damaged."""
     kind: Any = _KINDS[entry["do"]]
-    entry = {"same_clip": False, **entry}  # which the first journals did not have
+    # Which the first journals did not have.
+    entry = {"same_clip": False, "in_bulk": False, **entry}
     names = [field.name for field in fields(kind)]
     read = {k: _FORMS.get(k, _PLAIN)[1](entry[_NAMES.get(k, k)]) for k in names}
     command: Command = kind(**read)

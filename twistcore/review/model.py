@@ -52,7 +52,8 @@ class Judged:
 
     id: stays the same for the life of the review; by_hand: made by a person; edited: its frames
     or offset were; supported: the detector still finds it at the present τ; reviewer, decided_at
-    (ISO 8601), note, reason (of a rejection): as entered.
+    (ISO 8601), note, reason (of a rejection): as entered; in_bulk: accepted with all that were as
+    sure, none of which was looked at.
     """
 
     id: int
@@ -65,6 +66,7 @@ class Judged:
     decided_at: str = ""
     note: str = ""
     reason: str = ""
+    in_bulk: bool = False
 
     @property
     def verdict(self) -> str:

@@ -254,6 +254,7 @@ def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
         **interval_to_json(judged.interval, kinds=kinds),
         "decision": judged.decision.value,
         **{key: getattr(judged, key) for key in _JUDGED},
+        **({"in_bulk": True} if judged.in_bulk else {}),  # an older program may leave it
     }
 
 
@@ -268,9 +269,12 @@ def judged_from_json(entry: Mapping[str, Any], *, kinds: bool = False) -> Judged
     for key, kind in _JUDGED.items():
         if not isinstance(entry[key], kind):
             raise TypeError(key)
+    if not isinstance(in_bulk := entry.get("in_bulk", False), bool):
+        raise TypeError("in_bulk")
     return Judged(
         int(entry["id"]),
         interval_from_json(entry),
         Decision(entry["decision"]),
         **{key: entry[key] for key in _JUDGED},
+        in_bulk=in_bulk,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -75,9 +75,7 @@ class CommonTau:
         assert self.common is not None
         assert chain.own is not None
         curve = chain.curve
-        here, there = curve.at(chain.own.tau), curve.at(self.common.tau)
-        found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
-        more, less = int(found[here] - found[there]), int(alarms[there] - alarms[here])
+        more, less = _differences(curve, chain.own, self.common)
         tells = []
         if less > 0:
             tells.append(f"lists {less} of {_intervals(int(curve.natural.sum()))} rejected fewer")
@@ -88,6 +86,13 @@ class CommonTau:
         if more < 0:
             tells.append(f"misses {-more} more of {int(curve.errors.sum())} errors")
         return f"{name} needs {math.degrees(chain.own.tau):.2f}°: it {', '.join(tells)}."
+
+
+def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
+    """Errors found more, rejected ones listed fewer, by its own τ instead of the common one."""
+    here, there = curve.at(own.tau), curve.at(common.tau)
+    found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
+    return int(found[here] - found[there]), int(alarms[there] - alarms[here])
 
 
 def _intervals(n: int) -> str:
@@ -108,7 +113,7 @@ def common_tau(
     tested = sum(o is not None for o in own.values())
     apart: dict[str, float] = {}
     while True:
-        rest = [_without(clip, apart) for clip in clips]
+        rest = [clip.without(apart) for clip in clips]
         common = verdict_curve(rest).suggested(price, smallest, seed=seed)
         if common is None:
             break
@@ -122,13 +127,15 @@ def common_tau(
             break
         most = max(new, key=lambda name: new[name])  # one at a time: the common τ then moves
         apart[most] = new[most]
-    chains = (ChainTau(n, curves[n], own[n], n in apart, apart.get(n, 0.0)) for n in names)
-    return CommonTau(common or verdict_curve(clips).suggested(price, smallest), tuple(chains))
-
-
-def _without(clip: JudgedClip, chains: Collection[str]) -> JudgedClip:
-    verdicts = tuple(v for v in clip.verdicts if v.chain not in chains)
-    return replace(clip, verdicts=verdicts)
+    common = common or verdict_curve(clips).suggested(price, smallest)
+    chains = []
+    for name in names:
+        mine, gain = own[name], apart.get(name, 0.0)
+        # As others go the common τ moves: one that is now as good needs no other.
+        better = mine and common and max(_differences(curves[name], mine, common)) > 0
+        needs = name in apart and bool(better)
+        chains.append(ChainTau(name, curves[name], mine, needs, gain if needs else 0.0))
+    return CommonTau(common, tuple(chains))
 
 
 def _gain(
@@ -137,7 +144,8 @@ def _gain(
     """By how much a chain's own τ is cheaper than the common one, and in which share of draws.
 
     Every draw chooses a τ; what it saves is counted on the rows that were not drawn, for on its own
-    rows the cheapest is never dearer.
+    rows the cheapest is never dearer. Errors of other chains help to choose; they are no saving of
+    this one, whose own rows alone are counted.
     """
     drawn = curve.draw(_DRAWS, seed)
     left = (drawn == 0).astype(float)
@@ -146,7 +154,7 @@ def _gain(
     if len(drawn) < _DRAWS // 10:
         return 0.0, 0.0
     own = curve.best(curve.cost(price, drawn), smallest)
-    cost = curve.cost(price, left)
+    cost = replace(curve, others=(np.zeros(0), 0)).cost(price, left)
     saved = cost[:, curve.at(common)] - cost[np.arange(len(own)), own]
     # A tie, where the rows left have nothing between both τ, speaks for neither.
     sure = (saved > 0).mean() + 0.5 * (saved == 0).mean()

@@ -7,7 +7,8 @@ calls an error may be less, or more: on this rig, of this performer, by this eye
 
 of the detector's confidence c has two numbers, and keeps the order of intervals as it is (scale is
 above 0). They are the likeliest by the verdicts and a prior at the built-in map (shift 0, scale 1):
-few verdicts move it little. `benchmarks/learned_confidence.py` says how it was chosen.
+few verdicts move it little. Its form and the prior were chosen on the first four passes of
+`benchmarks/learned_confidence.py`, which reports how it does on others.
 """
 
 from __future__ import annotations

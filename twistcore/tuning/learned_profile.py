@@ -7,6 +7,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from twistcore.tuning.common_tau import CommonTau
 from twistcore.tuning.learned_confidence import (
     ENOUGH,
@@ -27,8 +29,8 @@ class LearnedProfile:
     """A profile and what it is from.
 
     reasons: by chain; apart: chains with a τ of their own; before, after: how reliable confidences
-    are, the detector's own and learned ones of clips that were held out; None where too little is
-    decided.
+    are, the detector's own and learned ones of what was held out; None where too little is decided;
+    held_out: what that was.
     """
 
     profile: Profile
@@ -36,6 +38,7 @@ class LearnedProfile:
     apart: Collection[str]
     before: Reliability | None = None
     after: Reliability | None = None
+    held_out: str = "clips"
 
     def write(self, path: Path, source: str) -> None:
         """Write the profile with its reasons; raises OSError."""
@@ -49,9 +52,10 @@ class LearnedProfile:
         """A sentence on the learned confidence."""
         if self.before is None or self.after is None:
             return f"Confidence stays the detector's: {ENOUGH} verdicts on it or more are needed."
+        after, before = 100 * self.after.error, 100 * self.before.error
         return (
-            f"Learned confidence: off by {100 * self.after.error:.1f} points on clips held out, "
-            f"the detector's own by {100 * self.before.error:.1f}."
+            f"Learned confidence: off by {after:.1f} points on {self.held_out} held out, "
+            f"the detector's own by {before:.1f}."
         )
 
 
@@ -74,7 +78,8 @@ def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedPro
     methods, rigs, performers = ({getattr(c, k) for c in clips} for k in _WHOSE)
     profile = Profile(tau, _only(methods), _only(rigs), _only(performers), confidence)
     apart = {c.chain for c in found.chains if c.apart}
-    return LearnedProfile(profile, reasons, apart, before, after)
+    apart_by = "clips" if len(np.unique(seen(clips).clip)) > 1 else "verdicts of its one clip"
+    return LearnedProfile(profile, reasons, apart, before, after, apart_by)
 
 
 _WHOSE = "method", "rig", "performer"
@@ -89,7 +94,7 @@ def learned_from(
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
     """The learned confidence, and reliability before and after; None where too little is decided.
 
-    After is told of each clip by a map that saw nothing of it.
+    After is told of each clip by a map that saw nothing of it; of a single one, of each part of it.
     """
     given = seen(clips)
     if len(given) < ENOUGH:

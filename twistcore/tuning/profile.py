@@ -118,7 +118,7 @@ def read_profile(path: Path) -> Profile:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise FormatError(f"{path}: expected TOML ({error})") from None
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         raise FormatError(f"{path}: expected a table with tau_deg for every joint") from None
     if not tau:
         raise FormatError(f"{path}: expected a table with tau_deg for every joint, found none")
@@ -161,7 +161,7 @@ def _confidence(path: Path, entry: Any) -> LearnedConfidence:
         good = abs(shift) <= _MOST_SHIFT and 0.0 < scale <= _MOST_SCALE
         if not (good and all(isinstance(n, int) and n >= 0 for n in counts)):
             raise ValueError
-    except (KeyError, TypeError, ValueError, AttributeError):
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
         raise FormatError(
             f"{path}: expected confidence with a shift within ±{_MOST_SHIFT:.0f}, a scale above 0 "
             f"and up to {_MOST_SCALE:.0f}, and whole numbers accepted and rejected"

@@ -25,7 +25,8 @@ class TauCurve:
 
     tau: radians, (n,); repaired: error frames repaired by 80 % or more, (n,); errors: error frames
     in all; alarms: intervals applied in the cleaned clips, (n,); minutes: their length; noise: the
-    detectors' own τ, radians, one for every clip; drawn: the errors one by one, where known.
+    detectors' own τ, radians, one for every clip; drawn: the errors one by one, where known; where
+    there are none nothing is unknown.
     """
 
     tau: Array
@@ -61,7 +62,8 @@ class TauCurve:
         return float(np.median(self.noise)) if self.noise else 0.0
 
     def __add__(self, other: TauCurve) -> TauCurve:
-        known = self.drawn is not None and other.drawn is not None
+        both = self, other
+        known = all(c.drawn is not None or not c.errors for c in both)
         return TauCurve(
             self.tau,
             self.repaired + other.repaired,
@@ -69,7 +71,7 @@ class TauCurve:
             self.alarms + other.alarms,
             self.minutes + other.minutes,
             self.noise + other.noise,
-            self._drawn + other._drawn if known else None,
+            self._drawn + other._drawn if known and any(c.drawn for c in both) else None,
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
@@ -145,7 +147,10 @@ class Cost:
 
 
 def cost_of_all(chosen: Sequence[tuple[TauCurve, float]]) -> Cost:
-    """What several chains, each at its own τ in radians, cost together: all frames, all alarms."""
+    """What several chains of the same clips, each at its own τ in radians, cost together.
+
+    All their frames and all their alarms, in minutes of clip: more chains make it no longer.
+    """
     alarms = minutes = errors = repaired = 0.0
     drawn: list[DrawnErrors] = []
     for curve, tau in chosen:
@@ -155,10 +160,10 @@ def cost_of_all(chosen: Sequence[tuple[TauCurve, float]]) -> Cost:
         alarms += float(curve.alarms[pair] @ weights)
         repaired += float(curve.repaired[pair] @ weights)
         errors += curve.errors
-        minutes += curve.minutes
+        minutes = max(minutes, curve.minutes)
         if curve.drawn is not None:
             drawn.append(curve.drawn.between(below, share))
-    known = bool(drawn) and len(drawn) == len(chosen)
+    known = bool(drawn) and all(c.drawn is not None or not c.errors for c, _ in chosen)
     low, high = (float(end[0]) for end in reduce(add, drawn).band) if known else (nan, nan)
     return Cost(repaired / errors if errors else nan, low, high, alarms, minutes)
 

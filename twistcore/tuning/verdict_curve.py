@@ -49,8 +49,9 @@ class VerdictCurve:
 
     tau: radians, (n,); errors, natural: intervals decided, (rows,); found, alarms: how many of them
     are found at each τ, (rows, n); clips: number of clips, or minutes where these are longer, times
-    the chains looked at; reviewed: radians from which on intervals were listed; others: recall of
-    the errors of other chains, (n,), and how many these are, 0 where all chains are meant.
+    the chains looked at; reviewed: radians from which on intervals were listed, the median of
+    chains and clips; others: recall of the errors of other chains, (n,), and how many these are, 0
+    where all chains are meant.
     """
 
     tau: Array
@@ -70,10 +71,14 @@ class VerdictCurve:
     @property
     def enough(self) -> bool:
         """Whether there are verdicts enough to suggest a τ."""
+        return self.needed == (0, 0)
+
+    @property
+    def needed(self) -> tuple[int, int]:
+        """How many accepted intervals, of any chain, and how many verdicts of its own it lacks."""
         own = self.counts
-        return own[0] + self.others[1] >= ENOUGH_ERRORS and (
-            sum(own) >= ENOUGH_OWN or own[0] >= ENOUGH_ERRORS
-        )
+        errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
+        return errors, 0 if own[0] >= ENOUGH_ERRORS else max(ENOUGH_OWN - sum(own), 0)
 
     @property
     def recall(self) -> Array:
@@ -120,7 +125,7 @@ class VerdictCurve:
         """Places on the grid where costs (draws, n) are least, by the rule of :class:`TauCurve`.
 
         Among equals the largest up to the size of the smallest errors looked for. Never below the
-        τ that was reviewed at: how many alarms there would be nobody has seen.
+        middle τ that was reviewed at: of how many alarms there would be little was seen.
         """
         usable = self.tau >= self.reviewed * (1 - 1e-9)
         if not usable.any():
@@ -166,7 +171,7 @@ def _share(part: Array, whole: Array) -> Array:
 def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
     """The curve over clips in which anything was decided, of all their chains or of one.
 
-    A clip in which nothing of the chain was listed counts: it had no alarm.
+    A clip that was decided and in which nothing of the chain was listed counts: it had no alarm.
     """
     clips = [clip for clip in clips if clip.verdicts]
     others = _errors_found(clips, chain) if chain is not None else (np.zeros(0), 0)
@@ -185,8 +190,8 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
     # The middle one, as of the noise in TauCurve: the highest would be a single odd clip's.
     seen = [t for clip in clips for t in clip.reviewed.values()]
     reviewed = float(np.median(seen)) if seen else math.inf
-    looked_at = sum(len(clip.reviewed) for clip in clips)
-    length = max(sum(clip.minutes * len(clip.reviewed) for clip in clips), looked_at)
+    looked_at = sum(clip.looked_at for clip in clips)
+    length = max(sum(clip.minutes * clip.looked_at for clip in clips), looked_at)
     return VerdictCurve(GRID, errors, natural, found, alarms, length, reviewed, others)
 
 

@@ -1,17 +1,19 @@
 """What people have decided of clips, as evidence for a τ: one verdict an interval.
 
 An accepted interval is an error, a rejected one is natural motion, an undecided one says nothing,
-nor does one that was applied automatically: nobody looked at it. At which τ a detector finds what a
-verdict is about is asked of the detector itself, at every τ of the grid.
+nor does one that was applied automatically or accepted with all the sure ones: nobody looked at it.
+At which τ a detector finds what a verdict is about is asked of the detector itself, at every τ of
+the grid.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.prediction import Mask
 from twistcore.errors import TwistError
 from twistcore.review import Decision, Judged, ReviewState, Session, read_session
+from twistcore.review.left_out import joined
 from twistcore.review.model import APPLIED
 from twistcore.rig import skeleton_mark
 from twistcore.tuning.injected_curve import GRID
@@ -57,8 +60,9 @@ class JudgedClip:
     """The verdicts of a clip, and whose it is.
 
     method: the detector whose intervals were listed; rig: mark of the skeleton; performer: '' where
-    nobody knows; minutes: its length; reviewed: τ, radians, from which on intervals were listed, by
-    chain.
+    nobody knows; minutes: its length, without frames left out of tuning; reviewed: τ, radians, from
+    which on intervals were listed, by chain, of those that a person has looked at; shares: of what
+    was listed from there on in a chain, how much was decided, 1 where it is not said.
     """
 
     name: str
@@ -68,12 +72,22 @@ class JudgedClip:
     minutes: float
     reviewed: Mapping[str, float]
     verdicts: tuple[Verdict, ...]
+    shares: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def looked_at(self) -> float:
+        """How many chains, those that were decided in part by their share."""
+        return sum(self.shares.get(chain, 1.0) for chain in self.reviewed)
 
     def of_chain(self, chain: str) -> JudgedClip:
         """What was decided of one chain."""
-        own = tuple(v for v in self.verdicts if v.chain == chain)
-        reviewed = {k: t for k, t in self.reviewed.items() if k == chain}
-        return replace(self, reviewed=reviewed, verdicts=own)
+        return self.without(self.reviewed.keys() - {chain})
+
+    def without(self, chains: Collection[str]) -> JudgedClip:
+        """What was decided of the others: of these nobody has looked at anything."""
+        verdicts = tuple(v for v in self.verdicts if v.chain not in chains)
+        reviewed = {k: t for k, t in self.reviewed.items() if k not in chains}
+        return replace(self, reviewed=reviewed, verdicts=verdicts)
 
 
 def performer_of(name: str) -> str:
@@ -94,39 +108,80 @@ def judged_clip(
     detector = analysis.by(state.method)
     names = [c.name for c in analysis.chains if not uncorrectable_joints(analysis.motion, c)]
     verdicts = [v for n in names if n in decided for v in _told(detector, n, decided[n])]
-    seen = {n: state.tau[n] for n in names if n in state.tau}
-    for v in verdicts:
-        if not v.by_hand and v.found.any():  # listed, so that τ was no higher than this once
-            seen[v.chain] = min(seen[v.chain], float(GRID[np.flatnonzero(v.found)[-1]]))
+    reviewed, shares = _looked_at(detector, state, [n for n in names if n in state.tau], verdicts)
     motion = analysis.motion
+    spans = joined(state.left_out)
+    left_out = sum(max(min(stop, motion.frames) - start, 0) for start, stop in spans)
     return JudgedClip(
         analysis.name,
         state.method,
         skeleton_mark(motion.skeleton),
         performer_of(analysis.name) if performer is None else performer,
-        motion.frames * motion.frame_time / 60.0,
-        seen,
+        (motion.frames - left_out) * motion.frame_time / 60.0,
+        reviewed,
         tuple(verdicts),
+        shares,
     )
 
 
 def is_verdict(judged: Judged) -> bool:
-    """Whether a person said of a counter-twist what it is."""
+    """Whether a person looked at a counter-twist and said what it is."""
     return (
         judged.decision != Decision.UNDECIDED
         and judged.verdict != APPLIED
+        and not judged.in_bulk
         and judged.interval.kind == Kind.COUNTER_TWIST
     )
+
+
+def _counts(state: ReviewState, interval: Interval) -> bool:
+    """Whether it is a counter-twist of a chain there is, and not left out of tuning."""
+    left_out = any(
+        interval.start < stop and start < interval.stop for start, stop in state.left_out
+    )
+    return interval.kind == Kind.COUNTER_TWIST and interval.chain in state.tau and not left_out
 
 
 def _decided(state: ReviewState) -> dict[str, list[Judged]]:
     out: dict[str, list[Judged]] = {}
     for judged in filter(is_verdict, state.intervals):
-        own = judged.interval
-        left_out = any(own.start < stop and start < own.stop for start, stop in state.left_out)
-        if own.chain in state.tau and not left_out:
+        if _counts(state, judged.interval):
             out.setdefault(judged.interval.chain, []).append(judged)
     return out
+
+
+def _looked_at(
+    detector: Analysis, state: ReviewState, names: Iterable[str], verdicts: Sequence[Verdict]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """From which τ on each chain was looked at, and how much of what is listed there was decided.
+
+    A chain in which something still waits was looked at down to the weakest that was decided: a
+    lower τ alone is no look. One with nothing to decide was looked at once all others are done.
+    """
+    asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
+    reviewed: dict[str, float] = {}
+    shares: dict[str, float] = {}
+    for name in names:
+        own = [v for v in verdicts if v.chain == name]
+        waiting = [j.interval for j in asked if j.interval.chain == name]
+        # Listed, so that τ was no higher than this once.
+        weakest = [
+            float(GRID[np.flatnonzero(v.found)[-1]]) for v in own if not v.by_hand and v.found.any()
+        ]
+        if own and not waiting:
+            reviewed[name] = min([state.tau[name], *weakest])
+        elif own:
+            tau = reviewed[name] = min(weakest, default=state.tau[name])
+            listed = detector.intervals(name, tau)
+            left = sum(any(_meet(i, found) for found in listed) for i in waiting)
+            shares[name] = len(own) / (len(own) + left)
+        elif verdicts and not asked:
+            reviewed[name] = state.tau[name]
+    return reviewed, shares
+
+
+def _meet(one: Interval, other: Interval) -> bool:
+    return one.start < other.stop and other.start < one.stop
 
 
 def _told(detector: Analysis, chain: str, decided: Sequence[Judged]) -> Iterator[Verdict]:
@@ -181,8 +236,9 @@ def sessions_in(folder: Path) -> Iterator[tuple[Path, Path]]:
         if path.name.endswith(_REPLAY):
             continue
         with suppress(TwistError, OSError):
-            clip = path.with_name(PurePath(read_session(path).clip).name)
-            if clip.is_file():
+            name = PurePath(read_session(path).clip).name
+            clip = path.parent / name
+            if name and clip.is_file():  # of '' and '/' there is none
                 written = path.stat().st_mtime_ns
                 latest[clip] = max(latest.get(clip, (0, path)), (written, path))
     yield from ((clip, session) for clip, (_, session) in sorted(latest.items()))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +37,8 @@ from twistcore.study.evaluation import (
 )
 from twistcore.synthesis import InjectedError, draw_errors, generator, inject
 
+Taus: TypeAlias = Mapping[str, float]
+AUTOMATIC: Taus = MappingProxyType({})  # of every chain
 METHODS = (*DETECTORS, *BASELINES)
 
 
@@ -58,23 +62,28 @@ class CleanRun:
 
 
 def apply_method(
-    method: str, motion: Motion, chains: Sequence[Chain], wrong: Sequence[InjectedError] = ()
+    method: str,
+    motion: Motion,
+    chains: Sequence[Chain],
+    wrong: Sequence[InjectedError] = (),
+    tau: Taus = AUTOMATIC,
 ) -> Outcome:
     """The motion as the method leaves it; only joints of `chains` differ.
 
-    chains: limbs too, where their flips are looked for; wrong: the truth, for the oracles. The
-    paper's running sum is taken out as it is, and its method knows no limbs; of other detectors all
-    intervals that are applied unasked at their automatic τ.
+    chains: limbs too, where their flips are looked for; wrong: the truth, for the oracles; tau:
+    radians by chain, the automatic τ where none is given. The paper's running sum is taken out as
+    it is, and its method knows no limbs; of other detectors all intervals that are applied unasked.
     """
     if method in BASELINES:
         return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
     bones = tuple(c for c in chains if not isinstance(c, Limb))
     clip = ClipAnalysis(motion, bones if method == PaperDetector.name else chains)
-    intervals, analysis = applied_unasked(clip.detect(method, kinds=REPAIRED)), clip.by(method)
+    given = {c.name: tau[c.name] for c in clip.chains_and_limbs if c.name in tau}
+    found_at = clip.detect(method, kinds=REPAIRED, tau_radians=given)
+    intervals, analysis = applied_unasked(found_at), clip.by(method)
     if isinstance(analysis, PaperAnalysis):
         offsets = {
-            c.name: running_offset(analysis.signals[c.name], analysis.automatic_tau(c.name))
-            for c in bones
+            c.name: running_offset(analysis.signals[c.name], found_at.tau[c.name]) for c in bones
         }
     else:
         offsets = offsets_by_chain(intervals, motion.frames)
@@ -116,9 +125,9 @@ def _replaced(
     return out
 
 
-def clean_run(scene: Scene, method: str) -> CleanRun:
+def clean_run(scene: Scene, method: str, tau: Taus = AUTOMATIC) -> CleanRun:
     """The method on the clean motion."""
-    outcome = apply_method(method, scene.motion, (*scene.chains, *scene.limbs))
+    outcome = apply_method(method, scene.motion, (*scene.chains, *scene.limbs), tau=tau)
     return CleanRun(outcome, _change(scene.motion.rotations, outcome.rotations, scene.joints))
 
 
@@ -149,18 +158,24 @@ def clean_tallies(scene: Scene, method: str, clean: CleanRun) -> Tallies:
     return total
 
 
-def run_item(scene: Scene, method: str, seed: int, clean: CleanRun | None = None) -> Tallies:
+def run_item(
+    scene: Scene,
+    method: str,
+    seed: int,
+    clean: CleanRun | None = None,
+    tau: Taus = AUTOMATIC,
+) -> Tallies:
     """All passes of a clip with one method and one seed: each target in turn.
 
     Only the group that holds the target is looked at: no detector and no filter of a single joint
     connects groups, so the others are as in the clean run.
     """
-    clean = clean or clean_run(scene, method)
+    clean = clean or clean_run(scene, method, tau)
     total: Tallies = {}
     for index, targets in scene.passes():
         errors = draw(scene, index, targets, seed)
         if errors:
-            add_tallies(total, _run_pass(scene, method, clean, targets, errors))
+            add_tallies(total, _run_pass(scene, method, clean, targets, errors, tau))
     return total
 
 
@@ -178,10 +193,11 @@ def _run_pass(
     clean: CleanRun,
     targets: Sequence[Chain],
     errors: Sequence[InjectedError],
+    tau: Taus,
 ) -> Tallies:
     reach = _reach(scene, method, targets)
     dirty = inject(scene.motion, reach, errors)
-    outcome = apply_method(method, dirty, reach, errors)
+    outcome = apply_method(method, dirty, reach, errors, tau)
     total: Tallies = {}
     first = _key(scene, method, targets[0])
     truth = _without_own_flips(scene, clean)
