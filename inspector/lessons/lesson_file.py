@@ -145,7 +145,9 @@ def _pairs(
 
 
 def _clip(path: Path, line: int, name: str) -> Path:
-    """A clip beside the lesson, else one that comes with the program."""
+    """A clip beside the lesson, else one that comes with the program; a lesson reads no other."""
+    if Path(name).name != name or "\\" in name:
+        raise _error(path, line, "a BVH file's name without a folder", name)
     for folder in (path.parent, ASSETS):
         if (clip := folder / name).is_file() and clip.suffix.lower() == ".bvh":
             return clip

@@ -131,6 +131,19 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path, right):
     assert expected in sentence
 
 
+@pytest.mark.parametrize("folder", ["{0}/", "../elsewhere/", "elsewhere/", "./", "..\\"])
+def test_a_clip_outside_the_lessons_folder_is_none_of_its(tmp_path, folder):
+    elsewhere, beside = tmp_path / "elsewhere", tmp_path / "lesson"
+    for one in (elsewhere, beside, beside / "elsewhere"):
+        one.mkdir()
+        (one / "own.bvh").write_bytes((ASSETS / "walk.bvh").read_bytes())
+    (beside / "..\\own.bvh").write_bytes((ASSETS / "walk.bvh").read_bytes())
+    name = f"{folder.format(elsewhere)}own.bvh"
+    path = written(beside, LESSON.replace("walk_injected.bvh", name, 1))
+    with pytest.raises(FormatError, match="line 3: expected a BVH file's name without a folder"):
+        read_lesson(path)
+
+
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"---\ntitle: x\nclip: walk.bvh\n---\n"])
 def test_what_is_no_lesson_is_told(tmp_path, content):
     path = tmp_path / "lesson.md"
