@@ -240,6 +240,16 @@ def test_svg_has_the_sheets_own_units_only():
     assert QSvgRenderer(text).viewBoxF() == QRectF(0.0, 0.0, 200.0, 100.0)
 
 
+def test_svg_has_no_character_that_xml_forbids():
+    sheet = Sheet(200.0, 100.0, 96)
+    painter = QPainter(sheet)
+    painter.drawText(QPointF(5.0, 20.0), "Fore\x01\x1b\uffffArm")
+    painter.end()
+    root = ElementTree.fromstring(svg_of(sheet, "x\x01 \udce9", 50.0, 25.0))
+    assert root.find(f"{SVG}title").text == "x \\udce9"
+    assert root.find(f"{SVG}path").attrib["aria-label"] == "ForeArm"
+
+
 # -- figures --------------------------------------------------------------------------------------
 
 
