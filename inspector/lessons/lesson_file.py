@@ -41,7 +41,7 @@ class LessonFile:
 def read_lesson(path: Path) -> LessonFile:
     """Read a lesson; FormatError with file, line and what was expected."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise FormatError(f"{path}: expected a lesson as UTF-8 text ({error})") from None
     lines = text.splitlines()
