@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QBuffer, QEvent, QPoint, QPointF, QRect, QSize, QSizeF, Qt
+from PySide6.QtCore import QBuffer, QEvent, QPoint, QPointF, QRect, QRectF, QSize, QSizeF, Qt
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter
 from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QApplication
@@ -426,6 +426,30 @@ def test_labels_keep_apart_and_inside(qtbot, taught):
     for k, one in enumerate(boxes):
         assert taught.viewport.rect().adjusted(-4, -4, 4, 4).contains(one.toRect())
         assert not any(one.intersects(other) for other in boxes[k + 1 :])
+
+
+@pytest.mark.parametrize("swing", [90.0, 180.0])
+def test_no_label_lies_over_the_legend(qtbot, taught, swing):
+    """Where the gizmo is behind it, from all around; at 180° the legend has a line more."""
+    viewport, legend = taught.viewport, taught.viewport.overlays.legend
+    taught.taught.set_what_if(WhatIf(swing=np.radians(swing)))
+    viewport.focus_chain()
+    begin, placed = viewport.camera, 0
+    for azimuth in np.radians(range(0, 360, 45)):
+        viewport.steer(lambda _, turn=azimuth: begin.orbited(turn, 0.0))
+        (tip,), _ = viewport.camera.project(
+            taught.teaching.gizmo.hold.places.tip[None], *viewport.picture_size()
+        )
+        right, down = np.array(legend.geometry().center().toTuple()) - tip
+        height = viewport.picture_size()[1]
+        viewport.steer(lambda now, by=(right, -down), high=height: now.panned(*by, high))
+        qtbot.wait(30)
+        covered = legend.geometry()
+        boxes = [box for _, box, _, _ in taught.teaching.gizmo.labels._placed]
+        assert not any(box.intersects(QRectF(covered)) for box in boxes)
+        near = QRectF(covered).adjusted(-80, -80, 80, 80)
+        placed += sum(near.intersects(box) for box in boxes)
+    assert placed > 10  # it was in their way
 
 
 def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
