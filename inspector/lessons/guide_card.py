@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from html import escape
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
 from inspector.lessons.lesson_text import LessonText
@@ -26,6 +27,8 @@ class GuideCard(QWidget):
         self.done = False  # whether what was to be done is done
         self._task = ""
         self.title, self.task = QLabel(wordWrap=True), QLabel(wordWrap=True)
+        self.title.setTextFormat(Qt.TextFormat.PlainText)
+        self.task.setTextFormat(Qt.TextFormat.RichText)
         self.body = LessonText(typesetter)
         self.body.anchorClicked.connect(lambda at: self.linked.emit(at.toString()))
         self.controls, self._buttons, self._leave = hbox(spacing=6), hbox(spacing=4), QHBoxLayout()
@@ -92,6 +95,6 @@ def leave_button(what: str) -> QToolButton:
 
 
 def _plain(markdown: str) -> str:
-    """Emphasis as rich text: a label knows no Markdown beside other text."""
-    bold = re.sub(r"\*\*(.*?)\*\*", r"<b>\1</b>", markdown)
+    """Emphasis as rich text: a label knows no Markdown beside other text. HTML stays text."""
+    bold = re.sub(r"\*\*(.*?)\*\*", r"<b>\1</b>", escape(markdown, quote=False))
     return re.sub(r"\*(.*?)\*", r"<i>\1</i>", bold)

@@ -71,6 +71,6 @@ def _number(text: str, expected: str) -> float:
         number = float(text)
     except ValueError:
         raise ValueError(expected) from None
-    if not math.isfinite(number):
-        raise ValueError(expected)
+    if not (math.isfinite(number) and number > 0.0):  # what always holds is no task
+        raise ValueError(f"{expected}, above 0")
     return number

@@ -41,7 +41,7 @@ class LessonFile:
 def read_lesson(path: Path) -> LessonFile:
     """Read a lesson; FormatError with file, line and what was expected."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise FormatError(f"{path}: expected a lesson as UTF-8 text ({error})") from None
     lines = text.splitlines()
@@ -145,7 +145,9 @@ def _pairs(
 
 
 def _clip(path: Path, line: int, name: str) -> Path:
-    """A clip beside the lesson, else one that comes with the program."""
+    """A clip beside the lesson, else one that comes with the program; a lesson reads no other."""
+    if Path(name).name != name or "\\" in name:
+        raise _error(path, line, "a BVH file's name without a folder", name)
     for folder in (path.parent, ASSETS):
         if (clip := folder / name).is_file() and clip.suffix.lower() == ".bvh":
             return clip

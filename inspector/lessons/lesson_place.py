@@ -14,6 +14,7 @@ from inspector.teaching.symbols import SYMBOLS
 from twistcore.decomposition import WhatIf
 
 TABS = ("teaching", "intervals")
+_NEAREST = 100.0  # times as large as the program shows the limb itself
 LOOKS = ("before", "after", "both")
 
 
@@ -61,8 +62,8 @@ def _camera(text: str) -> dict[str, Any]:
     if text == "limb":
         return {"camera": None}
     numbers = _numbers(text, 3, "'limb', or azimuth and elevation in degrees and a zoom")
-    if numbers[2] <= 0.0:
-        raise ValueError("a zoom above 0")
+    if not 1.0 / _NEAREST <= numbers[2] <= _NEAREST:
+        raise ValueError(f"a zoom from {1.0 / _NEAREST:g} to {_NEAREST:g}")
     azimuth, elevation = np.radians(numbers[:2])
     return {"camera": Camera(float(azimuth), float(elevation), numbers[2])}
 
@@ -93,7 +94,7 @@ def _what_if(text: str) -> dict[str, Any]:
     for part in text.split(","):
         name, _, value = part.strip().partition(" ")
         if name == "stage":
-            (stage,) = _numbers(value, 1, "a number from 0 to 2 after 'stage'")
+            stage = _within(value, 0.0, 2.0, "a number from 0 to 2 after 'stage'")
         elif name in _ALTERED:
             altered[name] = _ALTERED[name](value)
         else:
@@ -111,9 +112,17 @@ def _numbers(text: str, count: int, expected: str) -> tuple[float, ...]:
     return numbers
 
 
-def _degrees(text: str) -> float:
-    (degrees,) = _numbers(text, 1, "an angle in degrees")
-    return float(np.radians(degrees))
+def _within(text: str, low: float, high: float, expected: str) -> float:
+    (number,) = _numbers(text, 1, expected)
+    if not low <= number <= high:
+        raise ValueError(expected)
+    return number
+
+
+def _degrees(low: int, high: int) -> Callable[[str], float]:
+    """Reads an angle as far as its slider goes."""
+    expected = f"an angle in degrees from {low} to {high}"
+    return lambda text: float(np.radians(_within(text, low, high, expected)))
 
 
 def _switch(text: str) -> bool:
@@ -123,10 +132,7 @@ def _switch(text: str) -> bool:
 
 
 def _share(text: str) -> float:
-    (share,) = _numbers(text, 1, "a share from 0 to 1 after 'applied'")
-    if not 0.0 <= share <= 1.0:
-        raise ValueError("a share from 0 to 1 after 'applied'")
-    return share
+    return _within(text, 0.0, 1.0, "a share from 0 to 1 after 'applied'")
 
 
 def _direction(text: str) -> tuple[float, ...]:
@@ -138,11 +144,11 @@ def _direction(text: str) -> tuple[float, ...]:
 
 
 _ALTERED: Mapping[str, Callable[[str], Any]] = {
-    "twist": _degrees,
+    "twist": _degrees(-180, 180),
     "counter": _switch,
-    "swing": _degrees,
-    "bend": _degrees,
-    "nudge": _degrees,
+    "swing": _degrees(0, 180),
+    "bend": _degrees(0, 180),
+    "nudge": _degrees(-3, 3),
     "toward": _direction,
     "applied": _share,
 }
@@ -171,7 +177,9 @@ def settings(place: Place) -> str:
         lines.append("camera: limb")
     else:
         around, above = (_short(np.degrees(a), 1) for a in (camera.azimuth, camera.elevation))
-        lines.append(f"camera: {around} {above} {_short(camera.zoom, 2)}")
+        lines.append(
+            f"camera: {around} {above} {_short(min(max(camera.zoom, 1.0 / _NEAREST), _NEAREST), 2)}"
+        )
     if place.show:
         lines.append(f"show: {', '.join(place.show)}")
     if place.lit:

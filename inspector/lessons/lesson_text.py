@@ -12,6 +12,7 @@ from PySide6.QtGui import (
     QTextBlock,
     QTextCharFormat,
     QTextCursor,
+    QTextDocument,
 )
 from PySide6.QtWidgets import QTextBrowser
 
@@ -20,6 +21,8 @@ from inspector.widgets.typeset import EM, Typesetter
 
 _TEX = re.compile(r"(?<![\\$])\$([^$\n]+)\$(?!\$)")
 _SIZE = 0.95  # of a formula, in heights of the font
+_FEATURES = QTextDocument.MarkdownFeature
+_MARKDOWN = _FEATURES.MarkdownDialectGitHub | _FEATURES.MarkdownNoHTML
 
 
 def formulas(markdown: str) -> tuple[str, ...]:
@@ -63,14 +66,17 @@ class LessonText(QTextBrowser):
 
         markdown = _TEX.sub(image, self._markdown)
         self._pictures = {address: self._picture(tex) for tex, address in known.items()}
-        self.setMarkdown(markdown)
+        self.document().setMarkdown(markdown, _MARKDOWN)
         self._lower_images()
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:
-        """The pictures of formulas; a document drops what it was given with its text."""
+        """The pictures of formulas; a document drops what it was given with its text.
+
+        Nothing else is opened, whatever address a lesson gives: one without a picture from here
+        Qt would look for among the files, and wait where that is a pipe.
+        """
         address = name.toString() if isinstance(name, QUrl) else name
-        found = self._pictures.get(address)
-        return found if found is not None else super().loadResource(kind, name)
+        return self._pictures.get(address, _nothing())
 
     def _picture(self, tex: str) -> QImage:
         """The formula with its baseline as far above the lower edge as the font's descent."""
@@ -105,6 +111,13 @@ class LessonText(QTextBrowser):
                 cursor.setPosition(start + length, QTextCursor.MoveMode.KeepAnchor)
                 cursor.mergeCharFormat(lowered)
             block = block.next()
+
+
+def _nothing() -> QImage:
+    """A picture in which nothing is to be seen."""
+    picture = QImage(1, 1, QImage.Format.Format_ARGB32)
+    picture.fill(Qt.GlobalColor.transparent)
+    return picture
 
 
 def _images(block: QTextBlock) -> list[tuple[int, int]]:

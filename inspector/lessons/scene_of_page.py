@@ -11,6 +11,7 @@ from inspector.lessons.lesson_place import TABS, Camera, Place
 from inspector.session.open_clip import Show
 from inspector.session.opening import Analysed
 from inspector.viewport.camera import OrbitCamera
+from twistcore.decomposition import WhatIf
 from twistcore.rotation import Array
 
 
@@ -67,7 +68,7 @@ def present_place(program: GuidedProgram) -> Place | None:
         chain=document.chain,
         camera=_present_camera(program) if viewport.view is not None else None,
         lit=taught.lit if teaches else "",
-        what_if=taught.what_if,
+        what_if=taught.what_if if teaches else WhatIf(),
         stage=taught.stage if teaches else None,
         tab=TABS[0] if teaches else TABS[1],
         look=document.show.value,

@@ -29,6 +29,7 @@ from inspector.viewport.bone_colours import GHOST_ALPHA, palette
 from inspector.widgets.theme import DARK, LIGHT, Theme
 from twistcore.atomic import write_atomically
 from twistcore.bvh import read_bvh
+from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 
 LARGEST = 5_000_000  # bytes of a page
@@ -43,7 +44,7 @@ _LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 def export_page(lesson: LessonFile, path: Path) -> None:
     """Write a lesson as a page; TwistError says what is wrong. Safe to call in any thread."""
-    write_atomically(path, page_text(lesson).encode())
+    write_atomically(path, encoded(page_text(lesson)))
 
 
 def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
@@ -51,10 +52,10 @@ def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
     opened = cache(_opened)
     for seconds in _SPANS:
         text = _assembled(lesson, opened, seconds)
-        if len(text.encode()) <= largest:
+        if len(encoded(text)) <= largest:
             return text
     raise TwistError(
-        f"{lesson.path.name}: its page would have {len(text.encode()) / 1e6:.1f} MB, more than "
+        f"{lesson.path.name}: its page would have {len(encoded(text)) / 1e6:.1f} MB, more than "
         f"{largest / 1e6:.1f}. Fewer pages, or pages of the same frames, take less."
     )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from errno import EFBIG
+
 from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QSize, QSizeF
 from PySide6.QtGui import QImage, QPageLayout, QPageSize, QPainter, QPdfWriter
 
@@ -9,11 +11,12 @@ from inspector.recording.sheet import Sheet
 from inspector.recording.svg_file import svg_of
 
 _MM = 25.4  # an inch
+_LONGEST = 32_767  # pixels of a side: further than that Qt paints nothing
 PICTURES = (".png", ".svg", ".pdf")
 
 
 def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float) -> bytes:
-    """The file's bytes; so many pixels large, or what that is on paper."""
+    """The file's bytes; so many pixels large, or what that is on paper. OSError: too large."""
     if suffix == ".png":
         return _png(sheet, pixels, dpi)
     wide, high = (_MM * side / dpi for side in (pixels.width(), pixels.height()))
@@ -24,6 +27,8 @@ def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float
 
 def _png(sheet: Sheet, pixels: QSize, dpi: float) -> bytes:
     image = QImage(pixels, QImage.Format.Format_RGB32)
+    if image.isNull() or max(pixels.width(), pixels.height()) > _LONGEST:
+        raise _too_large(pixels)
     painter = QPainter(image)
     painter.scale(pixels.width() / sheet.box.width(), pixels.height() / sheet.box.height())
     sheet.paint(painter)
@@ -31,8 +36,14 @@ def _png(sheet: Sheet, pixels: QSize, dpi: float) -> bytes:
     for set_it in (image.setDotsPerMeterX, image.setDotsPerMeterY):
         set_it(round(1000.0 * dpi / _MM))  # now: before, type would have been set in other pixels
     buffer = _buffer()
-    image.save(buffer, "PNG")  # type: ignore[call-overload]  # its stub wants bytes
+    if not image.save(buffer, "PNG"):  # type: ignore[call-overload]  # its stub wants bytes
+        raise _too_large(pixels)
     return bytes(buffer.data().data())
+
+
+def _too_large(pixels: QSize) -> OSError:
+    sides = f"{pixels.width():,} × {pixels.height():,}"
+    return OSError(EFBIG, f"{sides} pixels are too many for a PNG; SVG and PDF have no such limit")
 
 
 def _pdf(sheet: Sheet, title: str, paper: QSizeF) -> bytes:

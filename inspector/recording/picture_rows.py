@@ -56,8 +56,6 @@ class PictureRows(QObject):
         for name, preset in _PRESETS.items():
             self.preset.addItem(name, preset)
         self.width, self.height = QSpinBox(), QSpinBox()
-        self.width.setRange(1, _LONGEST)
-        self.height.setRange(0, _LONGEST)
         self.height.setSpecialValueText("as needed")
         self.unit = QComboBox()
         self.unit.addItems(_UNITS)
@@ -83,7 +81,7 @@ class PictureRows(QObject):
         self.preset.currentIndexChanged.connect(self._propose)
         for box in (self.width, self.height, self.points):
             box.valueChanged.connect(self.changed)
-        self.dpi.currentIndexChanged.connect(self.changed)
+        self.dpi.currentIndexChanged.connect(self._limit)
         self.unit.currentIndexChanged.connect(self._other_unit)
 
     def show(self, shown: bool) -> None:
@@ -101,7 +99,7 @@ class PictureRows(QObject):
     def size(self) -> tuple[int, int]:
         """In pixels; the height may be 0: as needed."""
         sides = self.width.value(), self.height.value()
-        if self.unit.currentText() == "pixels":
+        if self._unit == "pixels":
             return sides
         wide, high = (round(side / _INCH * self.dpi.currentData()) for side in sides)
         return wide, high
@@ -112,7 +110,14 @@ class PictureRows(QObject):
         return Paper(float(self.dpi.currentData()), self.points.value(), self.white.isChecked())
 
     def words(self) -> str:
-        """How large it becomes."""
+        """How large it becomes, and where that is as large as it can."""
+        most = self.width.maximum()
+        if most not in (self.width.value(), self.height.value()):
+            return self._sides_told()
+        limit = f"At {self.dpi.currentText()} a side has at most {most} {self._unit}"
+        return f"{self._sides_told()}. {limit}"
+
+    def _sides_told(self) -> str:
         wide, high = self.size
         pixels = f"{wide} × {high} pixels" if high else f"{wide} pixels wide"
         if self.dpi.currentData() == SCREEN_DPI:
@@ -124,9 +129,10 @@ class PictureRows(QObject):
         """What the preset stands for."""
         preset = self.preset.currentData()
         self.unit.setCurrentText(preset.unit)
+        self.dpi.setCurrentIndex(self.dpi.findData(preset.dpi))
+        self._limit()
         self.width.setValue(preset.width)
         self.height.setValue(preset.height)
-        self.dpi.setCurrentIndex(self.dpi.findData(preset.dpi))
         self.points.setValue(preset.points)
         self.white.setChecked(preset.unit == "mm")
         self.show(self._shown)
@@ -135,8 +141,22 @@ class PictureRows(QObject):
     def _other_unit(self) -> None:
         """The same size on paper, told otherwise."""
         times = self.dpi.currentData() / _INCH
-        if self.unit.currentText() == "mm":
+        if self._unit == "mm":
             times = 1.0 / times
-        for box in (self.width, self.height):
-            box.setValue(round(box.value() * times))
+        sides = self.width.value(), self.height.value()
+        self._limit()
+        for box, side in zip((self.width, self.height), sides, strict=True):
+            box.setValue(round(side * times))
         self.changed.emit()
+
+    def _limit(self) -> None:
+        """No side longer than a picture may have pixels."""
+        pixels = self._unit == "pixels"
+        most = _LONGEST if pixels else int(_LONGEST * _INCH / self.dpi.currentData())
+        self.width.setRange(1, most)
+        self.height.setRange(0, most)
+        self.changed.emit()
+
+    @property
+    def _unit(self) -> str:
+        return self.unit.currentText()

@@ -60,7 +60,8 @@ class RecordActions:
             self.bar.show_message("Without OpenGL there is no 3D view to record.", True)
             return
         taught = choice.contents.equations or choice.sweep is not None or self.taught.active
-        if taught and not self.typesetter.done and not self.typesetter.trouble:
+        typeset = self.typesetter.has(typeset_texts())  # a lesson has its own set alone
+        if taught and not typeset and not self.typesetter.trouble:
             self._typeset_first(choice)
             return
         shown = Shown(self.taught, self.viewport, self.timeline, self.typesetter)

@@ -5,12 +5,14 @@ Letters are outlines, so that no reader needs the fonts; what they say is kept a
 
 from __future__ import annotations
 
+import re
 from html import escape
 
 from PySide6.QtCore import QBuffer, QIODevice, Qt
 from PySide6.QtGui import QColor, QImage, QPainterPath, QPen
 
 from inspector.recording.sheet import Item, Shape, Sheet, Words
+from twistcore.encoding import encoded
 
 _CAPS = {
     Qt.PenCapStyle.FlatCap: "butt",
@@ -23,6 +25,7 @@ _JOINS = {
     Qt.PenJoinStyle.BevelJoin: "bevel",
     Qt.PenJoinStyle.RoundJoin: "round",
 }
+_NOT_IN_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 _CURVE = QPainterPath.ElementType.CurveToElement
 _MOVE = QPainterPath.ElementType.MoveToElement
 
@@ -38,8 +41,8 @@ def svg_of(sheet: Sheet, title: str, width_mm: float, height_mm: float) -> bytes
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
         f'width="{_number(width_mm)}mm" height="{_number(height_mm)}mm" viewBox="{box}">'
     )
-    parts = head, f"<title>{escape(title)}</title>", "<defs>", *cuts, "</defs>", *body, "</svg>\n"
-    return "\n".join(parts).encode()
+    parts = head, f"<title>{_text(title)}</title>", "<defs>", *cuts, "</defs>", *body, "</svg>\n"
+    return encoded("\n".join(parts))
 
 
 def _element(item: Item, clips: dict[str, str]) -> str:
@@ -52,7 +55,7 @@ def _element(item: Item, clips: dict[str, str]) -> str:
         ink = _paint("fill", item.ink) + rule if item.ink is not None else ' fill="none"'
         return f'<path d="{_path(item.path)}"{ink}{_stroke(item.pen)}{cut}/>'
     if isinstance(item, Words):
-        said = escape(item.text.strip(), quote=True)
+        said = _text(item.text.strip())
         d = _path(item.outline())
         return f'<path aria-label="{said}" d="{d}"{_paint("fill", item.ink)}{cut}/>'
     box = item.box
@@ -62,6 +65,11 @@ def _element(item: Item, clips: dict[str, str]) -> str:
         f'<image {where} preserveAspectRatio="none"{cut} '
         f'xlink:href="data:image/png;base64,{_png(item.image)}"/>'
     )
+
+
+def _text(text: str) -> str:
+    """As XML has it, which allows few control characters and no escape for the others."""
+    return escape(_NOT_IN_XML.sub("", text), quote=True)
 
 
 def _stroke(pen: QPen | None) -> str:

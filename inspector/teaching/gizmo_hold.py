@@ -24,6 +24,7 @@ from inspector.widgets.theme import Theme, figures_font
 from twistcore.decomposition import WhatIf
 from twistcore.rotation import Array, wrap
 
+_LEFT = Qt.MouseButton.LeftButton
 KEY = Qt.KeyboardModifier.ControlModifier  # no window manager takes a drag with it
 _TIPS = {
     W: "Drag w: the bone swings. Esc: as it was",
@@ -46,6 +47,8 @@ class Hold(QObject):
         self._drag: SwingDrag | TwistDrag | None = None
         self._before = WhatIf()
         self._at = QPointF()
+        for elsewhere in (taught.document.chain_changed, taught.document.opened):
+            elsewhere.connect(self._drop)
 
     @property
     def held(self) -> bool:
@@ -71,8 +74,7 @@ class Hold(QObject):
 
     def leave(self) -> None:
         """The gizmo goes."""
-        self._let_go()
-        self._hover("")
+        self._drop()
         if self._watched is not None:
             self._watched.removeEventFilter(self)
         self._watched = self.places = None
@@ -81,9 +83,11 @@ class Hold(QObject):
     # -- mouse and keys -----------------------------------------------------------------------
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Of the view the mouse; while something is held, of the program the keys."""
+        """Of the view the mouse; while something is held, of the program the keys and focus."""
         if isinstance(event, QKeyEvent):
             return self.held and self._key(event)
+        if event.type() == QEvent.Type.WindowDeactivate and self.held:
+            self._drop()  # the release may go to another window
         if watched is not self._watched:
             return False
         if event.type() in (QEvent.Type.Enter, QEvent.Type.Leave) and not self.held:
@@ -94,11 +98,13 @@ class Hold(QObject):
 
     def _mouse(self, event: QMouseEvent) -> bool:
         kind, at = event.type(), event.position()
+        if self.held and kind == QEvent.Type.MouseMove and not event.buttons() & _LEFT:
+            self._drop()  # it was released where nobody told
         if self.held:
             if kind == QEvent.Type.MouseMove:
                 self._at = at
                 self._move(event.modifiers())
-            elif kind == QEvent.Type.MouseButtonRelease:
+            elif kind == QEvent.Type.MouseButtonRelease and event.button() == _LEFT:
                 self._let_go()
                 self._hover(self._found(at))
             event.accept()
@@ -107,7 +113,7 @@ class Hold(QObject):
             self._hover(self._found(at), at)
         elif kind in (QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick):
             shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            left = event.button() == Qt.MouseButton.LeftButton
+            left = event.button() == _LEFT
             self._hover(self._found(at) if left and not shift else "")
             if self.under:
                 self._take(at)
@@ -123,9 +129,8 @@ class Hold(QObject):
         if escape:
             event.accept()
             if press:
-                self._let_go()
+                self._drop()
                 self._taught.set_what_if(self._before)
-                self._hover("")
         elif event.key() == Qt.Key.Key_Control and event.type() != QEvent.Type.ShortcutOverride:
             self._move(KEY if press else Qt.KeyboardModifier.NoModifier)
         return escape
@@ -180,6 +185,11 @@ class Hold(QObject):
             assert app is not None
             app.removeEventFilter(self)
             self._draw()
+
+    def _drop(self) -> None:
+        """What is held stays where it is; nothing is under the mouse until it moves."""
+        self._let_go()
+        self._hover("")
 
     def _hover(self, under: str, at: QPointF | None = None) -> None:
         """Say by cursor, knob and words what a drag would do."""

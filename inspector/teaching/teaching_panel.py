@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QSizePolicy, QWidget
 
@@ -145,3 +145,10 @@ class TeachingPanel(QWidget):
         else:
             self._viewport.invite(None)
             self._timeline.light(())
+            # A layout that is restored hides the tab and shows it again at once.
+            QTimer.singleShot(0, self, self._left)
+
+    def _left(self) -> None:
+        """Left for another tab, and not with the whole window, the what-if ends."""
+        if not self._taught.active and not self.window().isMinimized():
+            self._taught.reset()

@@ -61,6 +61,10 @@ class Typesetter(QObject):
         """A formula, or None while it is being set."""
         return self._known.get(tex)
 
+    def has(self, texts: Iterable[str]) -> bool:
+        """Whether all of these are set."""
+        return all(tex in self._known for tex in texts)
+
     @property
     def started(self) -> bool:
         """Whether anything was ever asked for."""

@@ -16,6 +16,7 @@ from inspector.recording.page_layout import boxes
 from inspector.recording.sheet import Picture, Shape, Sheet, Words
 from inspector.recording.stage import WHITE, Shown, Stage
 from inspector.recording.svg_file import svg_of
+from inspector.teaching.equation_table import typeset_texts
 from inspector.timeline.title_lines import title_lines
 from inspector.widgets.theme import DARK, figures_font
 from tests.gui.windows import act
@@ -240,6 +241,16 @@ def test_svg_has_the_sheets_own_units_only():
     assert QSvgRenderer(text).viewBoxF() == QRectF(0.0, 0.0, 200.0, 100.0)
 
 
+def test_svg_has_no_character_that_xml_forbids():
+    sheet = Sheet(200.0, 100.0, 96)
+    painter = QPainter(sheet)
+    painter.drawText(QPointF(5.0, 20.0), "Fore\x01\x1b\uffffArm")
+    painter.end()
+    root = ElementTree.fromstring(svg_of(sheet, "x\x01 \udce9", 50.0, 25.0))
+    assert root.find(f"{SVG}title").text == "x \\udce9"
+    assert root.find(f"{SVG}path").attrib["aria-label"] == "ForeArm"
+
+
 # -- figures --------------------------------------------------------------------------------------
 
 
@@ -460,6 +471,18 @@ def test_equations_are_typeset_first_where_the_tab_was_never_shown(qtbot, at_for
     qtbot.waitUntil(path.exists, timeout=30_000)
     assert not at_forearm.taught.active
     assert "atan2" not in path.read_text()  # TeX is outlines …
+    assert path.read_text().count("<path") > 60
+
+
+def test_equations_are_typeset_first_where_a_lesson_has_set_its_own(qtbot, at_forearm, tmp_path):
+    typesetter = at_forearm.teaching.typesetter
+    typesetter.start(["x^2"])
+    qtbot.waitUntil(lambda: typesetter.done, timeout=30_000)
+    path = tmp_path / "first.svg"
+    contents = Contents(view=False, curves=False, equations=True)
+    at_forearm.record_actions.record(RecordChoice(path, size=(600, 0), contents=contents))
+    qtbot.waitUntil(path.exists, timeout=30_000)
+    assert typesetter.has(typeset_texts())
     assert path.read_text().count("<path") > 60
 
 

@@ -100,6 +100,8 @@ def counter_twist():
     assert max(moved(_ARM, _AT, twist=75.0, counter=True)) < 0.1
     assert moved(_ARM, _AT, twist=75.0)[2] > 10.0  # G ideal is elsewhere
     assert np.isclose(d.strength, np.radians(75.0), atol=1e-4)
+    assert np.isclose(d.dtheta_c, np.radians(-75.0), atol=1e-4)  # what the twist did, not θp
+    assert abs(d.dtheta_p + d.dtheta_c) > np.radians(0.1)
     assert np.isclose(d.strength, min(abs(d.dtheta_p), abs(d.dtheta_c)))
     return {deg(d.dtheta_c), "75"}
 

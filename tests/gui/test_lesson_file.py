@@ -11,6 +11,8 @@ from inspector.lessons.lesson_conditions import CONDITIONS, Condition, read_cond
 from inspector.lessons.lesson_file import KEYS, read_lesson
 from inspector.lessons.lesson_place import Camera, Place, settings
 from inspector.teaching.symbols import SYMBOLS
+from inspector.teaching.taught_frame import TaughtFrame
+from inspector.teaching.what_if import WhatIfBox
 from twistcore.decomposition import WhatIf
 from twistcore.errors import FormatError
 
@@ -129,6 +131,54 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path, right):
     assert "\n" not in sentence
     assert sentence.startswith(f"{path}, line {line}: expected ")
     assert expected in sentence
+
+
+OUT_OF_RANGE = {
+    "twist 75": ("twist 5000", "twist -181"),
+    "swing 120": ("swing -400", "swing 181", "bend 900", "bend -1", "stage 9", "stage -1"),
+    "nudge -1": ("nudge 4", "nudge -3.1"),
+    "camera: 30 20 1.5": ("camera: 30 20 1e300", "camera: 30 20 0"),
+    "twist >= 60": ("twist >= -5", "twist >= 0", "moved -3", "moved 0", "applied >= 0"),
+}
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"), [(right, wrong) for right, all_ in OUT_OF_RANGE.items() for wrong in all_]
+)
+def test_what_no_slider_reaches_is_refused(tmp_path, right, wrong):
+    with pytest.raises(FormatError, match=r"line (14|17|20): expected .*( from |, above 0)"):
+        read_lesson(written(tmp_path, LESSON.replace(right, wrong, 1)))
+
+
+def test_the_ranges_are_those_of_the_sliders(tmp_path, qtbot, open_document):
+    box = WhatIfBox(TaughtFrame(open_document(SAMPLE)))
+    qtbot.addWidget(box)
+    for name, slider in box.sliders.items():
+        steps = 100 if name == "applied" else 10
+        for at in (slider.minimum(), slider.maximum()):
+            read_lesson(written(tmp_path, LESSON.replace("twist 75", f"{name} {at / steps}", 1)))
+            beyond = (at + (-1 if at == slider.minimum() else 1)) / steps
+            with pytest.raises(FormatError):
+                read_lesson(written(tmp_path, LESSON.replace("twist 75", f"{name} {beyond}", 1)))
+
+
+def test_a_lesson_of_notepads_is_one(tmp_path):
+    path = tmp_path / "lesson.md"
+    path.write_bytes(b"\xef\xbb\xbf" + LESSON.replace("\n", "\r\n").encode())
+    assert read_lesson(path).pages == read_lesson(written(tmp_path, LESSON)).pages
+
+
+@pytest.mark.parametrize("folder", ["{0}/", "../elsewhere/", "elsewhere/", "./", "..\\"])
+def test_a_clip_outside_the_lessons_folder_is_none_of_its(tmp_path, folder):
+    elsewhere, beside = tmp_path / "elsewhere", tmp_path / "lesson"
+    for one in (elsewhere, beside, beside / "elsewhere"):
+        one.mkdir()
+        (one / "own.bvh").write_bytes((ASSETS / "walk.bvh").read_bytes())
+    (beside / "..\\own.bvh").write_bytes((ASSETS / "walk.bvh").read_bytes())
+    name = f"{folder.format(elsewhere)}own.bvh"
+    path = written(beside, LESSON.replace("walk_injected.bvh", name, 1))
+    with pytest.raises(FormatError, match="line 3: expected a BVH file's name without a folder"):
+        read_lesson(path)
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"---\ntitle: x\nclip: walk.bvh\n---\n"])

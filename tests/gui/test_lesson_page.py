@@ -168,6 +168,14 @@ chain: </script><img/src=x>LeftArm
     assert HOSTILE in "".join(read.words)
 
 
+def test_a_name_that_is_no_utf_8_is_escaped(tmp_path):
+    (tmp_path / "clip.bvh").write_bytes(SAMPLE.read_bytes().replace(b"LeftForeArm", b"Fore\xe9Arm"))
+    text = LESSON.replace("walk_injected", "clip", 1)
+    export_page(written(tmp_path, text), tmp_path / "lesson.html")
+    read = Read((tmp_path / "lesson.html").read_text("utf-8"))
+    assert read.data()["pages"][0]["joints"]["C"] == "Fore\udce9Arm"
+
+
 def test_fewer_frames_where_it_would_be_too_large(tmp_path, monkeypatch):
     lesson = written(tmp_path)
     whole = len(page_text(lesson).encode())

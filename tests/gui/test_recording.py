@@ -6,11 +6,13 @@ import subprocess
 import imageio_ffmpeg
 import numpy as np
 import pytest
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QSize, QTimer
 
 from inspector.recording.choice import FPS, Contents, Paper, RecordChoice, shots
+from inspector.recording.figure_file import figure_file
 from inspector.recording.film import FilmWriter
 from inspector.recording.record_dialog import RecordDialog
+from inspector.recording.sheet import Sheet
 from inspector.recording.sweep import SWEPT, Sweep
 from tests.conftest import ASSETS
 from tests.gui.windows import act
@@ -263,6 +265,35 @@ def test_a_picture_has_any_size_in_any_unit(qtbot, window):
     picture.width.setValue(4000)
     assert dialog.choice().size == (4000, 591)
     assert "339 × 50 mm (4000 × 591 pixels)" in dialog.length.text()
+
+
+@pytest.mark.parametrize(("dpi", "most"), [(600, 508), (300, 1016), (96, 3175)])
+def test_no_picture_is_larger_than_qt_paints(qtbot, window, dpi, most):
+    dialog = RecordDialog(window.document, (10.0, 60.0), window, teaching=True)
+    qtbot.addWidget(dialog)
+    dialog.format.setCurrentIndex(2)
+    picture = dialog.picture
+    picture.preset.setCurrentIndex(picture.preset.findText("Another size"))
+    picture.unit.setCurrentText("pixels")
+    picture.width.setValue(20_000)
+    picture.height.setValue(20_000)
+    assert picture.size == (12_000, 12_000)
+    picture.unit.setCurrentText("mm")
+    assert picture.size == (12_000, 12_000)
+    assert "At 600 dpi a side has at most 508 mm" in dialog.length.text()
+    picture.dpi.setCurrentIndex(picture.dpi.findData(dpi))
+    picture.width.setValue(12_000)
+    assert picture.width.value() == most
+    assert max(picture.size) <= 12_000
+    picture.preset.setCurrentIndex(0)
+    assert picture.size == (2126, 0)
+    assert "at most" not in dialog.length.text()
+
+
+@pytest.mark.parametrize("size", [(200_000, 200_000), (40_000, 10)])
+def test_a_picture_that_qt_cannot_hold_is_no_empty_file(size, qapp):
+    with pytest.raises(OSError, match="pixels are too many for a PNG"):
+        figure_file(Sheet(20.0, 10.0, 96), ".png", "x", QSize(*size), 600.0)
 
 
 def test_of_a_whole_limb_nothing_is_taught(qtbot, window):

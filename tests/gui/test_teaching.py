@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QBuffer, QPoint, QPointF, QRect, QSize, QSizeF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter
+from PySide6.QtCore import QBuffer, QEvent, QPoint, QPointF, QRect, QRectF, QSize, QSizeF, Qt
+from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter
 from PySide6.QtSvg import QSvgGenerator
+from PySide6.QtWidgets import QApplication
 
 from inspector.lessons.guided_exercise import make_exercise
 from inspector.session.document import Document
@@ -201,6 +202,49 @@ def test_the_what_if_pose_is_seen_while_the_tab_is_and_only_then(qtbot, taught):
     assert np.array_equal(seen().rotations, whole)
 
 
+def test_leaving_the_tab_ends_the_what_if(qtbot, taught):
+    taught.teaching.what_if.sliders["twist"].setValue(900)
+    taught.teaching.what_if.player.slider.setValue(50)
+    taught.docks["intervals"].raise_()
+    qtbot.waitUntil(lambda: not taught.taught.active and not taught.taught.what_if.changes)
+    act(taught, "copy_place")
+    assert "what-if" not in QApplication.clipboard().text()
+    act(taught, "show_teaching")
+    qtbot.waitUntil(lambda: taught.taught.active)
+    assert taught.taught.stage is None
+    assert not taught.taught.what_if.changes
+    assert taught.teaching.what_if.sliders["twist"].value() == 0
+    player = taught.teaching.what_if.player
+    assert player.slider.value() == player.slider.maximum()
+
+
+def test_a_window_put_aside_keeps_the_what_if(qtbot, taught):
+    taught.teaching.what_if.sliders["twist"].setValue(900)
+    taught.showMinimized()
+    qtbot.waitUntil(taught.isMinimized)
+    qtbot.wait(50)
+    taught.showNormal()
+    qtbot.waitUntil(lambda: not taught.isMinimized())
+    qtbot.wait(50)
+    assert taught.taught.active
+    assert taught.teaching.what_if.sliders["twist"].value() == 900
+
+
+def test_a_presentation_of_the_tab_keeps_the_what_if(qtbot, taught):
+    taught.teaching.what_if.sliders["twist"].setValue(900)
+    for _ in range(2):  # begin, and end
+        act(taught, "presentation")
+        qtbot.wait(100)
+        assert taught.taught.active
+        assert taught.teaching.what_if.sliders["twist"].value() == 900
+
+
+def test_a_page_of_the_review_has_no_what_if(qtbot, at_forearm):
+    at_forearm.taught.alter(twist=1.0)
+    act(at_forearm, "copy_place")
+    assert "what-if" not in QApplication.clipboard().text()
+
+
 def test_a_stage_and_what_is_taken_off_are_seen_in_the_pose(taught):
     frame = taught.taught
     assert frame.pose() is None
@@ -281,6 +325,63 @@ def test_the_gizmo_comes_and_goes_with_the_tab(qtbot, taught):
     assert all(near(without, ink) < 0.2 * near(with_it, ink) for ink in inks)
 
 
+LEFT, RIGHT, NONE = (getattr(Qt.MouseButton, f"{name}Button") for name in ("Left", "Right", "No"))
+
+
+def point(window, kind, offset=0, button=NONE, buttons=NONE):
+    """An event of the mouse, so many pixels beside the tip of w."""
+    view, hold = window.viewport, window.teaching.gizmo.hold
+    (tip,), _ = view.camera.project(hold.places.tip[None], *view.picture_size())
+    at = QPointF(*(tip + offset))
+    event = QMouseEvent(
+        kind, at, view.view.mapToGlobal(at), button, buttons, Qt.KeyboardModifier.NoModifier
+    )
+    QApplication.sendEvent(view.view, event)
+
+
+def drag_w(window):
+    """Take w and swing it; the button stays down."""
+    point(window, QEvent.Type.MouseButtonPress, 0, LEFT, LEFT)
+    point(window, QEvent.Type.MouseMove, 20, NONE, LEFT)
+    assert window.teaching.gizmo.hold.held
+    assert window.taught.what_if.toward is not None
+
+
+def test_w_is_let_go_where_its_release_was_lost(taught):
+    drag_w(taught)
+    what_if = taught.taught.what_if
+    point(taught, QEvent.Type.MouseMove, 50)
+    assert not taught.teaching.gizmo.hold.held
+    assert taught.taught.what_if == what_if
+
+
+def test_w_is_let_go_with_the_window(taught):
+    drag_w(taught)
+    what_if = taught.taught.what_if
+    QApplication.sendEvent(taught, QEvent(QEvent.Type.WindowDeactivate))
+    assert not taught.teaching.gizmo.hold.held
+    point(taught, QEvent.Type.MouseMove, 50, NONE, LEFT)
+    assert taught.taught.what_if == what_if
+
+
+def test_another_buttons_release_does_not_let_w_go(taught):
+    drag_w(taught)
+    point(taught, QEvent.Type.MouseButtonPress, 0, RIGHT, LEFT | RIGHT)
+    point(taught, QEvent.Type.MouseButtonRelease, 0, RIGHT, LEFT)
+    assert taught.teaching.gizmo.hold.held
+    point(taught, QEvent.Type.MouseButtonRelease, 0, LEFT, NONE)
+    assert not taught.teaching.gizmo.hold.held
+
+
+def test_escape_puts_nothing_of_one_chain_on_another(qtbot, taught):
+    taught.taught.alter(twist=1.0)
+    drag_w(taught)
+    taught.document.select_chain("RightArm")
+    assert not taught.teaching.gizmo.hold.held
+    qtbot.keyClick(taught, Qt.Key.Key_Escape)
+    assert not taught.taught.what_if.changes
+
+
 def test_lines_lie_where_the_vectors_say(taught):
     data, chain = taught.document.data, taught.taught.chain
     for frame in (1, 90, 206):
@@ -340,6 +441,30 @@ def test_what_counters_is_in_view_too(qtbot, taught):
     places, _ = viewport.camera.project(joints, *size)
     assert (places > 10.0).all()
     assert (places < np.array(size) - 10.0).all()
+
+
+@pytest.mark.parametrize("swing", [90.0, 180.0])
+def test_no_label_lies_over_the_legend(qtbot, taught, swing):
+    """Where the gizmo is behind it, from all around; at 180° the legend has a line more."""
+    viewport, legend = taught.viewport, taught.viewport.overlays.legend
+    taught.taught.set_what_if(WhatIf(swing=np.radians(swing)))
+    viewport.focus_chain()
+    begin, placed = viewport.camera, 0
+    for azimuth in np.radians(range(0, 360, 45)):
+        viewport.steer(lambda _, turn=azimuth: begin.orbited(turn, 0.0))
+        (tip,), _ = viewport.camera.project(
+            taught.teaching.gizmo.hold.places.tip[None], *viewport.picture_size()
+        )
+        right, down = np.array(legend.geometry().center().toTuple()) - tip
+        height = viewport.picture_size()[1]
+        viewport.steer(lambda now, by=(right, -down), high=height: now.panned(*by, high))
+        qtbot.wait(30)
+        covered = legend.geometry()
+        boxes = [box for _, box, _, _ in taught.teaching.gizmo.labels._placed]
+        assert not any(box.intersects(QRectF(covered)) for box in boxes)
+        near = QRectF(covered).adjusted(-80, -80, 80, 80)
+        placed += sum(near.intersects(box) for box in boxes)
+    assert placed > 10  # it was in their way
 
 
 def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
