@@ -75,7 +75,7 @@ QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as w
 # The modules of window tests that take longest: first, so that both lanes end together.
 LONG = (
     *("nothing_lost", "taken_away", "kill", "test_looks", "starts_and_ends"),
-    *("by_hand", "uncovered"),
+    *("by_hand", "uncovered", "page_in_browser", "test_teaching", "test_tour"),
 )
 FONT_PACKAGE = "fonts-dejavu-core"  # with no font at all Qt draws boxes for letters
 
