@@ -3,6 +3,7 @@
 import json
 import pickle
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from twistcore.chain import find_chains
 from twistcore.detection import Interval
 from twistcore.detection.consistency import ConsistencyDetector
 from twistcore.detection.natural_events import natural_events
+from twistcore.detection.offsets import Course, _as_p_shows
+from twistcore.detection.pairing import Pair
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.motion import Motion
 from twistcore.refinement import remove_twist
@@ -370,3 +373,17 @@ def test_the_audit_tells_a_flip_from_a_counter_rotation():
     }
     flip = next(e for e in events if (e.chain, e.start) == (chain.name, 100))
     assert abs(flip.degrees) == pytest.approx(170.0, abs=5.0)
+
+
+def test_where_p_stands_still_a_course_stays_as_it_is():
+    """C alone jumps at both edges of a pair, as in 05_07 of the CMU clips with P held still."""
+    edges = SimpleNamespace(
+        start=np.array([3, 8]), stop=np.array([4, 9]), jump=np.array([0.21, -0.37])
+    )
+    still, lively = np.zeros((1, 12)), np.full((1, 12), 0.03)
+    turned = still.copy()
+    turned[0, [3, 8]] = -0.21, 0.37
+    counter = SimpleNamespace(rx=still, ry=turned, sigma_x=lively / 300.0, sigma_y=lively)
+    course = Course(3, np.full(5, 0.27), -0.16)
+    table = SimpleNamespace(edges=edges)
+    assert _as_p_shows(course, Pair(0, 1, 1, 8.0), table, counter, 0) is course

@@ -72,7 +72,8 @@ def _as_p_shows(
     sigma = np.hypot(sigma_x, sigma_y)
     size = np.abs(parent)
     if (
-        max(a.stop - a.start for a in at) >= LONGEST
+        not size.all()  # where P stands still there is nothing that C could follow
+        or max(a.stop - a.start for a in at) >= LONGEST
         or (child * parent < LEAST_FOLLOWED * parent**2).any()
         or (apart * parent < NOT_FOLLOWED * parent**2).any()
         or (np.abs(apart) < NOT_FOLLOWED_SIGMA * sigma).any()
