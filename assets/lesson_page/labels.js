@@ -72,7 +72,7 @@ var Labels = (function () {
       ? degrees(of.frame.dtheta_p) + unsure(of.frame.swing_reliability, NEAR_SWING) : UNDEFINED),
     v: (of) => numbers(of.frame.v),
     across: (of) => numbers(of.frame.across)
-      + (of.frame.azimuth_reliability <= SwingTwist.UNDEFINED ? ", no direction" : ""),
+      + (of.frame.azimuth_reliability <= SwingTwist.UNDEFINED ? ", no\u00a0direction" : ""),
     dtheta_c: (of) => (of.frame.dtheta_c_is_defined
       ? degrees(of.frame.dtheta_c) + unsure(of.frame.azimuth_reliability, NEAR_STRAIGHT)
       : UNDEFINED),

@@ -127,7 +127,7 @@ class Stage(QWidget):
         layout = equations.layout()
         assert layout is not None
         heads = [head.sizeHint().width() for head in equations.heads if not head.isHidden()]
-        wide = max(equations.minimumSizeHint().width(), *heads)  # they are cut short in the tab
+        wide = max(equations.whole_width, *heads)  # they are cut short in the tab
         self._wanted = QSizeF(wide, layout.totalHeightForWidth(wide))
         equations.resize(self._wanted.toSize())
 

@@ -76,7 +76,7 @@ def _dtheta_p(of: Numbers) -> str:
 
 def _across(of: Numbers) -> str:
     d = of.frame
-    return numbers(d.across) + (", no direction" if d.azimuth_reliability <= UNDEFINED else "")
+    return numbers(d.across) + (", no\u00a0direction" if d.azimuth_reliability <= UNDEFINED else "")
 
 
 def _dtheta_c(of: Numbers) -> str:

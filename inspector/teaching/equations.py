@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
+from textwrap import wrap
 
 from PySide6.QtCore import QPoint, QRectF, QSize, QSizeF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QRegion
@@ -13,13 +14,14 @@ from inspector.teaching.equation_table import SECTIONS, Equation
 from inspector.teaching.section_head import SectionHead
 from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.teaching.taught_frame import TaughtFrame
-from inspector.widgets.building import RIGHT, hbox, soft
+from inspector.widgets.building import RIGHT, Wrapping, hbox, soft
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Theme, figures_font
 from inspector.widgets.typeset import EM, Typesetter
 
 _SIZE = 0.97  # of a formula, in heights of the program's font
 _ASIDE = 5  # pixels beside a formula
+_LONGEST = 32  # characters of a quaternion; what is longer has a second line
 _Row = tuple[float, float]
 # Above and below the baseline of a row, heights of the font; by what in a formula asks for more.
 _ROW = (0.83, 0.31)
@@ -144,10 +146,10 @@ class Equations(QWidget):
         self.buttons: dict[str, SymbolButton] = {}
         self.heads: list[SectionHead] = []
         self._rights: list[RightSide] = []
-        self._rows: dict[str, tuple[QWidget, ...]] = {}
+        self._rows: dict[str, tuple[QWidget, QWidget, Wrapping, QWidget]] = {}
         self._only: frozenset[str] | None = None
         grid = QGridLayout(self)
-        grid.setContentsMargins(4, 1, 6, 4)
+        grid.setContentsMargins(2, 1, 4, 4)
         grid.setHorizontalSpacing(2)
         grid.setVerticalSpacing(0)
         row = 0
@@ -179,13 +181,12 @@ class Equations(QWidget):
         star = "*" if equation.corrected else ""
         text = f"({equation.number}){star}" if equation.number else ""
         number = soft(QLabel(text, alignment=RIGHT))
-        number.setContentsMargins(6, 0, 0, 0)
+        number.setContentsMargins(2, 0, 0, 0)
         if equation.corrected:
             number.setToolTip(f"Equation {equation.number} is {equation.corrected}.")
         equals = QLabel("" if equation.right.startswith("<") else "=")
         # In one cell: the widest formula and the widest number are not of one row.
-        both = QWidget()
-        hbox(right, None, value, owner=both, margins=(0, 0, 0, 0), spacing=4)
+        both = Wrapping(hbox(right, None), hbox(None, value), spacing=4)
         grid.addWidget(button, row, 0, Qt.AlignmentFlag.AlignRight)
         for column, widget in enumerate((equals, both, number), 1):
             grid.addWidget(widget, row, column)
@@ -206,7 +207,7 @@ class Equations(QWidget):
         numbers = self._taught.numbers if self._taught.active else None
         for equation in itertools.chain(*(section.rows for section in SECTIONS)):
             text = equation.value(numbers) if numbers is not None else ""
-            self.values[equation.symbol].setText(text)
+            self.values[equation.symbol].setText("\n".join(wrap(text, _LONGEST)))
         joints = self._taught.joints
         for head, section in zip(self.heads, SECTIONS, strict=True):
             head.set_text(section.title.format(**joints) if joints else section.bare_title)
@@ -229,6 +230,14 @@ class Equations(QWidget):
             for equation, on in zip(section.rows, listed, strict=True):
                 for widget in self._rows[equation.symbol]:
                     widget.setVisible(on and not folded)
+
+    @property
+    def whole_width(self) -> int:
+        """Pixels in which no row that is listed needs a second line."""
+        cells = [row[2] for row in self._rows.values() if not row[2].isHidden()]
+        least = max((cell.minimumSizeHint().width() for cell in cells), default=0)
+        beside = max((cell.beside for cell in cells), default=0)
+        return self.minimumSizeHint().width() + beside - least
 
     def show_lit(self, symbol: str) -> None:
         """Mark the lit symbol."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QElapsedTimer, QSignalBlocker, Qt, QTimer
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMenu, QSizePolicy, QSlider, QWidget
+from PySide6.QtCore import QElapsedTimer, QSignalBlocker, QSize, Qt, QTimer
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import QLabel, QMenu, QSizePolicy, QSlider, QWidget
 
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.widgets.building import hbox, tool_button
 
+_GAP = 2  # pixels
 _STEPS = 100  # of the slider, a stage
 _END = 2.0  # the swing, then the twist
 _TICK_MS = 30
@@ -48,9 +49,10 @@ class StagePlayer(QWidget):
         self.loop.setCheckable(True)
         for button in (self.play, self.speed, self.loop):
             button.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self._words = QLabel("a→swing→twist")
         hbox(
-            "a→swing→twist", self.play, (self.slider, 1), self.speed, self.loop,
-            owner=self, margins=(0, 0, 0, 0), spacing=2,
+            self._words, self.play, (self.slider, 1), self.speed, self.loop,
+            owner=self, margins=(0, 0, 0, 0), spacing=_GAP,
         )  # fmt: skip
         self._timer = QTimer(self, interval=_TICK_MS)
         self._timer.timeout.connect(self._tick)
@@ -60,6 +62,18 @@ class StagePlayer(QWidget):
         self.slider.valueChanged.connect(self._dragged)
         taught.changed.connect(self._follow)
         self._follow()
+
+    def minimumSizeHint(self) -> QSize:
+        """Without its words, which the button's tip has too."""
+        least, words = super().minimumSizeHint(), self._words
+        gone = words.sizeHint().width() + _GAP if not words.isHidden() else 0
+        return QSize(least.width() - gone, least.height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Words where there is room for them."""
+        super().resizeEvent(event)
+        wanted = self.minimumSizeHint().width() + self._words.sizeHint().width() + _GAP
+        self._words.setVisible(self.width() >= wanted)
 
     @property
     def playing(self) -> bool:

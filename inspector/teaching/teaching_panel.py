@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QScrollArea, QSizePolicy, QWidget
 
 from inspector.teaching.equation_table import typeset_texts
 from inspector.teaching.equations import Equations
@@ -18,6 +18,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import action_button, hbox, vbox
+from inspector.widgets.labels import Headline
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
@@ -29,6 +30,7 @@ _FEW_ROWS = 110  # pixels: of the equations, some are always seen
 class TeachingPanel(QWidget):
     """Shows the taught frame; while it is seen, the 3D view has the gizmo."""
 
+    least_width = Signal(int)  # pixels, known when its symbols are typeset
     moved_far = Signal()  # a slider was let go that swings the limb: it may be out of view
 
     def __init__(
@@ -39,8 +41,7 @@ class TeachingPanel(QWidget):
         self._taught, self._viewport, self._timeline = taught, viewport, timeline
         self.typesetter = Typesetter(self)
         self.gizmo = GizmoGuest(viewport, taught, self.typesetter)
-        self.title = QLabel()
-        self.title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.title = Headline()
         self.equations = Equations(taught, self.typesetter)
         self.what_if = WhatIfBox(taught)
         buttons = [action_button(action) for action in actions]
@@ -130,6 +131,7 @@ class TeachingPanel(QWidget):
         width = self.listed.minimumSizeHint().width()
         bar = self.scroll_area.verticalScrollBar().sizeHint().width()
         self.scroll_area.setMinimumWidth(width + bar)
+        self.least_width.emit(self.minimumSizeHint().width())
 
     def set_shown(self, on: bool) -> None:
         """The tab comes to the front or goes; what it takes to typeset is loaded the first time.

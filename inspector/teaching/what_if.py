@@ -38,6 +38,7 @@ class _Knob:
         return 100.0 * value if self.unit == " %" else float(np.degrees(value))
 
 
+_LEAST = 36  # pixels of a slider
 _KNOBS = {
     "twist": _Knob("Twist parent", -180, 180, "Turns the parent about its bone"),
     "swing": _Knob("Swing α", 0, 180, "The angle between a and w; at 180° the twist is undefined"),
@@ -55,6 +56,11 @@ _KNOBS = {
         1,
     ),
 }
+
+
+def _told(knob: _Knob, value: float) -> str:
+    number = signed if knob.low < 0 else plain
+    return f"{number(knob.shown(value), len(str(knob.steps)) - 1)}{knob.unit}"
 
 
 class WhatIfBox(QWidget):
@@ -76,11 +82,12 @@ class WhatIfBox(QWidget):
             slider.setPageStep(5 * knob.steps if knob.high > 10 else knob.steps)
             slider.setToolTip(knob.tip)
             slider.setAccessibleName(knob.text)
-            slider.setMinimumWidth(60)
+            slider.setMinimumWidth(_LEAST)
             slider.valueChanged.connect(lambda v, n=name, k=knob: taught.alter(**{n: k.value(v)}))
             number = SteadyLabel(alignment=RIGHT)
             number.setFont(figures_font())
-            number.setText("−180.0°")
+            widest = knob.low if knob.low < 0 else knob.high
+            number.setText(_told(knob, knob.value(widest * knob.steps)))
             row, column = k // 2, 4 * (k % 2)
             grid.addWidget(QLabel(knob.text), row, column)
             grid.addWidget(slider, row, column + 1)
@@ -106,7 +113,7 @@ class WhatIfBox(QWidget):
         self.words = QLabel(wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop)
         self.words.setMinimumHeight(2 * self.words.fontMetrics().lineSpacing() + 2)
         buttons = hbox(self.follow, self.counter, None, self.reset, spacing=4)
-        vbox(grid, buttons, self.words, owner=self, margins=(10, 4, 10, 5), spacing=3)
+        vbox(grid, buttons, self.words, owner=self, margins=(8, 4, 8, 5), spacing=3)
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -117,7 +124,7 @@ class WhatIfBox(QWidget):
         for button in (self.follow, self.counter):
             button.setStyleSheet(
                 f"QPushButton {{ border: 1px solid {theme.line}; border-radius: 4px;"
-                f" padding: 3px 10px; background: {theme.raised} }}"
+                f" padding: 3px 6px; background: {theme.raised} }}"
                 f" QPushButton:checked {{ {chosen} }}"
                 f" QPushButton:focus {{ border-color: {theme.accent} }}"
             )
@@ -144,10 +151,7 @@ class WhatIfBox(QWidget):
             if place != slider.value():
                 with QSignalBlocker(slider):
                     slider.setValue(place)
-            told = signed if knob.low < 0 else plain
-            self.numbers[name].setText(
-                f"{told(knob.shown(value), len(str(knob.steps)) - 1)}{knob.unit}"
-            )
+            self.numbers[name].setText(_told(knob, value))
         for button, on in ((self.counter, what_if.counter), (self.follow, not what_if.counter)):
             if button.isChecked() != on:
                 with QSignalBlocker(button):

@@ -96,9 +96,14 @@ class Wrapping(QWidget):
             self._arrange()
         return super().event(event)
 
-    def _arrange(self) -> None:
+    @property
+    def beside(self) -> int:
+        """Pixels in which all parts are beside each other."""
         gaps = self._box.spacing() * (len(self._parts) - 1)
-        wanted = sum(part.minimumSize().width() for part in self._parts) + gaps
+        return sum(part.minimumSize().width() for part in self._parts) + gaps
+
+    def _arrange(self) -> None:
+        wanted = self.beside
         beside = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
         if self._box.direction() != (wanted_direction := beside[wanted > self.width()]):
             self._box.setDirection(wanted_direction)

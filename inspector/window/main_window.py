@@ -139,7 +139,9 @@ class MainWindow(Parts):
         intervals = self._dock("Intervals", scrolled(right), _Area.RightDockWidgetArea)
         self._dock("History", HistoryPanel(self.document), _Area.RightDockWidgetArea)
         tuning = self._dock("Tuning", scrolled(self.tuning), _Area.RightDockWidgetArea)
-        teaching = self._dock("Teaching", scrolled(self.teaching), _Area.RightDockWidgetArea)
+        taught = scrolled(self.teaching)
+        self.teaching.least_width.connect(taught.setMinimumWidth)
+        teaching = self._dock("Teaching", taught, _Area.RightDockWidgetArea)
         self._dock("Guide", self.guide, _Area.LeftDockWidgetArea).hide()
         quality = self._dock("Quality", scrolled(self.quality), _Area.RightDockWidgetArea)
         for tab in (self.docks["history"], tuning, teaching, quality):

@@ -23,8 +23,6 @@ from inspector.bundled import LESSONS
 from inspector.session.settings import Settings
 from twistcore.decomposition import WhatIf
 
-NARROW = 1200  # pixels
-
 
 def name(widget: QWidget) -> str:
     text = getattr(widget, "text", lambda: "")() if not isinstance(widget, QComboBox) else ""
@@ -55,8 +53,6 @@ def defects(window: QWidget):
     for area in window.findChildren(QScrollArea):
         inner = area.widget()
         shown = not area.visibleRegion().isEmpty()
-        if area.parentWidget().objectName() == "teaching" and window.width() < NARROW:
-            continue  # equations are as wide as they are
         if shown and inner and inner.width() > area.viewport().width():
             needed = f"{inner.width()} wide and {area.viewport().width()} of it are seen"
             yield f"what scrolls in {name(area.parentWidget())} is {needed}"

@@ -13,6 +13,7 @@ from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter
 from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QApplication
 
+from inspector.bundled import LESSONS
 from inspector.lessons.guided_exercise import make_exercise
 from inspector.session.document import Document
 from inspector.session.opening import analyse
@@ -571,6 +572,37 @@ def test_m_is_in_sight_without_scrolling(qtbot, taught):
         assert area.viewport().rect().contains(place), symbol
 
 
+@pytest.mark.parametrize("lesson", [False, True])
+def test_nothing_scrolls_sideways_in_a_small_window(qtbot, taught, lesson):
+    taught.resize(1024, 700)
+    if lesson:  # its card takes of the width
+        taught.lesson_actions.play(LESSONS / "3-2-extraction.md")
+        qtbot.waitUntil(lambda: taught.lesson_actions.player.at == 0, timeout=20_000)
+        act(taught, "show_teaching")
+    taught.taught.set_rows(())
+    panel = taught.teaching
+    for what_if in (
+        WhatIf(twist=-3.0, counter=True, swing=3.0, nudge=-0.05, applied=1.0),
+        WhatIf(swing=np.pi),
+        WhatIf(bend=0.0),
+        WhatIf(bend=0.02, swing=3.1, nudge=0.01),
+    ):
+        taught.taught.set_what_if(what_if)
+    for row in panel.equations.values.values():  # as wide as any number can be
+        row.setText("(−0.123, −0.123, −0.123, −0.123)")
+    qtbot.wait(100)
+    for area in (taught.docks["teaching"].widget(), panel.scroll_area):
+        assert area.widget().width() <= area.viewport().width()
+    rows = panel.equations._rows
+    edges = [row[3].geometry().right() for row in rows.values()]
+    assert max(edges) <= panel.scroll_area.viewport().width()
+    formula, value = panel.equations._rights[1], panel.equations.values["q"]
+    assert value.width() >= value.fontMetrics().horizontalAdvance(value.text())
+    assert value.geometry().top() > formula.geometry().top()  # below it
+    if lesson:
+        taught.lesson_actions.player.leave.click()
+
+
 def test_apply_goes_from_wrong_to_right(qtbot, taught):
     document, box = taught.document, taught.teaching.what_if
     judged = next(j for j in document.intervals if j.interval.chain == "LeftForeArm")
@@ -602,7 +634,7 @@ def test_undefined_is_said_and_no_number(taught):
     frame.set_what_if(WhatIf(bend=0.0))
     for symbol in ("dtheta_c", "product", "m", "err"):
         assert values[symbol].text() == "undefined", symbol
-    assert "no direction" in values["across"].text()
+    assert "no\u00a0direction" in values["across"].text()
     assert read(values["theta_p"].text())
     frame.set_what_if(WhatIf(swing=np.radians(176.0)))
     assert "3 % reliable" in values["theta_p"].text()
