@@ -65,8 +65,8 @@ def act(window, name: str) -> None:
     window.actions_by_id[name].trigger()
 
 
-def look(window: QWidget, where: str) -> None:
-    QTest.qWait(400)
+def look(window: QWidget, where: str, settled: int = 400) -> None:
+    QTest.qWait(settled)
     for defect in defects(window):
         print(f"{where}: {defect}")
 
@@ -85,7 +85,7 @@ def teach(window) -> None:
             QTest.qWait(10)
         for number in range(1, len(player.pages) + 1):
             player.show_me.click()
-            look(window, f"{lesson.stem}, page {number}")
+            look(window, f"{lesson.stem}, page {number}", 150)
             player.forward.click()
     act(window, "exercise")
     look(window, "exercise")
