@@ -110,7 +110,7 @@ def measure(
     watched = [window.intervals.table.viewport()]
     if tuning:
         window.actions_by_id["show_tuning"].trigger()
-        watched = [window.tuning.histogram.viewport(), window.tuning.cost.viewport()]
+        watched = [window.tuning.curves.histogram.viewport(), window.tuning.curves.cost.viewport()]
         # Of the one round that lies on the disk: what is drawn has as many points.
         shutil.copy(SAMPLE, folder)
         wait(app, lambda: len(window.tuning.costs.curves) == len(window.tuning.costs.names))
@@ -162,7 +162,7 @@ def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, floa
     wait(app, lambda: window.document.data is not None)
     window.document.select_chain(CHAIN)
     QTest.qWait(1000)
-    costs, drawn = window.tuning.costs, window.tuning.cost.fsr
+    costs, drawn = window.tuning.costs, window.tuning.curves.cost.fsr
     begun = time.perf_counter()
     window.actions_by_id["show_tuning"].trigger()
     stall = wait(app, lambda: np.size(drawn.getData()[0]) > 1)

@@ -159,7 +159,7 @@ def test_all_views_show_a_chain_that_was_added(qtbot, reviewed, tmp_path):
     for name in ("show_teaching", "show_tuning", "both_detectors", "skin", "focus_chain"):
         act(window, name)
         qtbot.wait(30)
-    assert "Neck" in [line.chain for line in window.tuning.model.things]
+    assert "Neck" in [line.chain for line in window.tuning.profiles.model.things]
     document.go_to(100)
     act(window, "insert_interval")
     assert document.interval.interval.chain == "Neck"

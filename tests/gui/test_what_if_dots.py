@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from inspector.recording.stage import Stage
+from inspector.recording.choice import RecordChoice, Shot
+from inspector.recording.stage import Shown, Stage
 from inspector.widgets.axes import from_root_scale
 from inspector.widgets.theme import DARK
 from tests.gui.windows import act
@@ -148,14 +149,14 @@ def test_dots_are_seen(qtbot, taught):
     assert blue() > before + 25
 
 
-def test_a_recording_has_them_too(taught):
+def test_a_recording_has_them_too(taught, tmp_path):
     taught.taught.set_what_if(WhatIf(twist=1.1, counter=True))
     taught.taught.set_stage(2.0)
     wanted = dots(taught.timeline)
-    stage = Stage(
-        taught.taught, taught.viewport, taught.teaching.typesetter, taught.size(), curves=True
-    )
-    stage.show_frame(FRAME)
+    views = taught.viewport, taught.timeline, taught.teaching.typesetter
+    size = taught.width(), taught.height()
+    stage = Stage(Shown(taught.taught, *views), RecordChoice(tmp_path / "a.mp4", size=size))
+    stage.show_shot(Shot(FRAME))
     assert dots(stage.timeline) == wanted
     assert stage.viewport.drawing.guest.legend() == taught.teaching.gizmo.legend()
     stage.strike()
