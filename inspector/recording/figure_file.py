@@ -8,7 +8,7 @@ from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QSize, QSizeF
 from PySide6.QtGui import QImage, QPageLayout, QPageSize, QPainter, QPdfWriter
 
 from inspector.recording.sheet import Sheet
-from inspector.recording.svg_file import svg_of
+from inspector.recording.svg_file import png_of, svg_of
 
 _MM = 25.4  # an inch
 _LONGEST = 32_767  # pixels of a side: further than that Qt paints nothing
@@ -28,27 +28,22 @@ def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float
 def _png(sheet: Sheet, pixels: QSize, dpi: float) -> bytes:
     image = QImage(pixels, QImage.Format.Format_RGB32)
     if image.isNull() or max(pixels.width(), pixels.height()) > _LONGEST:
-        raise _too_large(pixels)
+        sides = f"{pixels.width():,} × {pixels.height():,}"
+        why = f"{sides} pixels are too many for a PNG; SVG and PDF have no such limit"
+        raise OSError(EFBIG, why)
     painter = QPainter(image)
     painter.scale(pixels.width() / sheet.box.width(), pixels.height() / sheet.box.height())
     sheet.paint(painter)
     painter.end()
     for set_it in (image.setDotsPerMeterX, image.setDotsPerMeterY):
         set_it(round(1000.0 * dpi / _MM))  # now: before, type would have been set in other pixels
-    buffer = _buffer()
-    if not image.save(buffer, "PNG"):  # type: ignore[call-overload]  # its stub wants bytes
-        raise _too_large(pixels)
-    return bytes(buffer.data().data())
-
-
-def _too_large(pixels: QSize) -> OSError:
-    sides = f"{pixels.width():,} × {pixels.height():,}"
-    return OSError(EFBIG, f"{sides} pixels are too many for a PNG; SVG and PDF have no such limit")
+    return png_of(image)
 
 
 def _pdf(sheet: Sheet, title: str, paper: QSizeF) -> bytes:
     """Letters in fonts that are inside, lines as lines."""
-    buffer = _buffer()
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     writer = QPdfWriter(buffer)
     writer.setTitle(title)
     writer.setCreator("Twist Inspector")
@@ -62,9 +57,3 @@ def _pdf(sheet: Sheet, title: str, paper: QSizeF) -> bytes:
     sheet.paint(painter)
     painter.end()
     return bytes(buffer.data().data())
-
-
-def _buffer() -> QBuffer:
-    buffer = QBuffer()
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    return buffer

@@ -6,6 +6,8 @@ Letters are outlines, so that no reader needs the fonts; what they say is kept a
 from __future__ import annotations
 
 import re
+from base64 import b64encode
+from errno import EFBIG
 from html import escape
 
 from PySide6.QtCore import QBuffer, QIODevice, Qt
@@ -63,7 +65,7 @@ def _element(item: Item, clips: dict[str, str]) -> str:
     where = " ".join(f'{name}="{_number(value)}"' for name, value in places)
     return (
         f'<image {where} preserveAspectRatio="none"{cut} '
-        f'xlink:href="data:image/png;base64,{_png(item.image)}"/>'
+        f'xlink:href="data:image/png;base64,{b64encode(png_of(item.image)).decode()}"/>'
     )
 
 
@@ -112,8 +114,10 @@ def _number(value: float) -> str:
     return "0" if text in ("-0", "") else text
 
 
-def _png(image: QImage) -> str:
+def png_of(image: QImage) -> bytes:
+    """A picture as a PNG; OSError where it is more than Qt holds."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    image.save(buffer, "PNG")  # type: ignore[call-overload]  # its stub wants bytes
-    return bytes(buffer.data().toBase64().data()).decode()
+    if not image.save(buffer, "PNG"):  # type: ignore[call-overload]  # its stub wants bytes
+        raise OSError(EFBIG, "is more than a PNG can hold here")
+    return bytes(buffer.data().data())
