@@ -22,7 +22,7 @@ from tests.conftest import ASSETS
 from tests.gui.looks import looks_of
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
 from tests.gui.programs import Program
-from tests.gui.windows import close_window, open_clip, wait_until_active
+from tests.gui.windows import act, close_window, open_clip, wait_until_active
 from twistcore.bvh import read_bvh, write_bvh
 from twistcore.chain import find_chains
 from twistcore.rotation import multiply, quaternion_from_axis_angle
@@ -164,6 +164,15 @@ def at_forearm(qtbot, show_window, tmp_path):
     window.document.select_chain("LeftForeArm")
     window.document.go_to(90)
     return window
+
+
+@pytest.fixture
+def taught(qtbot, at_forearm):
+    """That window with the teaching tab shown and its formulas set."""
+    act(at_forearm, "show_teaching")
+    qtbot.waitUntil(lambda: at_forearm.teaching.typesetter.done, timeout=30_000)
+    qtbot.wait(100)
+    return at_forearm
 
 
 @pytest.fixture

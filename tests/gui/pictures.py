@@ -68,3 +68,17 @@ def reject_all(document):
 
 def insert_twist(document, chain="LeftForeArm", degrees=90.0):
     document.do(Insert(Interval(chain, FRAME - 2, FRAME + 3, np.full(5, np.radians(degrees)))))
+
+
+def grabbed(qtbot, view):
+    """What any widget shows now, (height, width, 3), as whole numbers with a sign."""
+    qtbot.wait(60)
+    image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
+    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
+
+
+def near(image, ink, by=40):
+    """How many pixels have a colour."""
+    wanted = np.array([int(ink[k : k + 2], 16) for k in (1, 3, 5)])
+    return int((np.abs(image - wanted).max(axis=2) < by).sum())
