@@ -139,6 +139,10 @@ def _mapping(*_: object) -> dict[Any, Any]:
     return {}
 
 
+def _empty(*_: object) -> bytes:
+    return b""
+
+
 def _latin(text: Any, *_: object) -> bytes:
     return str(text).encode("latin1")
 
@@ -149,7 +153,8 @@ _NAMES: dict[tuple[str, str], Any] = {
     ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Inline,
     ("collections", "defaultdict"): _mapping,
     ("collections", "OrderedDict"): _mapping,
-    ("_codecs", "encode"): _latin,
+    ("_codecs", "encode"): _latin,  # how the first protocols write bytes
+    ("__builtin__", "bytes"): _empty,
     **{(f"{c}.multiarray", "_reconstruct"): _reconstruct for c in _CORE},
     **{(f"{c}.multiarray", "scalar"): _scalar for c in _CORE},
     **{(f"{c}.numeric", "_frombuffer"): _from_buffer for c in _CORE},
@@ -216,7 +221,7 @@ def _plain(found: Any) -> Any:
             return one(item.value) if not isinstance(item.value, np.ndarray) else item.value
         if isinstance(item, dict | list | tuple):
             if id(item) not in seen:
-                seen[id(item)] = made = {} if isinstance(item, dict) else [None] * len(item)
+                seen[id(item)] = made = dict.fromkeys(item) if isinstance(item, dict) else [None] * len(item)
                 pairs = item.items() if isinstance(item, dict) else enumerate(item)
                 todo.extend((made, key, value) for key, value in pairs)
             return seen[id(item)]
