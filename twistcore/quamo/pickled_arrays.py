@@ -221,7 +221,8 @@ def _plain(found: Any) -> Any:
             return one(item.value) if not isinstance(item.value, np.ndarray) else item.value
         if isinstance(item, dict | list | tuple):
             if id(item) not in seen:
-                seen[id(item)] = made = dict.fromkeys(item) if isinstance(item, dict) else [None] * len(item)
+                made: Any = dict.fromkeys(item) if isinstance(item, dict) else [None] * len(item)
+                seen[id(item)] = made
                 pairs = item.items() if isinstance(item, dict) else enumerate(item)
                 todo.extend((made, key, value) for key, value in pairs)
             return seen[id(item)]

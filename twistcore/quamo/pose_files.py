@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+import io
 import lzma
 import zipfile
 import zlib
@@ -47,8 +48,10 @@ def read_names(path: Path) -> dict[Any, Any]:
         raise _too_large(path)
     data = path.read_bytes()
     try:
-        found = _archive(path) if data[:2] == b"PK" else read_pickle(_decompressed(path, data))
-    except (PosesError, OSError):
+        found = (
+            _archive(path, data) if data[:2] == b"PK" else read_pickle(_decompressed(path, data))
+        )
+    except PosesError:
         raise
     except Exception:  # a damaged archive fails in as many ways as it has parts
         raise PosesError(
@@ -97,8 +100,8 @@ def _decompressed(path: Path, data: bytes) -> bytes:
     return data
 
 
-def _archive(path: Path) -> dict[str, Any]:
-    with zipfile.ZipFile(path) as archive:
+def _archive(path: Path, data: bytes) -> dict[str, Any]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
         names = archive.namelist()
         if any(name.endswith("data.pkl") for name in names):
             raise PosesError(f"{path}: expected arrays of numpy, found a file of torch; {_CONVERT}")

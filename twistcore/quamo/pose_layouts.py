@@ -26,6 +26,7 @@ _WHOLE = (
 _ROOT, _BODY = ("global_orient", "root_orient"), ("body_pose", "pose_body")
 _CAMERA = ("pred_cam_t", "cam_t", "camera", "cam_trans")
 _PLACE = ("transl", "trans", *_CAMERA)
+_ROWS_AT = "reorganize_idx"  # which frame a row is of
 _UP = "up"  # the axis that a layout around the names has up
 _COUNTS = (24, 22, 52, 55)  # joints: SMPL; without hands; SMPL-H; SMPL-X
 _BODY_JOINTS = 22  # before the hands, alike in all of them
@@ -104,11 +105,11 @@ def _is_layout(names: Names) -> bool:
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
     """Persons along the first axis, which the root's place then has too."""
     place = names.get(_first(names, _PLACE) or "")
-    if not isinstance(place, np.ndarray) or place.ndim != 3 or not len(place):
+    if not isinstance(place, np.ndarray) or place.ndim != 3 or place.shape[1] == 1:
         return {None: names}
     used = {n for row in _WHOLE for n in row[:2]} | {*_ROOT, *_BODY, *_PLACE}
     for name in used & names.keys():
-        if np.shape(names[name])[:1] != place.shape[:1]:
+        if _shape(names[name])[:1] != place.shape[:1]:
             raise PosesError(
                 f"{path}: expected {len(place)} persons in {name}, found {described(names[name])}"
             )
@@ -119,28 +120,29 @@ def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
     """A row for every person in every frame; the world's place and heading where they are there."""
-    rows = len(_numbers(path, names, "smpl_thetas"))
-    wanted = ("smpl_thetas", "world_trans", "world_global_rots", "cam_trans", "track_ids")
-    arrays = {n: _numbers(path, names, n) for n in (*wanted, "reorganize_idx") if n in names}
+    wanted = ("smpl_thetas", "world_trans", "world_global_rots", "cam_trans", "track_ids", _ROWS_AT)
+    arrays = {n: _numbers(path, names, n) for n in wanted if n in names}
+    rows = len(arrays["smpl_thetas"]) if arrays["smpl_thetas"].ndim else 0
     for name, values in arrays.items():
-        if len(values) != rows:
-            raise PosesError(f"{path}: expected {rows} rows in {name}, found {described(values)}")
-    poses = arrays["smpl_thetas"].reshape(rows, -1)
-    place = arrays.get("cam_trans")
+        if not rows or values.shape[:1] != (rows,):
+            raise PosesError(
+                f"{path}: expected {rows or 'some'} rows in {name}, found {values.shape}"
+            )
+        arrays[name] = values.reshape(rows, -1)
+    poses, place = arrays["smpl_thetas"], arrays.get("cam_trans")
     if {"world_trans", "world_global_rots"} <= arrays.keys():
-        turn = arrays["world_global_rots"].reshape(rows, -1)
-        poses = np.concatenate([turn, poses[:, 3:]], axis=1)
+        poses = np.concatenate([arrays["world_global_rots"], poses[:, 3:]], axis=1)
         place = arrays["world_trans"]
     if place is None:
         raise PosesError(f"{path}: expected the root's place in 'world_trans' or 'cam_trans'")
-    ids = arrays.get("track_ids", np.zeros(rows)).reshape(rows)
-    at = arrays.get("reorganize_idx")
+    ids = arrays.get("track_ids", np.zeros((rows, 1)))[:, 0]
     out: dict[Any, Names] = {}
     for who in np.unique(ids):
-        own = ids == who
+        own = np.flatnonzero(ids == who)
         # The world of the first camera: its y points down, as the camera's.
-        record = {"pose": poses[own], "trans": place[own].reshape(own.sum(), -1)}
-        out[f"{who:g}"] = record if at is None else {**record, "frame_ids": at[own]}
+        record = {"pose": poses[own], "trans": place[own]}
+        at = arrays[_ROWS_AT][own, 0] if _ROWS_AT in arrays else None
+        out[f"{who:g}"] = record if at is None else {**record, "frame_ids": at}
     return out
 
 
@@ -162,12 +164,16 @@ def _by_frames(names: Names) -> dict[Any, Names]:
 
 
 def _items(found: Any) -> list[Any]:
-    return list(found) if isinstance(found, list) or np.ndim(found) else []
+    return list(found) if isinstance(found, list) or _shape(found) else []
+
+
+def _shape(found: Any) -> tuple[int, ...]:
+    return found.shape if isinstance(found, np.ndarray) else ()
 
 
 def _frames(names: Names) -> int:
     """How many frames a person has, for a sentence."""
-    shapes = [np.shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
+    shapes = [_shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
     return shapes[0][0] if shapes and shapes[0] else 0
 
 
