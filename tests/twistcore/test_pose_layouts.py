@@ -3,6 +3,7 @@
 import io
 import os
 import pickle
+import tracemalloc
 import zipfile
 from dataclasses import replace
 
@@ -98,6 +99,26 @@ def test_a_file_of_each_layout_is_tracked_and_becomes_a_bvh(name, clip, template
     made = read_bvh(out)
     assert made.motion.fps == pytest.approx(25.0)
     assert same(made, *clip)[0] < 30.0  # followed, with the tracker's lag
+
+
+def test_a_place_with_an_axis_of_one_is_no_axis_of_persons(clip, template, tmp_path):
+    path = smplx(tmp_path / "a", *clip)
+    np.savez(path, **dict(np.load(path)) | {"transl": clip[1][:, None]})
+    assert same(read(path, template), *clip)[0] < 1e-3
+
+
+def test_the_root_stands_where_smpl_rests_it_and_not_where_a_template_does(clip, tmp_path):
+    """SMPL adds its rest place in the file's axes; a template's root may rest anywhere."""
+    path, rest = amass(tmp_path / "a", *clip), t_pose()
+    rest[0] = [0.1, 0.2, -0.3]
+    np.savez(path, **dict(np.load(path)) | {"offsets": rest})
+    moved = clip[1] + [0.1, -0.3, -0.2]  # z up in the file
+    assert read_poses(path).motion.positions[:, 0] == pytest.approx(moved, abs=1e-5)
+    still = np.tile([1.0, 0.0, 0.0, 0.0], (1, 24, 1))
+    template = tmp_path / "t.bvh"
+    write_motion(Motion(skeleton_24(rest), still, (0,), np.zeros((1, 1, 3)), 0.04), template)
+    found = read(amass(tmp_path / "b", *clip), template)
+    assert found.motion.positions[:, 0] == pytest.approx(clip[1], abs=1e-5)
 
 
 def test_several_persons_are_named_and_one_is_chosen(clip, template, tmp_path):
@@ -261,6 +282,16 @@ def test_names_in_a_pickle_are_not_looked_up_and_nothing_of_ours_is_changed():
     assert found[1:] == [2.0, [1, {2: b"c"}]]
 
 
+def test_a_length_in_a_pickle_takes_no_memory():
+    tracemalloc.start()
+    try:
+        with pytest.raises(ValueError, match="no whole pickle"):
+            read_pickle(b"\x80\x05\x96" + (1 << 27).to_bytes(8, "little") + b"few")
+        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    finally:
+        tracemalloc.stop()
+
+
 @pytest.mark.parametrize(
     "letters", ["O", "V8", "S4", "U3", "M8[s]", "f99", "(2,)f8", "f4,f4", "", "x"]
 )
@@ -309,6 +340,9 @@ def test_other_archives_are_refused(template, tmp_path):
     np.savez(tmp_path / "empty.npz")
     with pytest.raises(PosesError, match="found nothing"):
         read(tmp_path / "empty.npz", template)
+    (tmp_path / "a.pkl").write_bytes(pickle.dumps({"po\nse\x1b": 1}))
+    with pytest.raises(PosesError, match=r"found po\?se\? \(int\)"):
+        read(tmp_path / "a.pkl", template)
     np.savez(tmp_path / "none.npz", a=np.zeros((2, 3)), b=np.array({"c": 1}, dtype=object))
     with pytest.raises(PosesError, match=r"found a \(2, 3\), b \(dict of 1\)"):
         read(tmp_path / "none.npz", template)

@@ -69,8 +69,13 @@ def described(value: Any) -> str:
     if isinstance(value, dict):
         some = [f"{name} {_short(item)}".strip() for name, item in list(value.items())[:12]]
         more = f" and {len(value) - len(some)} more" if len(value) > len(some) else ""
-        return (", ".join(some) + more) or "nothing"
-    return _short(value)
+        return printable((", ".join(some) + more) or "nothing")
+    return printable(_short(value))
+
+
+def printable(text: str) -> str:
+    """On one line and not long, whatever a file calls its arrays."""
+    return "".join(c if c.isprintable() else "?" for c in text[:1000])
 
 
 def _short(value: Any) -> str:
@@ -125,6 +130,4 @@ def _member(file: IO[bytes]) -> Any:
     raw = file.read()
     if dtype.hasobject:
         return read_pickle(raw)
-    if dtype.kind not in "biuf":
-        return Unreadable() if dtype.kind not in "SU" else f"{dtype}"
     return np.frombuffer(raw, dtype=dtype).reshape(shape, order="F" if by_column else "C")

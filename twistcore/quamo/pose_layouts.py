@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from twistcore.quamo.pose_files import PosesError, described
+from twistcore.quamo.pose_files import PosesError, described, printable
 from twistcore.quamo.pose_rotations import check_finite, pose_rotations
 from twistcore.quamo.resample import resampled
 from twistcore.quamo.topology import JOINTS
@@ -68,7 +68,8 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
         raise PosesError(f"{path}: expected a person, found none")
     if len(persons) > 1 if person is None else person not in persons:
         wanted = "--person to choose one" if person is None else f"one of the persons, not {person}"
-        who = ", ".join(f"{k} ({_frames(v)} frames)" for k, v in list(persons.items())[:30])
+        some = list(persons.items())[:30]
+        who = printable(", ".join(f"{k} ({_frames(v)} frames)" for k, v in some))
         raise PosesError(f"{path}: expected {wanted}: it holds {who}")
     return _poses(path, persons[next(iter(persons)) if person is None else person])
 
@@ -81,7 +82,7 @@ def _persons(path: Path, names: Names) -> dict[Any, Names]:
     if isinstance(inside := names.get("outputs"), dict):
         return _persons(path, inside)
     if isinstance(inside := names.get("smpl_params_global"), dict):
-        return _persons(path, {**inside, _UP: "y"})
+        return {k: {**v, _UP: "y"} for k, v in _persons(path, inside).items()}
     if "smpl_thetas" in names:
         return _by_rows(path, names)
     if _is_layout(names):
