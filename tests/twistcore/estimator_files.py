@@ -149,7 +149,15 @@ def person_axis(path, q, r):
     return _npz(path, **both, betas=np.zeros((2, 16)), floor_plane=np.zeros((1, 3)))
 
 
-def world_and_camera_dicts(path, q, r):
+def one_array(path, q, r):
+    """A dict in an .npy."""
+    q, r = seen(q, r, "-y")
+    arrays = {"pred_rotmat": matrix_from_quaternion(q), "pred_trans": r[:, None]}
+    np.save(path, np.array(arrays | {"frame": 30 + np.arange(len(q))}, dtype=object))
+    return path.with_suffix(".npy")
+
+
+def camera_and_world_dicts(path, q, r):
     inside = {"global_orient": vectors(q[:, :1]), "body_pose": vectors(q[:, 1:22]), "transl": r}
     with path.with_suffix(".pkl").open("wb") as file:
         pickle.dump({"smpl_params_global": inside, "K_fullimg": np.eye(3)}, file)
@@ -169,8 +177,9 @@ LAYOUTS = {
     "matrices": (matrices, None, False, "depth is not measured"),
     "all matrices": (all_matrices, None, True, "z is taken as up"),
     "world and camera": (world_and_camera, "0", False, "y is taken as up, as this layout"),
-    "lists by frame": (lists_by_frame, None, False, "-y is taken as up, as this layout"),
+    "lists by frame": (lists_by_frame, None, False, "depth is not measured"),
     "rows": (rows, "1", False, "-y is taken as up, as this layout"),
     "person axis": (person_axis, "1", False, "-y is taken as up, as the figure stands"),
-    "dicts of world and camera": (world_and_camera_dicts, None, False, "y is taken as up, as this"),
+    "one array": (one_array, None, False, "-y is taken as up, as this layout"),
+    "dicts of world and camera": (camera_and_world_dicts, None, False, "y is taken as up, as this"),
 }

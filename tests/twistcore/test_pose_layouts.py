@@ -79,7 +79,10 @@ def test_a_file_of_each_layout_is_the_clip_it_was_made_of(name, clip, template, 
     write, person, _, said = LAYOUTS[name]
     path = write(tmp_path / "poses", *clip)
     found = read(path, template, person=person)
-    assert same(found, *clip) == (pytest.approx(0.0, abs=1e-3), pytest.approx(0.0, abs=1e-5))
+    q, r = clip[0], clip[1].copy()
+    if "depth" in said:
+        r[:, 2] = np.median(r[:, 2])
+    assert same(found, q, r) == (pytest.approx(0.0, abs=1e-3), pytest.approx(0.0, abs=1e-5))
     assert any(said in str(w) for w in found.warnings)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from twistcore.errors import TwistError
 from twistcore.quamo.pickled_arrays import Unreadable, read_pickle
 
-SUFFIXES = (".npz", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
+SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
 _LARGEST = 1 << 31  # bytes that are taken into memory
 _CONVERT = "save its arrays by name with numpy.savez"
 # What joblib compresses with, by the first bytes; gzip is zlib with another header.
@@ -48,14 +48,17 @@ def read_names(path: Path) -> dict[Any, Any]:
         raise _too_large(path)
     data = path.read_bytes()
     try:
-        found = (
-            _archive(path, data) if data[:2] == b"PK" else read_pickle(_decompressed(path, data))
-        )
+        if data.startswith(b"PK"):
+            found = _archive(path, data)
+        elif data.startswith(b"\x93NUMPY"):
+            found = _member(io.BytesIO(data))
+        else:
+            found = read_pickle(_decompressed(path, data))
     except PosesError:
         raise
     except Exception:  # a damaged archive fails in as many ways as it has parts
         raise PosesError(
-            f"{path}: expected an .npz or a pickle of arrays; {_CONVERT} if it is neither"
+            f"{path}: expected an .npz, .npy or pickle of arrays; {_CONVERT} if it is none"
         ) from None
     if not isinstance(found, dict):
         raise PosesError(f"{path}: expected names with arrays, found {described(found)}")

@@ -22,10 +22,13 @@ _WHOLE = (
     ("pose_world", "trans_world", "y"),
     ("poses", "trans", "z"),
     ("pose", "trans", "-y"),
+    ("pred_rotmat", "pred_trans", "-y"),
 )
 _ROOT, _BODY = ("global_orient", "root_orient"), ("body_pose", "pose_body")
-_CAMERA = ("pred_cam_t", "cam_t", "camera", "cam_trans")
-_PLACE = ("transl", "trans", *_CAMERA)
+# In front of a camera whose focal length was made up: the depth may be tens of metres, and jump.
+_CAMERA = ("pred_cam_t", "cam_t", "camera")
+_PLACE = ("transl", "trans", "cam_trans", *_CAMERA)
+_FRAMES = ("frame_ids", "frame")
 _ROWS_AT = "reorganize_idx"  # which frame a row is of
 _UP = "up"  # the axis that a layout around the names has up
 _COUNTS = (24, 22, 52, 55)  # joints: SMPL; without hands; SMPL-H; SMPL-X
@@ -210,7 +213,7 @@ def _poses(path: Path, names: Names) -> Poses:
             up = "-y"
             notes.append(
                 f"The root's place is {trans!r}, in front of a camera whose focal length was "
-                "assumed: its depth is not measured."
+                "assumed: its depth is not measured and is held still."
             )
     frames, count = rotations.shape[:2]
     if frames > _MOST:
@@ -225,26 +228,29 @@ def _poses(path: Path, names: Names) -> Poses:
     if places.shape != (frames, 3):
         raise PosesError(f"{path}: expected {trans} of shape ({frames}, 3), found {places.shape}")
     check_finite(path, trans, places)
+    if trans in _CAMERA:
+        places = np.column_stack([places[:, :2], np.full(frames, np.median(places[:, 2]))])
     offsets = _numbers(path, names, "offsets") if "offsets" in names else None
     poses = Poses(whole, places, up, _rate(path, names), offsets, tuple(notes))
-    return poses if "frame_ids" not in names else _at_frames(path, names, poses)
+    numbered = _first(names, _FRAMES)
+    return _at_frames(path, names, numbered, poses) if numbered else poses
 
 
-def _at_frames(path: Path, names: Names, poses: Poses) -> Poses:
-    """With a row for every frame from the first to the last, as `frame_ids` counts them."""
-    ids = _numbers(path, names, "frame_ids").ravel()
+def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
+    """With a row for every frame from the first to the last, by their numbers."""
+    ids = _numbers(path, names, numbered).ravel()
     if len(ids) != len(poses.rotations):
         raise PosesError(
-            f"{path}: expected {len(poses.rotations)} numbers in frame_ids, found {len(ids)}"
+            f"{path}: expected {len(poses.rotations)} numbers in {numbered}, found {len(ids)}"
         )
     if not (np.isfinite(ids).all() and (np.diff(ids) > 0).all() and (ids == np.rint(ids)).all()):
-        raise PosesError(f"{path}: expected rising whole numbers in frame_ids")
+        raise PosesError(f"{path}: expected rising whole numbers in {numbered}")
     span = int(ids[-1] - ids[0]) + 1
     if span == len(ids):
         return poses
     if span > min(_MOST, 20 * len(ids)):
         raise PosesError(
-            f"{path}: expected frames close to each other, found {len(ids)} of {span} in frame_ids"
+            f"{path}: expected frames close to each other, found {len(ids)} of {span} in {numbered}"
         )
     times = np.interp(np.arange(ids[0], ids[-1] + 1), ids, np.arange(len(ids)))
     rotations, places = resampled(poses.rotations, poses.places, times)
