@@ -188,7 +188,8 @@ def _poses(path: Path, names: Names) -> Poses:
     """One person's poses; PosesError names the array, and the frame where there is one."""
     notes: list[str] = []
     up: str | None
-    row = next((row for row in _WHOLE if row[0] in names), None)
+    rows = [row for row in _WHOLE if row[0] in names]
+    row = next((row for row in rows if row[1] in names), rows[0] if rows else None)
     if row:
         pose, trans, up = row
         rotations = pose_rotations(path, pose, _numbers(path, names, pose), _COUNTS, notes)

@@ -75,7 +75,8 @@ def _on_skeleton(
         return given, poses.rotations.copy(), ()
     source = read_bvh(template).skeleton
     try:
-        offsets = metres_per_unit(source, unit) * find_topology(source).offsets
+        offsets = find_topology(source).offsets
+        offsets = metres_per_unit(source, unit) * offsets
         offsets[0] = 0.0  # where a template's root rests is no place in the room
         change = rest_change(offsets, given)
     except TwistError as error:

@@ -16,6 +16,7 @@ axis is left alone.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import permutations, product
 
 import numpy as np
@@ -131,7 +132,7 @@ def _body(offsets: Array) -> Array:
     ahead = normalise(ahead)
     across = normalise(across)
     measured = np.stack([across, np.cross(ahead, across), ahead])  # rows: into SMPL's axes
-    best = max(_quarter_turns(), key=lambda m: float(np.trace(m @ measured.T)))
+    best: Array = max(_quarter_turns(), key=lambda m: float(np.trace(m @ measured.T)))
     off = np.degrees(np.arccos(np.clip((np.trace(best @ measured.T) - 1.0) / 2.0, -1.0, 1.0)))
     if off > _ASKEW:
         raise TwistError(
@@ -144,7 +145,8 @@ def _body(offsets: Array) -> Array:
     return _quaternion(best)
 
 
-def _quarter_turns() -> list[Array]:
+@cache
+def _quarter_turns() -> tuple[Array, ...]:
     """The 24 rotations that carry axes into axes."""
     found = []
     for order in permutations(range(3)):
@@ -153,7 +155,7 @@ def _quarter_turns() -> list[Array]:
             m[range(3), order] = signs
             if np.linalg.det(m) > 0.0:
                 found.append(m)
-    return found
+    return tuple(found)
 
 
 def _quaternion(m: Array) -> Array:
