@@ -56,7 +56,8 @@ def check_finite(path: Path, name: str, values: Array) -> None:
 def _from_matrices(path: Path, name: str, matrices: Array, notes: list[str]) -> Array:
     products = np.einsum("fjki,fjkl->fjil", matrices, matrices)
     off = np.abs(products - np.eye(3)).max(axis=(2, 3))
-    off[np.linalg.det(matrices) < 0.0] = np.inf  # a reflection
+    near = (off <= _SAID)[..., None, None]
+    off[np.linalg.det(np.where(near, matrices, np.eye(3))) < 0.0] = np.inf  # a reflection
     worst = float(off.max())
     if worst > _SAID:
         frame, joint = (int(k) for k in np.argwhere(off > _SAID)[0])
