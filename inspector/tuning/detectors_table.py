@@ -92,7 +92,7 @@ class DetectorsModel(RowModel[_Line]):
         return cost_of_all([(curve, self._tau(curve, kind)) for curve in curves.values()])
 
     def _tau(self, curve: TauCurve, kind: str) -> float:
-        return self._wishes.suggested(curve) if kind == _KINDS[0] else curve.floor
+        return self._wishes.suggested(curve) if kind == _KINDS[0] else curve.automatic
 
 
 def rows_of(lines: Sequence[_Line], chain: str) -> int | None:

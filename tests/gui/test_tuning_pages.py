@@ -126,10 +126,12 @@ def test_both_detectors_side_by_side(qtbot, window, tuning, by_paper):
     rows = [[model.index(r, c).data() for c in range(7)] for r in range(model.rowCount())]
     assert len(rows) == 2 * 11  # chains and all of them, at the suggested and the automatic τ
     ours = tuning.costs.curves["RightArm"]
+    assert by_paper.automatic == pytest.approx(np.radians(5.0))
+    assert (ours.automatic, by_paper.floor) == (ours.floor, ours.floor)
     wanted = []
     for tau in ("suggested", "automatic"):
         for curve in (ours, by_paper):
-            at = curve.suggested() if tau == "suggested" else curve.floor
+            at = curve.suggested() if tau == "suggested" else curve.automatic
             cost = curve.cost(at)
             band = f"{100 * cost.low:.0f}–{100 * cost.high:.0f}"
             fsr = f"{100 * cost.fsr:.0f} ({band})"

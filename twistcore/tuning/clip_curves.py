@@ -14,7 +14,7 @@ from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.motion import Motion
 from twistcore.review.left_out import joined
 from twistcore.rig import AS_FOUND, Rig
-from twistcore.tuning.cleaning import Verdicts, cleaned
+from twistcore.tuning.cleaning import AUDITOR, Verdicts, cleaned
 from twistcore.tuning.injected_curve import Span, tau_curve
 from twistcore.tuning.tau_curve import TauCurve
 
@@ -79,7 +79,8 @@ def clip_tuning(
         without = without.sliced(first, stop)
         chains = tuple(c.sliced(first, stop) for c in chains)
     clean = ClipAnalysis(without, chains, name)
-    clean.by(method)
+    for detector in (method, AUDITOR):  # before a clip is split into chains
+        clean.by(detector)
     ends = [span for span in ((0, first), (stop, motion.frames)) if span[0] < span[1]]
     return ClipTuning(name, clean, method, seeds, first, joined([*ends, *left_out]))
 
