@@ -123,8 +123,8 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
         except ValueError as error:
             raise _error(path, line, str(error), value) from None
     body, task = body_and_task(text)
-    at = {key: line for key, (line, _) in settings.items()}
-    return LessonPage(lines[start][2:].strip(), body, task, place, done, start + 1, at)
+    stands = {key: line for key, (line, _) in settings.items()}
+    return LessonPage(lines[start][2:].strip(), body, task, place, done, start + 1, stands)
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:

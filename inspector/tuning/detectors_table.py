@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from inspector.session.document import Document
-from inspector.tuning.cost_words import DETECTORS, alarm_words, band_words, fsr_words
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.tables import Row, RowModel
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Cost, TauCurve, cost_of_all
+from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words, fsr_words
 
 _KINDS = ("suggested", "automatic")
 _AUTOMATIC = "    automatic τ"
