@@ -2,6 +2,8 @@
 
 import math
 import shutil
+import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +38,8 @@ from twistcore.tuning import (
     write_profile,
 )
 from twistcore.tuning.cost_words import fsr_words
+from twistcore.tuning.learned_confidence import LearnedConfidence
+from twistcore.tuning.profile import TauReasons
 
 
 def curve(repaired, alarms, noise=(0.01,)):
@@ -243,3 +247,55 @@ def test_tune_prints_bands_and_both_detectors(tmp_path, capsys):
     assert read_profile(out).method == "consistency"
     assert main(["tune", str(tmp_path), "-o", str(out), "--verdicts", "--both"]) == 2
     assert "--both: expected no --verdicts" in capsys.readouterr().err
+
+
+# -- whose profile -------------------------------------------------------------------------------
+
+WHOSE = Profile({}, "", "ab12", 'Ann "A"', LearnedConfidence(-0.25, 0.75, 180, 20))
+
+
+def written(path, **more):
+    tau = {"LeftArm": Tuned(4.5, math.nan, math.nan, math.nan)}
+    write_profile(path, tau, "clips", "consistency", **more)
+    return path
+
+
+def test_a_profile_keeps_whose_it_is_and_the_learned_confidence(tmp_path):
+    reasons = {"LeftArm": TauReasons(9, 1, 3.0, 6.0)}
+    got = read_profile(written(tmp_path / "p.toml", whose=WHOSE, verdicts=reasons))
+    assert got == replace(WHOSE, tau={"LeftArm": math.radians(4.5)}, method="consistency")
+    assert "tau_low_deg = 3.0000" in (tmp_path / "p.toml").read_text()
+
+
+def test_readers_of_earlier_versions_read_it(tmp_path):
+    """They take tau_deg and detector of every table of the document, and nothing else."""
+    path = written(tmp_path / "p.toml", whose=WHOSE, verdicts={"LeftArm": TauReasons(9, 1)})
+    document = tomllib.loads(path.read_text("utf-8"))
+    assert {name: float(t["tau_deg"]) for name, t in document.items()} == {"LeftArm": 4.5}
+    assert {t["detector"] for t in document.values()} == {"consistency"}
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("confidence = 3", "expected confidence with a shift"),
+        ("confidence = { shift = 0.1, scale = 0.0 }", "a scale above 0"),
+        ("confidence = { shift = nan, scale = 1.0 }", "a shift within ±30"),
+        ("confidence = { shift = 0.1, scale = 1.0, accepted = -1 }", "whole numbers"),
+        ("rig = 4", "expected a text for rig"),
+        (f"confidence = {{ shift = 1{400 * '0'}, scale = 1.0 }}", "a shift within ±30"),
+        (f"[RightArm]\ntau_deg = 1{400 * '0'}", "a table with tau_deg"),
+    ],
+)
+def test_a_damaged_profile_says_what_was_expected(tmp_path, line, told):
+    path = tmp_path / "p.toml"
+    path.write_text(f"[LeftArm]\ntau_deg = 2.0\n{line}\n")
+    with pytest.raises(FormatError, match=told):
+        read_profile(path)
+
+
+def test_two_rigs_in_one_profile_are_refused(tmp_path):
+    path = tmp_path / "p.toml"
+    path.write_text('[A]\ntau_deg = 2.0\nrig = "a"\n[B]\ntau_deg = 2.0\nrig = "b"\n')
+    with pytest.raises(FormatError, match="expected one rig in all tables, found 2"):
+        read_profile(path)
