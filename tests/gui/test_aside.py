@@ -104,6 +104,7 @@ def test_nothing_of_a_borrowed_clip_is_kept_unasked(qtbot, at_forearm, what):
     dialog.reject()
     assert window.findChildren(QFileDialog) == []
     assert not window.document.review.saved
+    assert not window.isWindowModified()  # nothing of it waits to be saved
     assert [files(folder) for folder in folders] == before
     window.lesson_actions.leave_guide()
     window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
