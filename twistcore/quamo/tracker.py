@@ -47,6 +47,11 @@ class Controller(ABC):
         """The state at the first reference: at rest on it, as a rule."""
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
+    def started(self, q_hat: Array, r_hat: Array) -> Controller:
+        """A controller for a clip with these references: the same one, unless it starts by them."""
+        del q_hat, r_hat
+        return self
+
     @abstractmethod
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
         """Gains for the step towards this reference, already in the state's hemisphere."""
@@ -140,13 +145,15 @@ class Tracker:
 class Track:
     """A tracked clip: q (frames, …, joints, 4), r (frames, …, 3), snapped (frames, …, joints).
 
-    steps: every step with its gains and parts, if they were asked for.
+    steps: every step with its gains and parts, if they were asked for; steps_back: likewise those
+    of the pass from the end to the beginning, if there was one, in the order of the frames.
     """
 
     q: Array
     r: Array
     snapped: NDArray[np.bool_]
     steps: tuple[Step, ...] = ()
+    steps_back: tuple[Step, ...] = ()
 
 
 def track(
