@@ -192,7 +192,7 @@ def _parser() -> argparse.ArgumentParser:
     benchmark.add_argument("--csv", type=target, metavar="FILE")
     benchmark.set_defaults(run=_benchmark)
 
-    _quamo(subparsers.add_parser("quamo", help="causal tracking of jittery motion, after review"))
+    _quamo(subparsers.add_parser("quamo", help="tracking of jittery motion, after review"))
 
     diff = subparsers.add_parser("diff", help="what differs between two clips")
     diff.add_argument("a", type=Path, metavar="A")
@@ -213,7 +213,14 @@ def _quamo(parser: argparse.ArgumentParser) -> None:
     refine.add_argument(
         "--joints", nargs="+", metavar="NAME", help="only these; default all that can be written"
     )
-    refine.add_argument("--root-position", action="store_true", help="also track the root's place")
+    refine.add_argument(
+        "--causal", action="store_true", help="frame by frame; default both ways, without lag"
+    )
+    refine.add_argument(
+        "--root-position",
+        action=argparse.BooleanOptionalAction,
+        help="whether to track the root's place; default yes, or if --joints names the root",
+    )
     for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
         refine.add_argument(name, type=number, metavar="X", help=f"hand gain {what}")
     refine.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")

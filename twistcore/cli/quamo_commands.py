@@ -12,6 +12,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from twistcore.analysis import detect
 from twistcore.bvh import Clip, read_bvh, write_bvh
 from twistcore.chain import find_chains
@@ -23,9 +26,16 @@ from twistcore.quamo.network import Network, read_network, write_network
 from twistcore.quamo.pose_files import holds_poses
 from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.resample import resampled, sample_times
+from twistcore.quamo.response import lags, overshoots
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit, places_24
-from twistcore.quamo.track_clip import chosen_joints, joints_of_24, track_by_hand, track_learned
+from twistcore.quamo.track_clip import (
+    chosen_joints,
+    joints_of_24,
+    placed_joint,
+    track_by_hand,
+    track_learned,
+)
 from twistcore.quamo.tracker import snap_sentences
 from twistcore.quamo.weights import FINAL, WEIGHTS, weights_file, weights_name
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
@@ -41,27 +51,33 @@ def refine(arguments: argparse.Namespace) -> int:
     refuse_overwrite([arguments.output], [path for path in read if path])
     motion = clip.motion
     unit = 1.0 if holds_poses(arguments.clip) else arguments.unit  # poses are in metres
-    how = f"{arguments.gains} gains"
+    gains = _hand_gains(arguments, motion.frame_time)
     try:
         joints = chosen_joints(motion.skeleton, arguments.joints)
-        first = leading_frames(motion)
-        if arguments.gains == "learned":
+        first, placed = leading_frames(motion), placed_joint(motion)
+        place = placed is not None and _wants_place(arguments, joints, placed)
+        if gains is None:
             network = read_network(arguments.weights or weights_file())
             joints = joints_of_24(motion.skeleton, joints, strict=bool(arguments.joints))
-            found = track_learned(
-                motion, joints, network, unit=unit, place=arguments.root_position, first=first
-            )
+            track = partial(track_learned, network=network, unit=unit)
         else:
-            gains = _hand_gains(arguments, motion.frame_time)
-            how += f", κP {gains.kp:.4g}, κD {gains.kd:.3g}, κA {gains.ka:g}"
-            found = track_by_hand(motion, joints, gains, place=arguments.root_position, first=first)
+            track = partial(track_by_hand, gains=gains)
+        found = track(motion, joints, causal=arguments.causal, place=place, first=first)
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
     _warn_of_twist(clip, joints.tolist())
     tell_jumps(arguments.output, write_bvh(clip, found.motion, arguments.output))
     for sentence in snap_sentences(found.snapped, motion.skeleton.names):
         print(f"{arguments.clip}: {sentence}", file=sys.stderr)
-    print(f"{arguments.output}: {len(joints)} joints tracked with {how}")
+    name = motion.skeleton.names[placed] if placed is not None else ""
+    print(
+        f"{arguments.output}: {len(joints)} joint{'' if len(joints) == 1 else 's'}"
+        f"{f' and the place of {name}' if place else ''} "
+        f"tracked {'causally' if arguments.causal else 'both ways'} with {_told(gains)}"
+    )
+    if name and not place:
+        print(f"  the place of {name} was left as it is")
+    print(f"  {_way(arguments.causal, gains, motion.frame_time, place=place)}")
     if first:
         print(f"  frames before {first} are no capture and were left as they are")
     given, made = (m.sliced(first, m.frames) for m in (motion, found.motion))
@@ -91,9 +107,44 @@ def _read(arguments: argparse.Namespace) -> Clip:
     return read_bvh(arguments.clip, fps=arguments.fps)
 
 
-def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains:
-    given = {k: getattr(arguments, k) for k in ("kp", "kd", "ka")}
-    return replace(Gains.by_hand(dt), **{k: v for k, v in given.items() if v is not None})
+def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
+    """Gains of hands as the command line has them; None for learned ones."""
+    given = {k: v for k in ("kp", "kd", "ka") if (v := getattr(arguments, k)) is not None}
+    if arguments.gains == "learned":
+        if given:
+            raise TwistError(
+                f"--{next(iter(given))} is a gain of hands: expected none with --gains learned"
+            )
+        return None
+    return replace(Gains.by_hand(dt, causal=arguments.causal), **given)
+
+
+def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], placed: int) -> bool:
+    """As asked for; else with all joints, or where the joint that has the place is named."""
+    if arguments.root_position is not None:
+        return bool(arguments.root_position)
+    return not arguments.joints or placed in joints
+
+
+def _told(gains: Gains | None) -> str:
+    if gains is None:
+        return "learned gains"
+    return f"hand gains, κP {gains.kp:.4g}, κD {gains.kd:.3g}, κA {gains.ka:g}"
+
+
+def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
+    """What the direction of tracking asks for, and what it does not do."""
+    if not causal:
+        return "both ways needs the whole clip: every frame depends on later ones; no lag"
+    if gains is None:
+        return "causal: a frame waits 40 ms for the next sample of 25 Hz, and lags a little more"
+    words = "causal: no frame depends on a later one"
+    what = ("a joint", "the place")[: 1 + place]
+    for name, late, over in zip(what, lags(gains, dt), overshoots(gains, dt), strict=False):
+        words += (
+            f"; {name} lags {1000.0 * late:.0f} ms and overshoots a step by {100.0 * over:.0f} %"
+        )
+    return words
 
 
 def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:

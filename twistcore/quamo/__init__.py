@@ -1,7 +1,19 @@
-"""QuaMo: causal quaternion tracking of noisy motion [Le26], after the twist review, on request."""
+"""QuaMo: quaternion tracking of noisy motion [Le26], after the twist review, on request.
 
+Causal frame by frame (`Tracker`, `track`), or without lag over a whole clip (`track_both_ways`).
+"""
+
+from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.stability import UnstableGainsError, check_stability
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.tracker import HandGains, Tracker, track
 
-__all__ = ["Gains", "HandGains", "Tracker", "UnstableGainsError", "check_stability", "track"]
+__all__ = [
+    "Gains",
+    "HandGains",
+    "Tracker",
+    "UnstableGainsError",
+    "check_stability",
+    "track",
+    "track_both_ways",
+]
