@@ -21,7 +21,7 @@ from twistcore.study.quamo.representations import (
     full_turns,
     track_coordinates,
 )
-from twistcore.study.quamo.rivals import butterworth, constant_offset, mean_offset, one_euro
+from twistcore.study.quamo.rivals import RIVALS, Rival, constant_offset, mean_offset
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.synthesis import generator
 
@@ -116,7 +116,7 @@ def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Ar
 
 
 def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
-    """Constant offset (fitted on the other subjects), One-Euro, Butterworth."""
+    """Constant offset (fitted on the other subjects) and the tuned rivals."""
 
     @cache
     def offset(subject: str) -> Array:
@@ -124,10 +124,12 @@ def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
         noise = CONDITIONS[-1].noise
         return mean_offset((noisy_clip(s, noise, _TRAIN_SEED)[0], s.q) for s in others)
 
+    def rival_method(rival: Rival) -> Method:
+        return lambda _, q_hat, r_hat: rival.run(q_hat, r_hat, NETWORK_DT)
+
     return {
         "constant offset": lambda s, q, r: (constant_offset(q, offset(s.subject)), r),
-        "One-Euro": lambda _, q, r: one_euro(q, r, NETWORK_DT),
-        "Butterworth": lambda _, q, r: butterworth(q, r, NETWORK_DT),
+        **{rival.name: rival_method(rival) for rival in RIVALS},
     }
 
 
