@@ -28,11 +28,11 @@ from twistcore.quamo.state_space import Gains
 from twistcore.rotation import Array
 from twistcore.study.quamo.noise import Noise
 from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.quamo_methods import hand_method
 from twistcore.study.quamo.quamo_tables import (
     CONDITIONS,
     Condition,
     Method,
-    hand_method,
     noisy_clip,
     score,
 )
