@@ -28,9 +28,9 @@ ROWS = {"for 25 Hz: κP 600, κD 15": HandGains(Gains()), "following the rate": 
 SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel", "FS")
 
 
-def motions(folder: Path) -> Iterator[tuple[str, Array, Array, Array, float]]:
+def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Array, Array, float]]:
     """Name, rotations and root places of the 24 joints, offsets, frame time; metres."""
-    for path in sorted(folder.glob("*.bvh"))[::EVERY]:
+    for path in sorted(folder.glob("*.bvh"))[::every]:
         motion = read_bvh(path).motion
         motion = motion.sliced(1, motion.frames)
         topology = find_topology(motion.skeleton)

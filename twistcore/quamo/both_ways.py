@@ -10,8 +10,9 @@ with a the tracker of the reference q̂(0 … T) and b, read backwards, the trac
 rotations themselves stay as they are, only their order is reversed. The quotient is the half way
 along the shorter arc, whichever sign the quaternions have. In linear terms the gain of a pass,
 H(f), becomes its real part: every frequency keeps its phase, the lag is 0, and what a pass shoots
-over at a step is halved. Reversing the clip reverses the result, bit for bit but for the sign of a
-quaternion.
+over at a step is halved. It is not gone: it would be with κD = √(2κP), which bends slow motion as
+well, since Re H = 1 − O(f⁴) asks for κD = √(κP/2), both for small Δt. Reversing the clip reverses
+the result, bit for bit but for the sign of a quaternion.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def track_both_ways(
         q_two,
         r_two,
         dt,
-        controller.started(q_two, r_two),
+        controller.both_ways(q_two, r_two),
         integration=integration,
         keep_steps=keep_steps,
         tell=tell,

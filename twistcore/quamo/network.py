@@ -93,9 +93,9 @@ class NetworkController(Controller):
     def __init__(self, network: Network, q_hat: Array, r_hat: Array) -> None:
         self.network, self._q, self._r = network, q_hat, r_hat
 
-    def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
-        """The same network for a clip that starts with these references."""
-        return self.network.started(q_hat, r_hat)
+    def both_ways(self, q_two: Array, r_two: Array) -> NetworkController:
+        """The same network, started at either end of the clip."""
+        return self.network.started(q_two, r_two)
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
         """q0 = Exp(φ) ⊗ q̂0, r0, ω0, v0."""

@@ -36,15 +36,21 @@ class Gains:
     clip: float = 25.0
 
     @classmethod
-    def by_hand(cls, dt: float) -> Gains:
+    def by_hand(cls, dt: float, *, causal: bool = True) -> Gains:
         """Gains of hands for a frame time in seconds: those above, at 25 Hz, made stiffer above it.
 
         κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s. A joint that turns steadily lies 2κD/κP − Δt
         behind its reference: 10 ms at 25 Hz, less than 15 ms at any rate; stable at any rate.
+        causal: False for both ways, where the lag is 0 and κP 550, κD 17, root 200, 14 at 25 Hz
+        give less Accel at no more MPJPE, on CMU's subjects 02, 08 and 12 with synthetic noise.
         """
+        at_25_hz = cls() if causal else cls(kp=550.0, kd=17.0, root_kp=200.0, root_kd=14.0)
         s = 0.3 + 0.7 * (dt / NETWORK_DT)
         return cls(
-            kp=cls.kp / s**2, kd=cls.kd / s, root_kp=cls.root_kp / s**2, root_kd=cls.root_kd / s
+            kp=at_25_hz.kp / s**2,
+            kd=at_25_hz.kd / s,
+            root_kp=at_25_hz.root_kp / s**2,
+            root_kd=at_25_hz.root_kd / s,
         )
 
 

@@ -47,9 +47,13 @@ class Controller(ABC):
         """The state at the first reference: at rest on it, as a rule."""
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
-    def started(self, q_hat: Array, r_hat: Array) -> Controller:
-        """A controller for a clip with these references: the same one, unless it starts by them."""
-        del q_hat, r_hat
+    def both_ways(self, q_two: Array, r_two: Array) -> Controller:
+        """A controller for both directions of a clip side by side: the same one as a rule.
+
+        q_two (frames, 2, …, joints, 4), r_two (frames, 2, …, 3): the references forwards and from
+        the end to the beginning.
+        """
+        del q_two, r_two
         return self
 
     @abstractmethod
@@ -60,19 +64,24 @@ class Controller(ABC):
 class HandGains(Controller):
     """The same gains in every frame; refuses what would diverge at the clip's frame time.
 
-    gains: None for those of :meth:`Gains.by_hand` at the clip's frame time.
+    gains: None for those of :meth:`Gains.by_hand` at the clip's frame time; causal: which of them.
     """
 
-    def __init__(self, gains: Gains | None = None) -> None:
-        self._given = gains
+    def __init__(self, gains: Gains | None = None, *, causal: bool = True) -> None:
+        self._given, self._causal = gains, causal
         self._used = gains or Gains()
         self._checked = 0.0
+
+    def both_ways(self, q_two: Array, r_two: Array) -> HandGains:
+        """The gains given, or those that hands use both ways."""
+        del q_two, r_two
+        return HandGains(self._given, causal=False)
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
         """The constant gains, whatever is seen; UnstableGainsError if they diverge at dt."""
         del state, q_hat, r_hat
         if dt != self._checked:
-            gains = self._given or Gains.by_hand(dt)
+            gains = self._given or Gains.by_hand(dt, causal=self._causal)
             check_stability(gains, dt)
             self._used, self._checked = gains, dt
         return self._used

@@ -1,0 +1,143 @@
+"""Both directions of time beside the causal tracker: python -m benchmarks.quamo_both_ways FOLDER.
+
+Clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate` on seeds that no table of
+the docs and no choice of gains has seen; ratios output / input against the truth, and how far the
+result lags behind, in ms, where the clip has no noise. --native N: also every Nth clip of all at its
+own rate, with the noise drawn at that rate; jitter is the third difference at that rate, in mm a
+frame³, with that of the clean clip beside it. --by-clip: a row a clip as well.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.quamo_rates import motions
+from twistcore.quality.figure_quality import quality
+from twistcore.quamo import HandGains, track, track_both_ways
+from twistcore.quamo.network import Network, read_network
+from twistcore.quamo.resample import resampled, sample_times
+from twistcore.quamo.state_space import NETWORK_DT
+from twistcore.quamo.topology import places_24
+from twistcore.quamo.tracker import Controller
+from twistcore.quamo.weights import WEIGHTS, weights_name
+from twistcore.rotation import Array
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.quamo_tables import CONDITIONS, Method, score
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
+from twistcore.synthesis import generator
+
+SEEDS = (11, 12, 13)
+SHOWN = ("MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
+APART = tuple(c for c in CONDITIONS if not c.systematic)
+WAYS = {"causal": track, "both ways": track_both_ways}
+Started = Callable[[Sequence24, Array, Array], tuple[Controller, str]]
+
+
+def by_hand(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
+    """The usual gains of hands."""
+    del q_hat, r_hat
+    return HandGains(), "exact"
+
+
+def learned(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
+    """The network that was trained without the clip's subject."""
+    network = _network(clip.subject)
+    return network.started(q_hat, r_hat), network.integration
+
+
+@cache
+def _network(subject: str) -> Network:
+    return read_network(WEIGHTS / weights_name("full", subject))
+
+
+def method(way: str, started: Started) -> Method:
+    """A row of the table: what a tracker makes of noisy versions of a clip."""
+
+    def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+        controller, integration = started(clip, q_hat, r_hat)
+        found = WAYS[way](q_hat, r_hat, NETWORK_DT, controller, integration=integration)
+        return found.q, found.r
+
+    return run
+
+
+def lag_ms(clips: Sequence[Sequence24], run: Method) -> float:
+    """By how much time the places of clean clips come late, by least squares over their speeds."""
+    behind = speed = 0.0
+    for clip in clips:
+        truth = clip.places_mm(clip.q, clip.r)
+        found = clip.places_mm(*(x[:, 0] for x in run(clip, clip.q[:, None], clip.r[:, None])))
+        moving = np.gradient(truth, NETWORK_DT, axis=0)
+        behind += float(((truth - found) * moving).sum())
+        speed += float((moving * moving).sum())
+    return 1000.0 * behind / speed
+
+
+def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[str]:
+    """A line a level and row: ratios of SHOWN, and the lag."""
+    scores = score(clips, rows, SEEDS, APART)
+    late = {name: lag_ms(clips, run) for name, run in rows.items()}
+    lines = []
+    for condition in APART:
+        for name in rows:
+            ratio = scores.ratio(name, condition)
+            cells = " | ".join(f"{ratio[METRICS.index(m)]:.3f}" for m in SHOWN)
+            lines.append(f"| {condition} | {name} | {cells} | {late[name]:+.1f} |")
+    return lines
+
+
+def at_own_rate(folder: Path, every: int) -> list[str]:
+    """A line a clip, level and way, gains of hands: ratios, and jitter beside the clean clip's."""
+    lines = []
+    for name, q, r, offsets, dt in list(motions(folder, every)):
+        times = sample_times(len(q), dt)
+        truth = 1000.0 * places_24(offsets, *resampled(q, r, times))
+        clean = quality(1000.0 * places_24(offsets, q, r)).jitter
+        for level in LEVELS:
+            given = noisy(q, r, Noise(LEVELS[level]), generator(SEEDS[0], name), dt=dt)
+            before = errors(1000.0 * places_24(offsets, *resampled(*given, times)), truth)
+            for way, run in WAYS.items():
+                found = run(*given, dt, HandGains())
+                at_25 = 1000.0 * places_24(offsets, *resampled(found.q, found.r, times))
+                after = np.array(errors(at_25, truth).values())
+                ratio = after / np.maximum(before.values(), 1e-9)
+                cells = " | ".join(f"{ratio[METRICS.index(m)]:.3f}" for m in SHOWN)
+                jitter = quality(1000.0 * places_24(offsets, found.q, found.r)).jitter
+                lines.append(
+                    f"| {name}, {1.0 / dt:.0f} Hz | {level} | {way} | {cells} | {jitter:.2f} "
+                    f"({clean:.2f}) |"
+                )
+    return lines
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--by-clip", action="store_true")
+    parser.add_argument("--native", type=int, metavar="N")
+    arguments = parser.parse_args()
+    clips = [c for c in read_folder(arguments.folder)[0] if c.subject in HELD_OUT]
+    rows = {f"hand, {way}": method(way, by_hand) for way in WAYS}
+    if all((WEIGHTS / weights_name("full", c.subject)).exists() for c in clips):
+        rows |= {f"learned, {way}": method(way, learned) for way in WAYS}
+    heads = " | ".join(SHOWN)
+    print(f"{len(clips)} clips, {sum(len(c.q) for c in clips)} frames at 25 Hz\n")
+    print(f"| noise | gains, way | {heads} | lag, ms |\n|---|---|" + "---|" * (len(SHOWN) + 1))
+    print("\n".join(at_25_hz(clips, rows)))
+    for clip in clips if arguments.by_clip else ():
+        print(f"\n{clip.name}\n" + "\n".join(at_25_hz([clip], rows)))
+    if arguments.native:
+        print(f"\n| clip | noise | way | {heads} | jitter (clean) |")
+        print("|---|---|---|" + "---|" * (len(SHOWN) + 1))
+        print("\n".join(at_own_rate(arguments.folder, arguments.native)))
+
+
+if __name__ == "__main__":
+    main()
