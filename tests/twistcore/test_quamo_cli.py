@@ -13,6 +13,7 @@ from twistcore.quamo import Gains, HandGains, track
 from twistcore.quamo.network import untrained, write_network
 from twistcore.quamo.weights import weights_name
 from twistcore.rotation import geodesic_angle
+from twistcore.study.quamo.quamo_bars import Bar
 from twistcore.study.quamo.sequences import read_sequence
 
 WALK, DIRTY, DANCE = (ASSETS / f"{n}.bvh" for n in ("walk", "walk_injected", "dance"))
@@ -169,19 +170,33 @@ def folder(tmp_path):
     return clips
 
 
-def test_evaluate_prints_the_bars_and_every_baseline(capsys, folder, weights):
-    code, told, _ = run(capsys, "evaluate", folder, "--seeds", 1, "--weights", weights)
+def test_evaluate_prints_the_bars_and_every_rival(capsys, folder, weights):
+    code, told, err = run(capsys, "evaluate", folder, "--seeds", 1, "--weights", weights)
     assert code == 0
-    for row in ("| input |", "| constant offset |", "| One-Euro |", "| Butterworth |"):
-        assert told.count(row) == 4
+    assert "--weights FOLDER" not in err
+    for row in ("| constant offset |", "| One-Euro |", "| spline, file |", "| both ways, file |"):
+        assert told.count(row) == 4 + (row != "| constant offset |")  # and of lags
+    assert told.count("| input |") == 2
     assert "A + systematic: full model, MPJPE | 0.91 | ≤ 0.92" in told
+    assert "| A: spline, file, Accel | – | ≤ 0.37 |" in told
+    assert "bound of the task: 0.66, causal filter" in told
     assert "learned, full" in told
+
+
+def test_what_the_task_bounds_is_told_from_what_is_missed():
+    missed = Bar("PD", "0.30", 0.45, 0.73, 0.01)
+    assert missed.verdict == "**not met**"
+    bounded = Bar("PD", "0.30", 0.45, 0.73, 0.01, task_bound=0.66, task="causal filter")
+    assert bounded.verdict == "bound of the task: 0.66, causal filter"
+    assert not bounded.met
+    assert Bar("PD", "0.30", 0.45, 0.44, 0.01, task_bound=0.46, task="filter").verdict == "met"
 
 
 def test_ablation_as_json_holds_bars_rows_and_drift(capsys, folder, tmp_path):
     words = ("ablation", folder, "--seeds", 1, "--weights", tmp_path, "--json")
-    code, told, _ = run(capsys, *words)
+    code, told, err = run(capsys, *words)
     assert code == 0
+    assert "expected --weights FOLDER with full-without-01-0.npz" in err
     document = json.loads(told)
     assert document["schema"] == "twistcore.quamo-ablation/1"
     methods = {row["method"] for row in document["rows"]}
@@ -189,7 +204,7 @@ def test_ablation_as_json_holds_bars_rows_and_drift(capsys, folder, tmp_path):
     assert [d["exact"] < 1e-6 < d["first_order"] for d in document["drift_deg"]] == [True] * 3
     for bar in document["bars"]:
         if bar["bound"] is None:
-            assert "exact ÷ first-order" in bar["check"]
+            assert "exact ÷ first-order" in bar["check"] or "÷ six" in bar["check"]
             continue
         kept = bar["value"] >= bar["bound"] if bar["above"] else bar["value"] <= bar["bound"]
         assert bar["met"] == kept

@@ -264,9 +264,13 @@ def _benchmark(arguments: argparse.Namespace) -> int:
 
 def _quamo_command(name: str) -> Callable[[argparse.Namespace], int]:
     def run(arguments: argparse.Namespace) -> int:
-        from twistcore.cli import quamo_commands  # scipy.ndimage
+        if name == "refine":
+            from twistcore.cli.quamo_commands import refine  # scipy.linalg
 
-        return int(getattr(quamo_commands, name)(arguments))
+            return refine(arguments)
+        from twistcore.cli import quamo_study_commands  # scipy.ndimage
+
+        return int(getattr(quamo_study_commands, name)(arguments))
 
     return run
 
