@@ -1,8 +1,8 @@
 """Both directions of time beside the causal tracker: python -m benchmarks.quamo_both_ways FOLDER.
 
-Clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate` on seeds that no table of
-the docs and no choice of gains has seen; ratios output / input against the truth, and how far the
-result lags behind, in ms, where the clip has no noise. --native N: also every Nth clip of all at its
+Clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, on seeds that no table
+of the docs and no choice of gains has seen. Ratios output / input against the truth, and how far
+the result lags behind, in ms, where the clip has no noise. --native N: also every Nth clip at its
 own rate, with the noise drawn at that rate; jitter is the third difference at that rate, in mm a
 frame³, with that of the clean clip beside it. --by-clip: a row a clip as well.
 """

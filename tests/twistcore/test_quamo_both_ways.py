@@ -1,4 +1,4 @@
-"""Both directions of time: no lag, the same whichever way the clip runs, the causal tracker as is."""
+"""Both directions of time: no lag, the same whichever way a clip runs, each pass as it is alone."""
 
 import numpy as np
 import pytest

@@ -7,10 +7,12 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.test_quamo_data import write_poses
-from twistcore.bvh import read_bvh
+from twistcore.bvh import read_bvh, write_bvh
 from twistcore.cli import main
-from twistcore.quamo import Gains, HandGains, track
+from twistcore.quamo import Gains, HandGains, Tracker, track, track_both_ways
 from twistcore.quamo.network import untrained, write_network
+from twistcore.quamo.response import lags, overshoots
+from twistcore.quamo.track_clip import smooth_clip
 from twistcore.quamo.weights import weights_name
 from twistcore.rotation import geodesic_angle
 from twistcore.study.quamo.quamo_bars import Bar
@@ -19,7 +21,7 @@ from twistcore.study.quamo.sequences import read_sequence
 WALK, DIRTY, DANCE = (ASSETS / f"{n}.bvh" for n in ("walk", "walk_injected", "dance"))
 
 
-def run(capsys, *words):
+def run_quamo(capsys, *words):
     try:
         code = main([str(w) for w in ("quamo", *words)])
     except SystemExit as stop:
@@ -36,11 +38,30 @@ def weights(tmp_path):
     return tmp_path
 
 
-def test_refine_tracks_and_changes_only_the_chosen_joints(capsys, tmp_path):
+def turned(clip, joint, run, gains=None):
+    """What `run` makes of a joint of a clip behind its T-pose."""
+    q = clip.motion.rotations[1:, [clip.skeleton.index(joint)]]
+    return run(q, np.zeros((len(q), 3)), clip.frame_time, HandGains(gains)).q[:, 0]
+
+
+def moved(clip, run):
+    """What `run` makes of the root's place behind the T-pose."""
+    r = clip.motion.positions[1:, 0]
+    return run(np.zeros((len(r), 0, 4)), r, clip.frame_time, HandGains()).r
+
+
+@pytest.mark.parametrize(
+    ("way", "said", "run"),
+    [((), "both ways", track_both_ways), (("--causal",), "causally", track)],
+)
+def test_refine_tracks_and_changes_only_the_chosen_joints(capsys, tmp_path, way, said, run):
     out = tmp_path / "out.bvh"
-    code, told, err = run(capsys, "refine", WALK, "-o", out, "--joints", "LeftArm", "Spine")
+    code, told, err = run_quamo(
+        capsys, "refine", WALK, "-o", out, "--joints", "LeftArm", "Spine", *way
+    )
     assert code == 0
-    assert "2 joints tracked with hand gains" in told
+    assert f"2 joints tracked {said} with hand gains" in told
+    assert "the place of Hips was left as it is" in told
     assert "no error" in told
     assert err == ""
     before, after = read_bvh(WALK), read_bvh(out)
@@ -52,43 +73,122 @@ def test_refine_tracks_and_changes_only_the_chosen_joints(capsys, tmp_path):
     assert changed == ["Spine", "LeftArm"]
     assert (before.values[0] == after.values[0]).all()  # the T-pose is no capture
     assert (before.values[:, :3] == after.values[:, :3]).all()
-    joint = before.skeleton.index("LeftArm")
-    q = before.motion.rotations[1:, [joint]]
-    ours = track(q, np.zeros((len(q), 3)), before.frame_time, HandGains()).q[:, 0]
-    assert np.degrees(geodesic_angle(after.motion.rotations[1:, joint], ours)).max() < 1e-4
+    found = after.motion.rotations[1:, before.skeleton.index("LeftArm")]
+    assert np.degrees(geodesic_angle(found, turned(before, "LeftArm", run))).max() < 1e-4
 
 
-def test_root_position_is_tracked_when_asked(capsys, tmp_path):
+@pytest.mark.parametrize(
+    ("options", "place"),
+    [
+        ((), True),
+        (("--no-root-position",), False),
+        (("--joints", "Hips"), True),
+        (("--joints", "Spine"), False),
+        (("--joints", "Spine", "--root-position"), True),
+        (("--joints", "Hips", "--no-root-position"), False),
+        (("--gains", "learned"), True),
+    ],
+)
+def test_the_roots_place_is_tracked_unless_it_is_left_out(capsys, tmp_path, options, place):
     out = tmp_path / "out.bvh"
-    words = ("refine", WALK, "-o", out, "--joints", "Hips", "--root-position")
-    assert run(capsys, *words)[0] == 0
-    before, after = read_bvh(WALK).values, read_bvh(out).values
-    assert (before[2:, :3] != after[2:, :3]).any(axis=0).all()
-    assert (before[:, 6:] == after[:, 6:]).all()
+    code, told, _ = run_quamo(capsys, "refine", WALK, "-o", out, *options)
+    assert (code, "place of Hips tracked both ways" in told) == (0, place)
+    assert ("place of Hips was left as it is" in told) == (not place)
+    before, after = read_bvh(WALK), read_bvh(out)
+    changed = (before.values != after.values)[1:, :3].any(axis=0)
+    assert changed.all() if place else not changed.any()
+    if place and "learned" not in options:
+        assert np.abs(after.values[1:, :3] - moved(before, track_both_ways)).max() < 1e-6
+
+
+def test_the_causal_way_writes_the_bytes_of_the_tracker_frame_by_frame(capsys, tmp_path):
+    out, expected = tmp_path / "out.bvh", tmp_path / "expected.bvh"
+    assert run_quamo(capsys, "refine", WALK, "-o", out, "--causal", "--no-root-position")[0] == 0
+    clip = read_bvh(WALK)
+    rotations = clip.motion.rotations.copy()
+    tracker = Tracker(HandGains())
+    for q in rotations[1:]:
+        q[:] = tracker.step(q, np.zeros(3), clip.frame_time).state.q
+    write_bvh(clip, clip.motion.with_rotations(rotations), expected)
+    assert out.read_bytes() == expected.read_bytes()
+
+
+def test_the_causal_way_says_what_it_does_not_do_and_the_other_what_it_needs(capsys, tmp_path):
+    out = tmp_path / "out.bvh"
+    told = run_quamo(capsys, "refine", WALK, "-o", out, "--causal")[1]
+    assert "a joint lags 14 ms and overshoots a step by 19 %" in told
+    assert "the place lags 18 ms and overshoots a step by 21 %" in told
+    told = run_quamo(capsys, "refine", WALK, "-o", out, "--causal", "--gains", "learned")[1]
+    assert "waits 40 ms" in told
+    told = run_quamo(capsys, "refine", WALK, "-o", out)[1]
+    assert "needs the whole clip" in told
+    before, after = read_bvh(WALK), read_bvh(out)
+    dt = before.frame_time
+    late, over = lags(Gains.by_hand(dt), dt), overshoots(Gains.by_hand(dt), dt)
+    assert late == pytest.approx((0.0140, 0.0184), abs=1e-4)
+    assert over == pytest.approx((0.191, 0.207), abs=1e-3)
+    assert len(before.values) == len(after.values)
+
+
+def test_a_figure_without_a_place_is_tracked_without_one(capsys, tmp_path):
+    text = WALK.read_text(encoding="ascii").replace(
+        "CHANNELS 6 Xposition Yposition Zposition", "CHANNELS 3", 1
+    )
+    head, _, motion = text.partition("Frame Time")
+    rate, *frames = motion.splitlines()
+    rows = [" ".join(line.split()[3:]) for line in frames]
+    source, out = tmp_path / "still.bvh", tmp_path / "out.bvh"
+    source.write_text("\n".join([head + "Frame Time" + rate, *rows, ""]), encoding="ascii")
+    code, told, _ = run_quamo(capsys, "refine", source, "-o", out)
+    assert (code, "31 joints tracked" in told, "the place" in told) == (0, True, False)
 
 
 def test_refine_warns_of_twist_errors_that_tracking_would_smear(capsys, tmp_path):
-    code, _, err = run(capsys, "refine", DIRTY, "-o", tmp_path / "out.bvh")
+    code, _, err = run_quamo(capsys, "refine", DIRTY, "-o", tmp_path / "out.bvh")
     assert code == 0
     assert "8 intervals of twist errors" in err
     assert "first" in err
 
 
+@pytest.mark.parametrize(("options", "cutoff"), [((), 4.0), (("--cutoff", "6"), 6.0)])
+def test_the_spline_smooths_the_file_and_says_so(capsys, tmp_path, options, cutoff):
+    out = tmp_path / "out.bvh"
+    code, told, err = run_quamo(
+        capsys, "refine", WALK, "-o", out, "--method", "spline", "--joints", "Hips", *options
+    )
+    assert (code, err) == (0, "")
+    assert f"1 joint and the place of Hips smoothed by a spline, cut-off {cutoff:g} Hz" in told
+    assert "needs the whole clip" in told
+    before, after = read_bvh(WALK), read_bvh(out)
+    wanted = smooth_clip(before.motion, np.array([0]), cutoff, place=True, first=1)
+    assert np.degrees(geodesic_angle(after.motion.rotations, wanted.rotations)).max() < 1e-4
+    np.testing.assert_allclose(after.motion.positions, wanted.positions, atol=1e-5)
+    assert (before.values[:, 6:] == after.values[:, 6:]).all()
+    assert (before.values[0] == after.values[0]).all()  # the T-pose is no capture
+
+
 @pytest.mark.parametrize(
     ("options", "what"),
     [
+        (("--method", "spline", "--kd", "10"), "--kd is of the tracker"),
+        (("--method", "spline", "--gains", "learned"), "--gains is of the tracker"),
+        (("--method", "spline", "--causal"), "--causal is of the tracker"),
+        (("--method", "spline", "--cutoff", "70"), "below 60 Hz, half the frame rate"),
+        (("--cutoff", "5"), "expected --method spline"),
         (("--kd", "1000"), "unstable at 120 Hz"),
         (("--kp", "-5"), "unstable"),
         (("--kp", "nan"), "unstable"),
         (("--joints", "Nose"), "no joint 'Nose'"),
         (("--kp", "many"), "expected a number"),
         (("--gains", "both"), "invalid choice"),
+        (("--gains", "learned", "--kp", "600"), "--kp is a gain of hands"),
+        (("--gains", "learned", "--ka", "0"), "--ka is a gain of hands"),
         (("--gains", "learned", "--weights", "missing.npz"), "missing.npz"),
     ],
 )
 def test_refusals_are_one_sentence_and_write_nothing(options, what, capsys, tmp_path):
     out = tmp_path / "out.bvh"
-    code, told, err = run(capsys, "refine", WALK, "-o", out, *options)
+    code, told, err = run_quamo(capsys, "refine", WALK, "-o", out, *options)
     assert (code, told) == (2, "")
     assert what in err
     assert err.count("\n") == 1
@@ -97,24 +197,26 @@ def test_refusals_are_one_sentence_and_write_nothing(options, what, capsys, tmp_
 
 def test_the_source_is_never_overwritten(capsys):
     before = WALK.read_bytes()
-    assert run(capsys, "refine", WALK, "-o", WALK)[0] == 2
+    assert run_quamo(capsys, "refine", WALK, "-o", WALK)[0] == 2
     assert WALK.read_bytes() == before
 
 
 def test_learned_gains_run_at_25_hz_and_carry_the_correction_back(capsys, weights, tmp_path):
     out = tmp_path / "out.bvh"
     file = weights / weights_name("full", "none")
-    code, told, _ = run(capsys, "refine", DANCE, "-o", out, "--gains", "learned", "--weights", file)
+    code, told, _ = run_quamo(
+        capsys, "refine", DANCE, "-o", out, "--gains", "learned", "--weights", file
+    )
     assert code == 0
-    assert "24 joints tracked with learned gains" in told
+    assert "24 joints and the place of Hips tracked both ways with learned gains" in told
     words = ("refine", DANCE, "-o", out, "--gains", "learned", "--weights", file)
-    code, _, err = run(capsys, *words, "--joints", "LThumb")
+    code, _, err = run_quamo(capsys, *words, "--joints", "LThumb")
     assert (code, "'LThumb' is not among the 24" in err) == (2, True)
     before, after = read_bvh(DANCE), read_bvh(out)
     thumb = list(before.channels[before.skeleton.index("LThumb")].rotation)
     assert (before.values[:, thumb] == after.values[:, thumb]).all()
-    turned = geodesic_angle(before.motion.rotations, after.motion.rotations)
-    assert 0.5 < np.degrees(turned[1:, before.skeleton.index("LeftArm")]).mean() < 30.0
+    by = geodesic_angle(before.motion.rotations, after.motion.rotations)
+    assert 0.5 < np.degrees(by[1:, before.skeleton.index("LeftArm")]).mean() < 30.0
 
 
 def test_learned_gains_wait_for_one_sample_of_25_hz_and_no_more(walk):
@@ -135,26 +237,26 @@ def test_poses_in_bvh_out(capsys, tmp_path):
     sequence = read_sequence(DANCE)
     source = write_poses(tmp_path / "dance.npz", sequence)
     out = tmp_path / "out.bvh"
-    code, told, err = run(capsys, "refine", source, "-o", out, "--up", "y")
+    code, told, err = run_quamo(capsys, "refine", source, "-o", out, "--up", "y")
     assert (code, "24 joints" in told) == (0, True)
     clip = read_bvh(out)
     assert clip.motion.fps == pytest.approx(25.0)
     assert len(clip.skeleton) == 24
     no_rate = write_poses(tmp_path / "none.npz", sequence, mocap_framerate=None)
-    code, _, err = run(capsys, "refine", no_rate, "-o", tmp_path / "x.bvh")
+    code, _, err = run_quamo(capsys, "refine", no_rate, "-o", tmp_path / "x.bvh")
     assert (code, "--fps" in err, err.count("\n")) == (2, True, 1)
 
 
 def test_noise_is_seeded_and_says_its_size(capsys, tmp_path):
     first, again, other = (tmp_path / f"{n}.bvh" for n in "abc")
-    code, told, _ = run(capsys, "noise", DANCE, "-o", first, "--level", "B", "--seed", 3)
+    code, told, _ = run_quamo(capsys, "noise", DANCE, "-o", first, "--level", "B", "--seed", 3)
     assert code == 0
     assert "MPJPE" in told
-    run(capsys, "noise", DANCE, "-o", again, "--level", "B", "--seed", 3)
-    run(capsys, "noise", DANCE, "-o", other, "--level", "B", "--seed", 4)
+    run_quamo(capsys, "noise", DANCE, "-o", again, "--level", "B", "--seed", 3)
+    run_quamo(capsys, "noise", DANCE, "-o", other, "--level", "B", "--seed", 4)
     assert first.read_bytes() == again.read_bytes()
     assert first.read_bytes() != other.read_bytes()
-    code, told, _ = run(capsys, "noise", DANCE, "-o", other, "--level", "A", "--json")
+    code, told, _ = run_quamo(capsys, "noise", DANCE, "-o", other, "--level", "A", "--json")
     document = json.loads(told)
     assert document["schema"] == "twistcore.quamo-noise/1"
     assert 35.0 < document["errors_mm"]["mpjpe"] < 80.0
@@ -171,7 +273,7 @@ def folder(tmp_path):
 
 
 def test_evaluate_prints_the_bars_and_every_rival(capsys, folder, weights):
-    code, told, err = run(capsys, "evaluate", folder, "--seeds", 1, "--weights", weights)
+    code, told, err = run_quamo(capsys, "evaluate", folder, "--seeds", 1, "--weights", weights)
     assert code == 0
     assert "--weights FOLDER" not in err
     for row in ("| constant offset |", "| One-Euro |", "| spline, file |", "| both ways, file |"):
@@ -194,7 +296,7 @@ def test_what_the_task_bounds_is_told_from_what_is_missed():
 
 def test_ablation_as_json_holds_bars_rows_and_drift(capsys, folder, tmp_path):
     words = ("ablation", folder, "--seeds", 1, "--weights", tmp_path, "--json")
-    code, told, err = run(capsys, *words)
+    code, told, err = run_quamo(capsys, *words)
     assert code == 0
     assert "expected --weights FOLDER with full-without-01-0.npz" in err
     document = json.loads(told)
@@ -212,27 +314,26 @@ def test_ablation_as_json_holds_bars_rows_and_drift(capsys, folder, tmp_path):
 
 def test_tables_need_the_held_out_subjects(capsys, tmp_path):
     (tmp_path / "02_01.bvh").write_bytes(WALK.read_bytes())
-    code, _, err = run(capsys, "evaluate", tmp_path)
+    code, _, err = run_quamo(capsys, "evaluate", tmp_path)
     assert (code, "subjects 01, 05, 06, 14" in err) == (2, True)
 
 
 def test_training_refuses_what_is_not_there(capsys, folder, tmp_path, monkeypatch):
     words = ("train", folder, "-o", tmp_path / "out", "--hold-out", "99")
-    code, _, err = run(capsys, *words)
+    code, _, err = run_quamo(capsys, *words)
     assert (code, "'99'" in err) == (2, True)
     monkeypatch.setitem(__import__("sys").modules, "torch", None)
-    code, _, err = run(capsys, "train", folder, "-o", tmp_path / "out", "--hold-out", "05")
+    code, _, err = run_quamo(capsys, "train", folder, "-o", tmp_path / "out", "--hold-out", "05")
     assert (code, "pip install" in err) == (2, True)
     assert not (tmp_path / "out").exists()
 
 
-def test_hand_gains_on_the_command_line_are_used(capsys, tmp_path):
+@pytest.mark.parametrize(("way", "run"), [((), track_both_ways), (("--causal",), track)])
+def test_hand_gains_on_the_command_line_are_used(capsys, tmp_path, way, run):
     out = tmp_path / "out.bvh"
-    words = ("refine", WALK, "-o", out, "--joints", "LeftArm", "--kp", 900, "--kd", 20)
-    assert run(capsys, *words)[0] == 0
+    words = ("refine", WALK, "-o", out, "--joints", "LeftArm", "--kp", 900, "--kd", 20, *way)
+    assert run_quamo(capsys, *words)[0] == 0
     before, after = read_bvh(WALK), read_bvh(out)
-    joint = before.skeleton.index("LeftArm")
-    q = before.motion.rotations[1:, [joint]]
-    gains = HandGains(Gains(kp=900.0, kd=20.0))
-    ours = track(q, np.zeros((len(q), 3)), before.frame_time, gains).q[:, 0]
-    assert np.degrees(geodesic_angle(after.motion.rotations[1:, joint], ours)).max() < 1e-4
+    found = after.motion.rotations[1:, before.skeleton.index("LeftArm")]
+    expected = turned(before, "LeftArm", run, Gains(kp=900.0, kd=20.0))
+    assert np.degrees(geodesic_angle(found, expected)).max() < 1e-4

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import make_smoothing_spline
 
 from twistcore.errors import TwistError
-from twistcore.quamo.spline import PLACE_SHARE, smooth_clip, smoothed, smoothed_rotations
+from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations
+from twistcore.quamo.track_clip import smooth_clip
 from twistcore.rotation import exponential, geodesic_angle, multiply, normalise
 
 DT = 0.04
@@ -82,7 +83,7 @@ def test_a_cut_off_that_the_rate_cannot_have_is_refused(cutoff):
 def test_a_clip_is_changed_in_the_chosen_joints_and_from_the_first_frame_only(walk):
     motion = walk.motion
     joints = np.array([5, 18])
-    found = smooth_clip(motion, joints, 4.0, first=1)
+    found = smooth_clip(motion, joints, 4.0, place=True, first=1)
     others = np.setdiff1d(np.arange(len(walk.skeleton)), joints)
     np.testing.assert_array_equal(found.rotations[:, others], motion.rotations[:, others])
     np.testing.assert_array_equal(found.rotations[:1], motion.rotations[:1])
@@ -92,5 +93,5 @@ def test_a_clip_is_changed_in_the_chosen_joints_and_from_the_first_frame_only(wa
         smoothed(motion.positions[1:, 0], 4.0 * PLACE_SHARE, motion.frame_time),
     )
     np.testing.assert_array_equal(found.positions[:1], motion.positions[:1])
-    held = smooth_clip(motion, joints, 4.0, place=False, first=1)
+    held = smooth_clip(motion, joints, 4.0, first=1)
     np.testing.assert_array_equal(held.positions, motion.positions)

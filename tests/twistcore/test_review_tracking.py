@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
-from twistcore.bvh import write_bvh
+from twistcore.bvh import read_bvh, write_bvh
 from twistcore.cli import main
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import accepted_motion, check_belongs
@@ -23,6 +23,7 @@ from twistcore.export.tracking import (
     tracked_motion,
     weights_mark,
 )
+from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.track_clip import track_by_hand
 from twistcore.refinement import refine
 from twistcore.review import (
@@ -36,11 +37,15 @@ from twistcore.review import (
     session_bytes,
     write_session,
 )
-from twistcore.review.session import tracking_to_json
+from twistcore.review.journal import command_from_json
+from twistcore.review.session import session_from_document, tracking_to_json
 
 JOINTS = ("LeftForeArm", "LeftHand")
 HAND = Tracking(JOINTS, kp=700.0, kd=20.0)
 LEARNED = Tracking(("LeftArm", "LeftForeArm"), learned=True, weights=weights_mark())
+BOTH = replace(HAND, causal=False, place=True)
+BOTH_LEARNED = replace(LEARNED, causal=False, place=True)
+EVERY = [HAND, LEARNED, BOTH, BOTH_LEARNED, Tracking((), causal=False, place=True)]
 
 
 def reviewed():
@@ -86,7 +91,7 @@ def test_nothing_to_track_is_refused_and_changes_nothing():
     assert review.state is before
 
 
-@pytest.mark.parametrize("tracking", [HAND, LEARNED])
+@pytest.mark.parametrize("tracking", EVERY)
 def test_the_journal_brings_it_back(tmp_path, tracking):
     path = tmp_path / "a.journal"
     review = reviewed()
@@ -101,7 +106,7 @@ def test_the_journal_brings_it_back(tmp_path, tracking):
     assert found.review.state.tracking is None
 
 
-@pytest.mark.parametrize("tracking", [HAND, LEARNED])
+@pytest.mark.parametrize("tracking", EVERY)
 def test_apply_writes_the_very_bytes_of_an_export(tmp_path, tracking):
     review = reviewed()
     review.do(Track(tracking))
@@ -125,6 +130,49 @@ def test_a_session_without_tracking_keeps_its_format_and_one_with_it_has_another
     review.do(Track(LEARNED))
     tracked = json.loads(session_bytes(CLIP, review.state))
     assert tracked["schema"] == "twistcore.session/2"
+    for tracking in (replace(HAND, causal=False), replace(HAND, place=True)):
+        review.do(Track(tracking))
+        document = json.loads(session_bytes(CLIP, review.state))
+        assert document["schema"] == "twistcore.session/4"
+        assert session_from_document(document).state.tracking == tracking
+
+
+def test_a_session_that_names_no_way_and_no_place_is_causal_and_without_it():
+    review = reviewed()
+    review.do(Track(HAND))
+    document = json.loads(session_bytes(CLIP, review.state))
+    for name in ("causal", "place"):
+        del document["tracking"][name]
+    assert session_from_document(document).state.tracking == HAND
+    line = {"do": "Track", "tracking": document["tracking"]}
+    assert command_from_json(line) == Track(HAND)
+    refined = refine(CLIP.motion, CHAINS, review.state.chosen())
+    joints = np.array([refined.skeleton.index(name) for name in JOINTS])
+    found = tracked_motion(refined, HAND)
+    q, none = refined.rotations[1:, joints], np.zeros((refined.frames - 1, 3))
+    ours = track(q, none, refined.frame_time, HandGains(Gains(kp=700.0, kd=20.0)))
+    assert (found.rotations[1:, joints] == ours.q).all()
+    assert (found.positions == refined.positions).all()
+
+
+def test_both_ways_rewrites_the_numbers_of_the_roots_place(tmp_path):
+    review = reviewed()
+    motions, files = [], []
+    for tracking in (replace(BOTH, place=False), BOTH):
+        review.do(Track(tracking))
+        motions.append(accepted_motion(CLIP, CHAINS, review.state))
+        files.append(tmp_path / f"{tracking.place}.bvh")
+        write_bvh(CLIP, motions[-1], files[-1])
+    without, moved = (read_bvh(file).values for file in files)
+    own = CLIP.motion.positions[1:, 0]
+    expected = track_both_ways(
+        np.zeros((len(own), 0, 4)), own, CLIP.motion.frame_time, HandGains()
+    ).r
+    assert (motions[1].positions[1:, 0] == expected).all()
+    assert np.abs(moved[1:, :3] - expected).max() < 1e-6
+    assert (without[:, :3] == CLIP.values[:, :3]).all()
+    assert (without[:, 3:] == moved[:, 3:]).all()
+    assert (moved[0] == CLIP.values[0]).all()  # the T-pose
 
 
 def test_a_session_comes_back_as_it_was(tmp_path):
@@ -145,6 +193,8 @@ def test_a_session_comes_back_as_it_was(tmp_path):
         {"gains": "magic"},
         {"kp": None},
         {"kd": float("nan")},
+        {"causal": 0},
+        {"place": None},
     ],
 )
 def test_damaged_tracking_is_refused_in_a_sentence(tmp_path, damage):
@@ -209,8 +259,9 @@ def test_the_demonstration_says_what_the_table_of_the_docs_says():
 @pytest.mark.parametrize(
     ("tracking", "said"),
     [
-        (HAND, "gains of hands κP 700, κD 20, κA 0"),
-        (LEARNED, f"learned gains (networks {weights_mark()})"),
+        (HAND, "causal, gains of hands κP 700, κD 20, κA 0"),
+        (BOTH, "the figure&#39;s place, both ways, gains of hands κP 700, κD 20, κA 0"),
+        (LEARNED, f"causal, learned gains (networks {weights_mark()})"),
     ],
 )
 def test_the_report_says_what_was_tracked_and_that_it_came_afterwards(tmp_path, tracking, said):
@@ -236,6 +287,30 @@ def test_the_report_of_a_review_that_tracks_nothing_has_no_word_of_it(tmp_path):
     write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
     assert json.loads((tmp_path / "walk_injected.report.json").read_text())["tracking"] is None
     assert "QuaMo" not in (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
+
+
+def test_both_ways_traces_are_means_of_the_two_directions():
+    motion, traces = traced_motion(CLIP.motion, BOTH)
+    assert traces.frames.tolist() == list(range(1, CLIP.motion.frames))
+    np.testing.assert_array_equal(traces.gains[..., 0], 700.0)
+    np.testing.assert_array_equal(motion.rotations, tracked_motion(CLIP.motion, BOTH).rotations)
+    joint = CLIP.motion.skeleton.index("LeftForeArm")
+    q = CLIP.motion.rotations[1:, [joint]]
+    sizes = [
+        [
+            np.linalg.norm(s.parts.damping)
+            for s in track(
+                x,
+                np.zeros((len(x), 3)),
+                1.0 / CLIP.motion.fps,
+                HandGains(Gains(kp=700.0, kd=20.0)),
+                keep_steps=True,
+            ).steps[1:]
+        ]
+        for x in (q, q[::-1])
+    ]
+    expected = 0.5 * (np.array(sizes[0])[:-1] + np.array(sizes[1])[::-1][1:])
+    np.testing.assert_allclose(traces.parts[1:-1, 0, 1], expected, rtol=1e-9)
 
 
 def test_learned_traces_are_at_25_hz_and_vary():

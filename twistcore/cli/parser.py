@@ -186,7 +186,7 @@ def _parser() -> argparse.ArgumentParser:
     benchmark.add_argument("--csv", type=target, metavar="FILE")
     benchmark.set_defaults(run=_benchmark)
 
-    _quamo(subparsers.add_parser("quamo", help="causal tracking of jittery motion, after review"))
+    _quamo(subparsers.add_parser("quamo", help="tracking of jittery motion, after review"))
 
     diff = subparsers.add_parser("diff", help="what differs between two clips")
     diff.add_argument("a", type=Path, metavar="A")
@@ -199,15 +199,31 @@ def _parser() -> argparse.ArgumentParser:
 def _quamo(parser: argparse.ArgumentParser) -> None:
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
 
-    refine = subparsers.add_parser("refine", help="track a clip and write it")
+    refine = subparsers.add_parser("refine", help="track or smooth a clip and write it")
     _clip(refine)
     _output(refine)
+    refine.add_argument(
+        "--method",
+        choices=("quamo", "spline"),
+        default="quamo",
+        help="the tracker, or a smoothing spline: smoother, and sees the whole clip",
+    )
+    refine.add_argument(
+        "--cutoff", type=positive, metavar="HZ", help="of the spline: what keeps half; default 4"
+    )
     refine.add_argument("--gains", choices=("hand", "learned"), default="hand")
     refine.add_argument("--weights", type=Path, metavar="FILE", help="instead of the shipped ones")
     refine.add_argument(
         "--joints", nargs="+", metavar="NAME", help="only these; default all that can be written"
     )
-    refine.add_argument("--root-position", action="store_true", help="also track the root's place")
+    refine.add_argument(
+        "--causal", action="store_true", help="frame by frame; default both ways, without lag"
+    )
+    refine.add_argument(
+        "--root-position",
+        action=argparse.BooleanOptionalAction,
+        help="whether to track the root's place; default yes, or if --joints names the root",
+    )
     for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
         refine.add_argument(name, type=number, metavar="X", help=f"hand gain {what}")
     refine.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")

@@ -6,6 +6,10 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.analysis import detect
 from twistcore.bvh import Clip, read_bvh, write_bvh
@@ -16,44 +20,73 @@ from twistcore.errors import TwistError
 from twistcore.quality.figure_quality import quality_before_and_after
 from twistcore.quamo.network import read_network
 from twistcore.quamo.npz_poses import read_poses
+from twistcore.quamo.response import lags, overshoots
+from twistcore.quamo.spline import CUTOFF
 from twistcore.quamo.state_space import Gains
-from twistcore.quamo.track_clip import chosen_joints, joints_of_24, track_by_hand, track_learned
+from twistcore.quamo.track_clip import (
+    chosen_joints,
+    joints_of_24,
+    placed_joint,
+    smooth_clip,
+    track_by_hand,
+    track_learned,
+)
 from twistcore.quamo.tracker import snap_sentences
 from twistcore.quamo.weights import weights_file
 
+_SPLINE_WAY = (
+    "a spline needs the whole clip: every frame depends on later ones; no lag; what is faster than "
+    "the cut-off is flattened"
+)
+
 
 def refine(arguments: argparse.Namespace) -> int:
-    """Track a clip and write it; warn where twist errors stand in it."""
+    """Track or smooth a clip and write it; warn where twist errors stand in it."""
     clip = _read(arguments)
     read = (arguments.clip, arguments.weights, arguments.template)
     refuse_overwrite([arguments.output], [path for path in read if path])
     motion = clip.motion
     unit = 1.0 if arguments.clip.suffix == ".npz" else arguments.unit  # poses are in metres
-    how = f"{arguments.gains} gains"
+    _refuse_of_other_method(arguments)
+    gains = _hand_gains(arguments, motion.frame_time)
+    spline = arguments.method == "spline"
+    cutoff = CUTOFF if arguments.cutoff is None else arguments.cutoff
     try:
         joints = chosen_joints(motion.skeleton, arguments.joints)
-        first = leading_frames(motion)
-        if arguments.gains == "learned":
-            network = read_network(arguments.weights or weights_file())
-            joints = joints_of_24(motion.skeleton, joints, strict=bool(arguments.joints))
-            found = track_learned(
-                motion, joints, network, unit=unit, place=arguments.root_position, first=first
-            )
+        first, placed = leading_frames(motion), placed_joint(motion)
+        place = placed is not None and _wants_place(arguments, joints, placed)
+        if spline:
+            made = smooth_clip(motion, joints, cutoff, place=place, first=first)
         else:
-            gains = _hand_gains(arguments, motion.frame_time)
-            how += f", κP {gains.kp:.4g}, κD {gains.kd:.3g}, κA {gains.ka:g}"
-            found = track_by_hand(motion, joints, gains, place=arguments.root_position, first=first)
+            if gains is None:
+                network = read_network(arguments.weights or weights_file())
+                joints = joints_of_24(motion.skeleton, joints, strict=bool(arguments.joints))
+                track = partial(track_learned, network=network, unit=unit)
+            else:
+                track = partial(track_by_hand, gains=gains)
+            found = track(motion, joints, causal=arguments.causal, place=place, first=first)
+            made = found.motion
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
     _warn_of_twist(clip, joints.tolist())
-    tell_jumps(arguments.output, write_bvh(clip, found.motion, arguments.output))
-    for sentence in snap_sentences(found.snapped, motion.skeleton.names):
-        print(f"{arguments.clip}: {sentence}", file=sys.stderr)
-    print(f"{arguments.output}: {len(joints)} joints tracked with {how}")
+    tell_jumps(arguments.output, write_bvh(clip, made, arguments.output))
+    if not spline:
+        for sentence in snap_sentences(found.snapped, motion.skeleton.names):
+            print(f"{arguments.clip}: {sentence}", file=sys.stderr)
+    name = motion.skeleton.names[placed] if placed is not None else ""
+    print(
+        f"{arguments.output}: {len(joints)} joint{'' if len(joints) == 1 else 's'}"
+        f"{f' and the place of {name}' if place else ''} "
+        f"{_told(arguments, gains, cutoff)}"
+    )
+    if name and not place:
+        print(f"  the place of {name} was left as it is")
+    way = _way(arguments.causal, gains, motion.frame_time, place=place)
+    print(f"  {_SPLINE_WAY if spline else way}")
     if first:
         print(f"  frames before {first} are no capture and were left as they are")
-    given, made = (m.sliced(first, m.frames) for m in (motion, found.motion))
-    if measured := quality_before_and_after(given, made, unit):
+    given, left = (m.sliced(first, m.frames) for m in (motion, made))
+    if measured := quality_before_and_after(given, left, unit):
         before, after = measured
         print(
             f"  jitter {before.jitter:.2f} → {after.jitter:.2f} mm/frame³ at 25 Hz, foot slide "
@@ -75,9 +108,59 @@ def _read(arguments: argparse.Namespace) -> Clip:
     return read_bvh(arguments.clip, fps=arguments.fps)
 
 
-def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains:
-    given = {k: getattr(arguments, k) for k in ("kp", "kd", "ka")}
-    return replace(Gains.by_hand(dt), **{k: v for k, v in given.items() if v is not None})
+def _refuse_of_other_method(arguments: argparse.Namespace) -> None:
+    """Refuse what only the method that was not asked for knows."""
+    if arguments.method != "spline":
+        if arguments.cutoff is not None:
+            raise TwistError("--cutoff is of the spline: expected --method spline with it")
+        return
+    given = {"gains": arguments.gains == "learned", "causal": arguments.causal}
+    given |= {k: getattr(arguments, k) is not None for k in ("weights", "kp", "kd", "ka")}
+    for name in (name for name, is_given in given.items() if is_given):
+        raise TwistError(f"--{name} is of the tracker: expected none with --method spline")
+
+
+def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
+    """Gains of hands as the command line has them; None for learned ones."""
+    given = {k: v for k in ("kp", "kd", "ka") if (v := getattr(arguments, k)) is not None}
+    if arguments.gains == "learned":
+        if given:
+            raise TwistError(
+                f"--{next(iter(given))} is a gain of hands: expected none with --gains learned"
+            )
+        return None
+    return replace(Gains.by_hand(dt, causal=arguments.causal), **given)
+
+
+def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], placed: int) -> bool:
+    """As asked for; else with all joints, or where the joint that has the place is named."""
+    if arguments.root_position is not None:
+        return bool(arguments.root_position)
+    return not arguments.joints or placed in joints
+
+
+def _told(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> str:
+    if arguments.method == "spline":
+        return f"smoothed by a spline, cut-off {cutoff:g} Hz"
+    how = f"tracked {'causally' if arguments.causal else 'both ways'} with "
+    if gains is None:
+        return how + "learned gains"
+    return how + f"hand gains, κP {gains.kp:.4g}, κD {gains.kd:.3g}, κA {gains.ka:g}"
+
+
+def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
+    """What the direction of tracking asks for, and what it does not do."""
+    if not causal:
+        return "both ways needs the whole clip: every frame depends on later ones; no lag"
+    if gains is None:
+        return "causal: a frame waits 40 ms for the next sample of 25 Hz, and lags a little more"
+    words = "causal: no frame depends on a later one"
+    what = ("a joint", "the place")[: 1 + place]
+    for name, late, over in zip(what, lags(gains, dt), overshoots(gains, dt), strict=False):
+        words += (
+            f"; {name} lags {1000.0 * late:.0f} ms and overshoots a step by {100.0 * over:.0f} %"
+        )
+    return words
 
 
 def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:

@@ -24,6 +24,7 @@ from twistcore.export.markers import blender_markers
 from twistcore.file_marks import file_mark
 from twistcore.limb import Limb
 from twistcore.motion import Motion
+from twistcore.quamo.track_clip import placed_joint
 from twistcore.refinement import children_off_axis
 from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
 from twistcore.review.session import tracking_to_json
@@ -246,9 +247,10 @@ def _why_moved(report: Report, joint: str) -> str:
         own = [i for i in chosen if i.chain == chain.name]
         if own and _moves(report.clip.motion, chain, own, at, above):
             why.append(own[0].kind.value)
-    tracking = report.state.tracking
-    if tracking and not above.isdisjoint(map(skeleton.index, tracking.joints)):
-        why.append("tracking")
+    if (tracking := report.state.tracking) is not None:
+        turned = not above.isdisjoint(map(skeleton.index, tracking.joints))
+        if turned or (tracking.place and placed_joint(report.clip.motion) in {at, *above}):
+            why.append("tracking")
     return ", ".join(dict.fromkeys(why))
 
 

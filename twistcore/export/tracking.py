@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from twistcore.quamo.track_clip import (
     Tracked,
     chosen_joints,
     joints_of_24,
+    placed_joint,
     track_by_hand,
     track_learned,
 )
@@ -47,7 +48,7 @@ class Traces:
 
     frames: when, in frames of the clip, (n,); gains: κP, κD, κA, means over the three axes, (n,
     joints, 3); parts: sizes of the P, D, bias and acceleration parts, rad/s², (n, joints, 4);
-    names: of the joints.
+    names: of the joints. Both ways gains and parts are means of the two directions.
     """
 
     frames: Array
@@ -79,9 +80,11 @@ def knows_learned(motion: Motion) -> bool:
 
 def check_tracking(motion: Motion, tracking: Tracking) -> None:
     """TwistError in one sentence where this tracking cannot be done in this motion."""
-    joints = chosen_joints(motion.skeleton, tracking.joints)
+    joints = _joints(motion, tracking)
+    if tracking.place and placed_joint(motion) is None:
+        raise TwistError("expected position channels, of the root as a rule, to track the place")
     if not tracking.learned:
-        check_stability(_gains(tracking), motion.frame_time)
+        check_stability(_gains(tracking, motion.frame_time), motion.frame_time)
         return
     joints_of_24(motion.skeleton, joints, strict=True)
     metres_per_unit(motion.skeleton)
@@ -103,37 +106,60 @@ def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell = nobody) -> M
 def traced_motion(motion: Motion, tracking: Tracking, tell: Tell = nobody) -> tuple[Motion, Traces]:
     """The same motion, and what the tracker did at every step of that run."""
     found = _tracked(motion, tracking, tell, keep_steps=True)
-    joints = chosen_joints(motion.skeleton, tracking.joints)
-    columns = np.array([found.joints.tolist().index(j) for j in joints.tolist()])
+    joints = _joints(motion, tracking)
+    own = found.joints.tolist()
+    columns = np.array([own.index(j) for j in joints.tolist()], dtype=np.intp)
     names = tuple(motion.skeleton.names[j] for j in joints)
-    # The first frame is the start itself, not a step.
-    return found.motion, Traces(found.at[1:], *_rows(found.steps[1:], columns), names)
+    rows = [_rows(steps, columns) for steps in found.passes]
+    gains, parts, seen = (np.sum(x, axis=0) for x in zip(*rows, strict=True))
+    there = seen > 0  # where a pass begins is the start itself, not a step
+    share = seen[there, None, None]
+    return found.motion, Traces(found.at[there], gains[there] / share, parts[there] / share, names)
 
 
 def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool) -> Tracked:
     check_tracking(motion, tracking)
-    joints, first = chosen_joints(motion.skeleton, tracking.joints), leading_frames(motion)
-    if tracking.learned:
-        return track_learned(
-            motion, joints, _network(), first=first, keep_steps=keep_steps, tell=tell
-        )
-    gains = _gains(tracking)
-    return track_by_hand(motion, joints, gains, first=first, keep_steps=keep_steps, tell=tell)
+    joints, gains = _joints(motion, tracking), _gains(tracking, motion.frame_time)
+    track = (
+        partial(track_learned, network=_network())
+        if tracking.learned
+        else (partial(track_by_hand, gains=gains))
+    )
+    return track(
+        motion,
+        joints,
+        causal=tracking.causal,
+        place=tracking.place,
+        first=leading_frames(motion),
+        keep_steps=keep_steps,
+        tell=tell,
+    )
 
 
-def _gains(tracking: Tracking) -> Gains:
-    return replace(Gains(), kp=tracking.kp, kd=tracking.kd, ka=tracking.ka)
+def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
+    if not tracking.joints:  # the place alone
+        return np.zeros(0, dtype=np.int64)
+    return chosen_joints(motion.skeleton, tracking.joints)
 
 
-def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array]:
+def _gains(tracking: Tracking, dt: float) -> Gains:
+    """Those of the review; of the place, which nobody chooses, those that go with the rate."""
+    usual = Gains.by_hand(dt, causal=tracking.causal)
+    return replace(usual, kp=tracking.kp, kd=tracking.kd, ka=tracking.ka)
+
+
+def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Gains and parts of one pass, 0 where it begins, and whether there is a step."""
     gains = np.zeros((len(steps), len(shown), 3))
     parts = np.zeros((len(steps), len(shown), 4))
+    seen = np.zeros(len(steps), dtype=np.int64)
     for row, step in enumerate(steps):
-        assert step.gains is not None
-        assert step.parts is not None
+        if step.gains is None or step.parts is None:
+            continue
+        seen[row] = 1
         for column, gain in enumerate((step.gains.kp, step.gains.kd, step.gains.ka)):
             every = np.broadcast_to(gain, step.state.omega.shape)
             gains[row, :, column] = every[shown].mean(axis=-1)
         for column, vector in enumerate(vars(step.parts).values()):
             parts[row, :, column] = np.linalg.norm(vector[shown], axis=-1)
-    return gains, parts
+    return gains, parts, seen

@@ -15,14 +15,10 @@ right, has no wrap, and leaves a steady turn about one axis as it is but near th
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
 from twistcore.errors import TwistError
-from twistcore.motion import Motion
 from twistcore.rotation import Array, continuous, normalise
 
 # Hz; chosen on the training subjects by `python -m benchmarks.quamo_tune_rivals FOLDER`.
@@ -39,7 +35,7 @@ def smoothed(values: Array, cutoff: float, dt: float) -> Array:
     """
     if not (np.isfinite(cutoff) and 0.0 < cutoff * dt < 0.5):
         raise TwistError(
-            f"expected a cut-off above 0 and below {0.5 / dt:g} Hz, half the frame rate, "
+            f"expected a cut-off above 0 and below {0.5 / dt:.4g} Hz, half the frame rate, "
             f"found {cutoff:g}"
         )
     frames = len(values)
@@ -58,24 +54,3 @@ def smoothed(values: Array, cutoff: float, dt: float) -> Array:
 def smoothed_rotations(q: Array, cutoff: float, dt: float) -> Array:
     """Rotations (frames, …, 4) smoothed; the sign of a quaternion does not matter."""
     return normalise(smoothed(continuous(q), cutoff, dt))
-
-
-def smooth_clip(
-    motion: Motion,
-    joints: NDArray[np.int64],
-    cutoff: float = CUTOFF,
-    *,
-    place: bool = True,
-    first: int = 0,
-) -> Motion:
-    """The motion with these joints smoothed, and the root's place, from a frame on.
-
-    Earlier frames stay (a T-pose). cutoff: of rotations, Hz; the place's is three quarters of it.
-    place: where the clip has positions of the root.
-    """
-    rotations, positions = motion.rotations.copy(), motion.positions.copy()
-    dt = motion.frame_time
-    rotations[first:, joints] = smoothed_rotations(rotations[first:, joints], cutoff, dt)
-    if place and motion.positioned and motion.positioned[0] == 0:
-        positions[first:, 0] = smoothed(positions[first:, 0], PLACE_SHARE * cutoff, dt)
-    return replace(motion, rotations=rotations, positions=positions)

@@ -1,4 +1,7 @@
-"""A clip tracked: chosen joints, hand gains at its own rate or learned ones at 25 Hz."""
+"""A clip tracked: chosen joints, hand gains at its own rate or learned ones at 25 Hz.
+
+Causal, or both ways where the whole clip is there.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,13 @@ from numpy.typing import NDArray
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton
 from twistcore.progress import Tell, nobody
+from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.network import Network
 from twistcore.quamo.resample import corrected, resampled, sample_times
+from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed, smoothed_rotations
 from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
-from twistcore.quamo.tracker import HandGains, Step, track
+from twistcore.quamo.tracker import HandGains, Step, Track, track
 from twistcore.rotation import Array
 
 
@@ -23,13 +28,14 @@ from twistcore.rotation import Array
 class Tracked:
     """A tracked motion; snapped: joints set onto the input, (frames, joints of the skeleton).
 
-    steps: every step, if asked for; at: when each was, in frames of the clip (not whole at 25 Hz);
-    joints: the skeleton's index of each joint of a step.
+    passes: every step forwards, if asked for, and then those backwards, if both ways; at: when each
+    was, in frames of the clip (not whole at 25 Hz); joints: the skeleton's index of each joint of a
+    step.
     """
 
     motion: Motion
     snapped: NDArray[np.bool_]
-    steps: tuple[Step, ...]
+    passes: tuple[tuple[Step, ...], ...]
     at: Array
     joints: NDArray[np.int64]
 
@@ -59,11 +65,23 @@ def joints_of_24(
     return np.intersect1d(joints, known)
 
 
+def placed_joint(motion: Motion) -> int | None:
+    """The joint whose place is the figure's: the topmost whose position channels move.
+
+    As a rule the root; in some rigs that stands still and the hips below it move. None where no
+    joint has position channels; the topmost that has some where nothing moves.
+    """
+    moves = np.ptp(motion.positions, axis=0).any(axis=-1)
+    moving = [j for j, m in zip(motion.positioned, moves, strict=True) if m]
+    return (*moving, *motion.positioned, None)[0]
+
+
 def track_by_hand(
     motion: Motion,
     joints: NDArray[np.int64],
     gains: Gains | None = None,
     *,
+    causal: bool = True,
     place: bool = False,
     first: int = 0,
     keep_steps: bool = False,
@@ -71,14 +89,16 @@ def track_by_hand(
 ) -> Tracked:
     """Hand gains at the clip's own rate, those that follow the rate if none are given.
 
-    place: track the root's place as well; first: where to start, earlier frames stay (a T-pose);
-    tell: called with the share that is done. Raises UnstableGainsError where the gains diverge at
-    this rate.
+    causal: False for both ways, see :func:`track_both_ways`; place: track the place of
+    :func:`placed_joint` as well, if there is one; first: where to start, earlier frames stay (a
+    T-pose); tell: called with the share that is done. Raises UnstableGainsError where the gains
+    diverge at this rate.
     """
+    placed = placed_joint(motion) if place else None
     root = np.zeros((motion.frames - first, 3))
-    if place and motion.positioned:
-        root = motion.positions[first:, 0]
-    found = track(
+    if placed is not None:
+        root = motion.translation(placed)[first:]
+    found = (track if causal else track_both_ways)(
         motion.rotations[first:, joints],
         root,
         motion.frame_time,
@@ -88,9 +108,9 @@ def track_by_hand(
     )
     snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     snapped[first:, joints] = found.snapped
-    tracked = _written(motion, first, joints, found.q, found.r if place else None)
+    tracked = _written(motion, first, joints, found.q, placed, found.r)
     at = np.arange(first, motion.frames, dtype=np.float64)
-    return Tracked(tracked, snapped, found.steps, at, joints)
+    return Tracked(tracked, snapped, _passes(found), at, joints)
 
 
 def track_learned(
@@ -99,6 +119,7 @@ def track_learned(
     network: Network,
     *,
     unit: float | None = None,
+    causal: bool = True,
     place: bool = False,
     first: int = 0,
     keep_steps: bool = False,
@@ -108,7 +129,8 @@ def track_learned(
 
     A frame waits for the next sample of 25 Hz. unit: metres in one unit of the clip. All 24 joints
     are tracked, since the network looks at the whole body, and only `joints` are changed.
-    tell: called with the share that is done.
+    causal: False for both ways, the network started at either end; tell: called with the share that
+    is done.
     """
     topology = find_topology(motion.skeleton)
     scale = metres_per_unit(motion.skeleton, unit)
@@ -118,12 +140,11 @@ def track_learned(
     q, r = topology.reduced(part.rotations), scale * part.positions[:, 0]
     times = sample_times(len(q), motion.frame_time)
     q_in, r_in = resampled(q, r, times)
-    controller = network.started(q_in, r_in)
-    found = track(
+    found = (track if causal else track_both_ways)(
         q_in,
         r_in,
         NETWORK_DT,
-        controller,
+        network.started(q_in, r_in),
         integration=network.integration,
         keep_steps=keep_steps,
         tell=tell,
@@ -131,20 +152,50 @@ def track_learned(
     q_new, r_new = corrected(q, r, times, q_in, r_in, found.q, found.r)
     restored = topology.restored(q_new, part.rotations)
     able = joints_of_24(motion.skeleton, joints, strict=False)
-    root = r_new / scale if place else None
-    tracked = _written(motion, first, able, restored[:, able], root)
+    placed = motion.positioned[0] if place else None
+    tracked = _written(motion, first, able, restored[:, able], placed, r_new / scale)
     snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     shown_at = first + np.ceil(times - 1e-9).astype(np.intp)
     snapped[shown_at[:, None], topology.joints] = found.snapped
-    return Tracked(tracked, snapped, found.steps, first + times, topology.joints)
+    return Tracked(tracked, snapped, _passes(found), first + times, topology.joints)
+
+
+def smooth_clip(
+    motion: Motion,
+    joints: NDArray[np.int64],
+    cutoff: float = CUTOFF,
+    *,
+    place: bool = False,
+    first: int = 0,
+) -> Motion:
+    """No tracker: a smoothing spline of the whole clip, which must be there to its end.
+
+    cutoff: of rotations, Hz; the place's is three quarters of it. The other words are those of
+    :func:`track_by_hand`. TwistError where the clip's rate cannot have the cut-off.
+    """
+    dt, placed = motion.frame_time, placed_joint(motion) if place else None
+    q = smoothed_rotations(motion.rotations[first:, joints], cutoff, dt)
+    r = np.zeros((motion.frames - first, 3))
+    if placed is not None:
+        r = smoothed(motion.translation(placed)[first:], PLACE_SHARE * cutoff, dt)
+    return _written(motion, first, joints, q, placed, r)
+
+
+def _passes(found: Track) -> tuple[tuple[Step, ...], ...]:
+    return tuple(steps for steps in (found.steps, found.steps_back) if steps)
 
 
 def _written(
-    motion: Motion, first: int, joints: NDArray[np.int64], q: Array, root: Array | None
+    motion: Motion,
+    first: int,
+    joints: NDArray[np.int64],
+    q: Array,
+    placed: int | None,
+    r: Array,
 ) -> Motion:
-    """The motion with these rotations of some joints, and the root's places, from a frame on."""
+    """The motion with these rotations of some joints, and places of `placed`, from a frame on."""
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     rotations[first:, joints] = q
-    if root is not None:
-        positions[first:, 0] = root
+    if placed is not None:
+        positions[first:, motion.positioned.index(placed)] = r
     return replace(motion, rotations=rotations, positions=positions)

@@ -297,12 +297,11 @@ class Track(Command):
         """What the undo menu says."""
         if self.tracking is None:
             return "Stop tracking"
-        joints = self.tracking.joints
-        return f"Track {joints[0] if len(joints) == 1 else f'{len(joints)} joints'}"
+        return f"Track {self.tracking.what}"
 
     def apply(self, state: ReviewState) -> ReviewState:
         """The state after the command."""
-        if self.tracking is not None and not self.tracking.joints:
+        if self.tracking is not None and not self.tracking.what:
             raise ValueError("expected a joint to track")
         return replace(state, tracking=self.tracking)
 

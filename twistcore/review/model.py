@@ -33,9 +33,10 @@ class Decision(StrEnum):
 class Tracking:
     """Which joints are tracked with QuaMo after the twist refinement, and how.
 
-    joints: names, by the skeleton's order; learned: gains of the shipped networks instead of κP
-    (1/s²), κD (1/s) and κA; weights: the first 16 digits of the SHA-256 of the networks' file, ''
-    with gains of hands.
+    joints: names, by the skeleton's order, none where only the place is tracked; learned: gains of
+    the shipped networks instead of κP (1/s²), κD (1/s) and κA; weights: the first 16 digits of the
+    SHA-256 of the networks' file, '' with gains of hands; causal: False for both ways; place: the
+    figure's place too. As these two are here, so were all sessions that do not name them.
     """
 
     joints: tuple[str, ...]
@@ -44,6 +45,14 @@ class Tracking:
     ka: float = 0.0
     learned: bool = False
     weights: str = ""
+    causal: bool = True
+    place: bool = False
+
+    @property
+    def what(self) -> str:
+        """What is tracked, in two or three words."""
+        joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
+        return " and ".join((joints,) * bool(self.joints) + ("the place",) * self.place)
 
 
 @dataclass(frozen=True, eq=False)

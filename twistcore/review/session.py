@@ -28,7 +28,10 @@ TRACKING_SCHEMA = "twistcore.session/2"
 # A session with limbs: a program that knows none would take their flips for twists. Or with other
 # chains than found, whose intervals it would not know.
 LIMBS_SCHEMA = "twistcore.session/3"
-_SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA)
+# A session that tracks both ways or the place: a program that knows neither would track otherwise.
+BOTH_WAYS_SCHEMA = "twistcore.session/4"
+_SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA, BOTH_WAYS_SCHEMA)
+_WITH_KINDS = (LIMBS_SCHEMA, BOTH_WAYS_SCHEMA)
 # What an interval under review has beside the interval, its id and the decision, as files list it.
 _JUDGED = {
     **dict.fromkeys(("by_hand", "edited", "supported"), bool),
@@ -52,7 +55,9 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
     The oldest schema that can say it: older programs read what has nothing new in it.
     """
-    kinds = bool(state.rig) or _needs_kinds(clip, state)
+    tracking = state.tracking
+    otherwise = tracking is not None and (tracking.place or not tracking.causal)
+    kinds = otherwise or bool(state.rig) or _needs_kinds(clip, state)
     document = {
         "schema": LIMBS_SCHEMA if kinds else SCHEMA,
         "clip": str(clip.path.absolute()),
@@ -67,10 +72,12 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
         document["rig"] = rig_to_json(state.rig)
     if state.left_out:  # changes nothing that is replayed: an older program may leave it
         document["left_out"] = [list(span) for span in state.left_out]
-    if state.tracking is not None:
-        document["tracking"] = tracking_to_json(state.tracking)
+    if tracking is not None:
+        document["tracking"] = tracking_to_json(tracking)
         if not kinds:
             document["schema"] = TRACKING_SCHEMA
+        elif otherwise:
+            document["schema"] = BOTH_WAYS_SCHEMA
     return document
 
 
@@ -125,7 +132,7 @@ def session_from_document(document: Any) -> Session:
         tau = tau_from_json(document["tau_deg"])
         if not all(math.isfinite(t) and t > 0.0 for t in tau.values()):
             raise ValueError("a τ that is not above 0")
-        kinds = document["schema"] == LIMBS_SCHEMA
+        kinds = document["schema"] in _WITH_KINDS
         intervals = tuple(judged_from_json(j, kinds=kinds) for j in document["intervals"])
         ids = [j.id for j in intervals]
         if len(set(ids)) != len(ids) or any(k >= int(document["next_id"]) for k in ids):
@@ -148,7 +155,7 @@ def session_from_document(document: Any) -> Session:
 def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
     """What is tracked, where the document's schema says that there is such a thing."""
     schema = document["schema"]
-    may_be = schema == LIMBS_SCHEMA and document.get("tracking") is not None
+    may_be = schema in _WITH_KINDS and document.get("tracking") is not None
     return tracking_from_json(document["tracking"]) if schema == TRACKING_SCHEMA or may_be else None
 
 
@@ -176,20 +183,29 @@ def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
         "kd": tracking.kd,
         "ka": tracking.ka,
         "weights": tracking.weights,
+        "causal": tracking.causal,
+        "place": tracking.place,
     }
 
 
 def tracking_from_json(entry: Mapping[str, Any]) -> Tracking:
     """The reverse; KeyError, TypeError or ValueError where it is damaged."""
-    joints, gains = entry["joints"], entry["gains"]
-    if not (isinstance(joints, list) and joints and all(isinstance(j, str) for j in joints)):
+    entry = {"causal": True, "place": False, **entry}  # which the first files did not have
+    joints, gains, causal, place = (entry[k] for k in ("joints", "gains", "causal", "place"))
+    for name, value in (("causal", causal), ("place", place)):
+        if not isinstance(value, bool):
+            raise TypeError(name)
+    if not (isinstance(joints, list) and all(isinstance(j, str) for j in joints)):
+        raise TypeError("a list of joints to track")
+    if not (joints or place):
         raise ValueError("a list of joints to track")
     if gains not in ("hand", "learned"):
         raise ValueError(f"gains {gains!r}")
     kp, kd, ka = (float(entry[key]) for key in ("kp", "kd", "ka"))
     if not all(map(math.isfinite, (kp, kd, ka))):
         raise ValueError("a gain that is not finite")
-    return Tracking(tuple(joints), kp, kd, ka, gains == "learned", str(entry["weights"]))
+    learned, weights = gains == "learned", str(entry["weights"])
+    return Tracking(tuple(joints), kp, kd, ka, learned, weights, causal, place)
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
