@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import make_smoothing_spline
 
 from twistcore.errors import TwistError
-from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations
+from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
 from twistcore.quamo.track_clip import smooth_clip
 from twistcore.rotation import exponential, geodesic_angle, multiply, normalise
 
@@ -29,6 +29,13 @@ def test_a_sine_of_the_cut_off_keeps_half_and_no_frequency_is_shifted():
         ratio = (np.sin(np.pi * f * DT) / np.sin(np.pi * cutoff * DT)) ** 4
         found = smoothed(wave, cutoff, DT)
         np.testing.assert_allclose(found[middle], wave[middle] / (1.0 + ratio), atol=1e-9)
+
+
+def test_the_usual_cut_off_weighs_roughness_by_the_frame_time():
+    assert usual_cutoff(DT) == 4.0
+    assert usual_cutoff(1.0 / 120.0) == pytest.approx(4.0 * 4.8**0.25)
+    roughness = [dt**4 * (2.0 * np.sin(np.pi * usual_cutoff(dt) * dt)) ** -4 for dt in (1e-3, 2e-3)]
+    assert roughness[1] / roughness[0] == pytest.approx(2.0, rel=1e-3)
 
 
 def test_it_is_scipys_smoothing_spline_where_the_rate_is_high():

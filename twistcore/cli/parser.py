@@ -209,7 +209,7 @@ def _quamo(parser: argparse.ArgumentParser) -> None:
         help="the tracker, or a smoothing spline: smoother, and sees the whole clip",
     )
     refine.add_argument(
-        "--cutoff", type=positive, metavar="HZ", help="of the spline: what keeps half; default 4"
+        "--cutoff", type=positive, metavar="HZ", help="of the spline: what keeps half; usual 4 to 6"
     )
     refine.add_argument("--gains", choices=("hand", "learned"), default="hand")
     refine.add_argument("--weights", type=Path, metavar="FILE", help="instead of the shipped ones")

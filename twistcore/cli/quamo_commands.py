@@ -21,7 +21,7 @@ from twistcore.quality.figure_quality import quality_before_and_after
 from twistcore.quamo.network import read_network
 from twistcore.quamo.npz_poses import read_poses
 from twistcore.quamo.response import lags, overshoots
-from twistcore.quamo.spline import CUTOFF
+from twistcore.quamo.spline import usual_cutoff
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
     chosen_joints,
@@ -50,7 +50,7 @@ def refine(arguments: argparse.Namespace) -> int:
     _refuse_of_other_method(arguments)
     gains = _hand_gains(arguments, motion.frame_time)
     spline = arguments.method == "spline"
-    cutoff = CUTOFF if arguments.cutoff is None else arguments.cutoff
+    cutoff = arguments.cutoff or usual_cutoff(motion.frame_time)
     try:
         joints = chosen_joints(motion.skeleton, arguments.joints)
         first, placed = leading_frames(motion), placed_joint(motion)
@@ -141,7 +141,7 @@ def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], place
 
 def _told(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> str:
     if arguments.method == "spline":
-        return f"smoothed by a spline, cut-off {cutoff:g} Hz"
+        return f"smoothed by a spline, cut-off {cutoff:.2g} Hz"
     how = f"tracked {'causally' if arguments.causal else 'both ways'} with "
     if gains is None:
         return how + "learned gains"

@@ -19,12 +19,22 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from twistcore.errors import TwistError
+from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.rotation import Array, continuous, normalise
 
-# Hz; chosen on the training subjects by `python -m benchmarks.quamo_tune_rivals FOLDER`.
+# Hz at 25 Hz; chosen on the training subjects by `python -m benchmarks.quamo_tune_rivals FOLDER`.
 CUTOFF = 4.0
 PLACE_SHARE = 0.75  # cut-off of the root's place, of that of rotations: 3 Hz
 _SECOND = np.array([1.0, -2.0, 1.0])  # the second difference
+
+
+def usual_cutoff(dt: float) -> float:
+    """Cut-off in Hz for a frame time: 4 Hz at 25 Hz, 5 at 60, 5.9 at 120.
+
+    The noise of a frame is taken to be as large at any rate. In a second of more frames it then
+    weighs less, in proportion to Δt, and so may f⁻⁴, what the best spline weighs roughness with.
+    """
+    return float(CUTOFF * (NETWORK_DT / dt) ** 0.25)
 
 
 def smoothed(values: Array, cutoff: float, dt: float) -> Array:
