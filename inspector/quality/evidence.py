@@ -15,6 +15,7 @@ from twistcore.detection.cuts import leading_frames
 from twistcore.figure import guess_up
 from twistcore.quality.figure_quality import Quality, quality_before_and_after
 from twistcore.quality.joint_quality import SLIDE_SPEED, JointQuality, joint_quality
+from twistcore.quamo.track_clip import placed_joint
 from twistcore.rotation import Array
 
 
@@ -75,11 +76,15 @@ MEASURES = (
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """The joints' evidence, and the whole figure's where the 24 joints are there."""
+    """The joints' evidence, and the whole figure's where the 24 joints are there.
+
+    placed: the joint whose place is the figure's; None where no joint has one.
+    """
 
     clip: object
     joints: JointQuality
     figure: Quality | None
+    placed: int | None
 
     def column(self, measure: int) -> Array:
         """A number a joint; NaN where there is none, (joints,)."""
@@ -145,4 +150,4 @@ def _work(data: Analysed) -> Known:
     # A T-pose in the first frames is no capture: the leap out of it is no jitter.
     capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)
     both = quality_before_and_after(capture, capture)
-    return Known(data.clip, joints, both[0] if both else None)
+    return Known(data.clip, joints, both[0] if both else None, placed_joint(data.motion))

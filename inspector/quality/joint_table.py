@@ -1,4 +1,4 @@
-"""The joints with their measures: a row a joint, worst first."""
+"""The joints with their measures: a row a joint, worst first; the figure's place has its own."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from inspector.widgets.theme import Theme
 
 @dataclass(frozen=True)
 class _Joint:
-    """What the table says of a joint; values: None where a measure has no number."""
+    """What the table says of a joint; values: None where a measure has no number.
+
+    number: the skeleton's index, or one more than its last for the place.
+    """
 
     number: int
     name: str
@@ -35,6 +38,7 @@ class JointsModel(RowModel[_Joint]):
         super().__init__(theme)
         self._document, self._evidence = document, evidence
         self._tracked: frozenset[str] = frozenset()
+        self._place_tracked = False
         self._column, self._down = 1, True
 
     def key(self, thing: _Joint) -> int:
@@ -48,6 +52,8 @@ class JointsModel(RowModel[_Joint]):
             for measure, value in zip(MEASURES, thing.values, strict=True)
         )
         name = f"{thing.name}, tracked with QuaMo" if thing.tracked else thing.name
+        if thing.number == len(self.names):
+            name += ": where the figure is, chosen with the joints; no measure is of it"
         return Row(
             texts=(f"{thing.name} ┄" if thing.tracked else thing.name, *numbers),
             colours={0: self.theme.tracked} if thing.tracked else {},
@@ -65,16 +71,19 @@ class JointsModel(RowModel[_Joint]):
             _Joint(j, name, tuple(_finite(c[j]) for c in columns), name in self._tracked)
             for j, name in enumerate(self.names)
         ]
+        if self.place:
+            none = (None,) * len(MEASURES)
+            joints.append(_Joint(len(joints), self.place, none, self._place_tracked))
         if self._column == 0:
             joints.sort(key=lambda joint: joint.name.lower(), reverse=self._down)
         else:
-            joints.sort(key=self._place)
+            joints.sort(key=self._order)
         self.show(joints)
 
-    def mark_tracked(self, joints: frozenset[str]) -> None:
-        """Which joints are tracked."""
-        if joints != self._tracked:
-            self._tracked = joints
+    def mark_tracked(self, joints: frozenset[str], *, place: bool) -> None:
+        """Which joints are tracked, and whether the place is."""
+        if (joints, place) != (self._tracked, self._place_tracked):
+            self._tracked, self._place_tracked = joints, place
             self.reset()
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
@@ -82,12 +91,24 @@ class JointsModel(RowModel[_Joint]):
         self._column, self._down = column, order == Qt.SortOrder.DescendingOrder
         self.reset()
 
-    def _place(self, joint: _Joint) -> tuple[bool, float]:
+    def _order(self, joint: _Joint) -> tuple[bool, float]:
         """Joints without a number stay below, whichever way it is sorted."""
         value = joint.values[self._column - 1]
         if value is None:
             return True, 0.0
         return False, -value if self._down else value
+
+    @property
+    def place(self) -> str:
+        """What the row of the figure's place is called; '' where there is none."""
+        known = self._evidence.known
+        placed = known.placed if known is not None else None
+        return f"{self.names[placed]}, place" if placed is not None else ""
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Names of all that can be tracked, by number: the joints, then the place."""
+        return (*self.names, *((self.place,) if self.place else ()))
 
     @property
     def names(self) -> Sequence[str]:

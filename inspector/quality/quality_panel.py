@@ -104,20 +104,21 @@ class QualityPanel(QWidget):
 
     @property
     def joint(self) -> int | None:
-        """The joint whose curve is drawn."""
+        """The joint whose curve is drawn; None on the row of the place, which has none."""
         index = self.table.currentIndex()
-        return self.model.things[index.row()].number if index.isValid() else None
+        number = self.model.things[index.row()].number if index.isValid() else None
+        return None if number == len(self.model.names) else number
 
     @property
     def chosen(self) -> tuple[str, ...]:
-        """Names of the selected joints, in the skeleton's order."""
+        """Names of the selected joints, in the skeleton's order; the place comes last."""
         rows = self.table.selectionModel().selectedRows()
         chosen = sorted(self.model.things[r.row()].number for r in rows)
-        return tuple(self.model.names[j] for j in chosen)
+        return tuple(self.model.rows[j] for j in chosen)
 
     def choose(self, *names: str) -> None:
-        """Select joints by name; the first gets its curve drawn."""
-        numbers = [list(self.model.names).index(name) for name in names]
+        """Select joints, and the place, by what their rows are called; the first has its curve."""
+        numbers = [self.model.rows.index(name) for name in names]
         rows = [row for n in numbers if (row := self.model.row_of(n)) is not None]
         if not rows:
             return
@@ -132,7 +133,7 @@ class QualityPanel(QWidget):
         """Track the selected joints with the gains of the page."""
         if self._actions["track_joints"].isEnabled():
             self.tabs.setCurrentWidget(self.page)
-            self.tracked.ask(self.page.tracking(self.chosen))
+            self.tracked.ask(self.page.tracking(self.chosen, self.model.place))
 
     # -- following ----------------------------------------------------------------------------
 
@@ -175,7 +176,10 @@ class QualityPanel(QWidget):
         self._actions["track_joints"].setEnabled(bool(chosen) and not self.tracked.running)
         self._actions["cancel_tracking"].setEnabled(self.tracked.asked is not None)
         self._actions["stop_tracking"].setEnabled(tracking is not None)
-        self.model.mark_tracked(frozenset(tracking.joints if tracking else ()))
+        self.model.mark_tracked(
+            frozenset(tracking.joints if tracking else ()),
+            place=tracking is not None and tracking.place,
+        )
         self._pages.setCurrentIndex(1 if known else 0)
         if known is None:
             self.hint.setText("Looking at every joint …" if self.evidence.running else _EMPTY)
@@ -183,7 +187,7 @@ class QualityPanel(QWidget):
         self._show_figure()
         self._show_curve()
         name = self.model.names[self.joint] if self.joint is not None else ""
-        self.page.refresh(chosen, name)
+        self.page.refresh(chosen, name, self.model.rows, self.model.place)
 
     def _show_figure(self) -> None:
         known, result = self.evidence.known, self.tracked.result
@@ -209,7 +213,12 @@ class QualityPanel(QWidget):
         measure = MEASURES[self.measure]
         if known is None or joint is None:
             self.plot.show_lines(())
-            self.curve_words.set_text("Select a joint.")
+            on_place = self.table.currentIndex().isValid()
+            self.curve_words.set_text(
+                f"<b>{self.model.place}</b> &nbsp;no measure is of it"
+                if on_place
+                else "Select a joint."
+            )
             return
         y = known.curve(self.measure, joint)
         frames = len(y)

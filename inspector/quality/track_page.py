@@ -1,8 +1,9 @@
-"""Tracking with QuaMo: the warning, gains, and what the tracker does at one joint over time."""
+"""Tracking with QuaMo: the warning, direction, gains, and what it does at one joint over time."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import Qt
@@ -27,6 +28,7 @@ from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.export.tracking import DEMONSTRATION, WARNING, knows_learned, weights_mark
 from twistcore.quamo import Gains
+from twistcore.quamo.response import lags, overshoots
 from twistcore.review import Tracking
 
 _GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka", 1000.0, ""))
@@ -55,9 +57,13 @@ class TrackPage(QWidget):
         self._usual: dict[str, float] = {}
         self.hand, self.learned = QRadioButton("Hand"), QRadioButton("Learned")
         self.learned.setToolTip("Gains of the networks, at 25 Hz: CMU's or SMPL's 24 joints only")
-        group = QButtonGroup(self)
-        for button in (self.hand, self.learned):
-            group.addButton(button)
+        self.both_ways, self.causal = QRadioButton("Both ways"), QRadioButton("Causal")
+        self.both_ways.setToolTip("Over the whole clip, forwards and backwards: no lag")
+        for pair in ((self.hand, self.learned), (self.both_ways, self.causal)):
+            group = QButtonGroup(self)
+            for button in pair:
+                group.addButton(button)
+        self.both_ways.setChecked(True)
         for symbol, name, _, unit in _GAINS:
             box = QDoubleSpinBox(maximum=_HIGHEST, prefix=f"{symbol} ")
             box.setDecimals(1 if name == "kd" else 0)
@@ -67,6 +73,7 @@ class TrackPage(QWidget):
         self._show_usual(Gains())
         self.hand.setChecked(True)
         self.hand.toggled.connect(self._enable)
+        self.causal.toggled.connect(self._show_usual_of_clip)
         self.bar = QProgressBar(textVisible=False, minimum=0, maximum=100)
         self.bar.setFixedWidth(60)
         self.buttons = QStackedWidget()
@@ -79,6 +86,8 @@ class TrackPage(QWidget):
         self.joints = soft(QLabel())
         self.joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.buttons.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.done = Caption(soft=True)
+        self.done.hide()
         self.gain_words, self.part_words = Caption(), Caption()
         self.gains, self.parts = TracePlot(theme, " %"), TracePlot(theme)
         for plot, name in (
@@ -97,10 +106,11 @@ class TrackPage(QWidget):
             plots.addWidget(plot, 1, column)
             plots.setColumnStretch(column, 1)
         plots.setRowStretch(1, 1)
-        ways = hbox(self.hand, self.learned, None, spacing=4)
+        pairs = ((self.both_ways, self.causal), (self.hand, self.learned))
+        ways = hbox(*(hbox(*pair, spacing=4) for pair in pairs), None, spacing=14)
         gains = Wrapping(ways, hbox(*self.boxes.values(), None, spacing=4), spacing=4)
         acting = hbox((self.joints, 1), self.buttons, spacing=6)
-        content = self.warning, gains, acting, (plots, 1)
+        content = self.warning, gains, acting, self.done, (plots, 1)
         vbox(*content, owner=self, margins=(0, 4, 0, 0), spacing=3)
 
     def set_theme(self, theme: Theme) -> None:
@@ -110,26 +120,40 @@ class TrackPage(QWidget):
         self.parts.set_theme(theme)
         self.warning.set_text(f"{inked(f'⚠ {WARNING}', theme.warning)} {DEMONSTRATION}")
 
-    def tracking(self, joints: Sequence[str]) -> Tracking:
-        """These joints with the gains chosen here."""
+    def tracking(self, chosen: Sequence[str], place: str) -> Tracking:
+        """These joints, and the figure's place by the name of its row, as chosen here."""
+        joints = tuple(name for name in chosen if name != place)
+        wanted = Tracking(joints, causal=self.causal.isChecked(), place=len(joints) < len(chosen))
         if self.learned.isChecked():
-            return Tracking(tuple(joints), learned=True, weights=weights_mark())
+            return replace(wanted, learned=True, weights=weights_mark())
         kp, kd, ka = (self.boxes[name].value() for _, name, _, _ in _GAINS)
-        return Tracking(tuple(joints), kp=kp, kd=kd, ka=ka)
+        return replace(wanted, kp=kp, kd=kd, ka=ka)
 
     def take_clip(self) -> None:
-        """Another clip: are there networks for its skeleton? Gains as its review has them."""
+        """Another clip: are there networks for its skeleton? Direction and gains of its review."""
         data = self._document.data
         able = data is not None and knows_learned(data.motion)
         self.learned.setEnabled(able)
         tracking = self._document.review.state.tracking if data else None
-        if data is not None:
-            self._show_usual(Gains.by_hand(data.motion.frame_time))
+        (self.causal if tracking and tracking.causal else self.both_ways).setChecked(True)
+        self._show_usual_of_clip()
         (self.learned if tracking and tracking.learned and able else self.hand).setChecked(True)
         if tracking and not tracking.learned:
             self._usual = {}
             self._show_usual(tracking)
         self._enable()
+
+    def _show_usual_of_clip(self) -> None:
+        if (data := self._document.data) is None:
+            return
+        dt = data.motion.frame_time
+        self._show_usual(Gains.by_hand(dt, causal=self.causal.isChecked()))
+        usual = Gains.by_hand(dt)
+        late, over = 1000.0 * lags(usual, dt)[0], 100.0 * overshoots(usual, dt)[0]
+        self.causal.setToolTip(
+            "Frame by frame, looking at nothing that comes later: with the usual gains a joint "
+            f"lags {late:.0f} ms and overshoots a step by {over:.0f} %"
+        )
 
     def _show_usual(self, gains: Gains | Tracking) -> None:
         """The gains that go with the clip, unless a person has chosen others."""
@@ -143,17 +167,30 @@ class TrackPage(QWidget):
         for box in self.boxes.values():
             box.setEnabled(self.hand.isChecked())
 
-    def refresh(self, chosen: Sequence[str], joint: str) -> None:
-        """chosen: to be tracked next; joint: whose traces are drawn, if it is tracked."""
+    def refresh(self, chosen: Sequence[str], joint: str, rows: Sequence[str], place: str) -> None:
+        """chosen: to be tracked next, some of `rows`, of which `place` is the figure's place.
+
+        joint: whose traces are drawn, if it is tracked.
+        """
         self.buttons.setCurrentIndex(1 if self._tracked.asked is not None else 0)
         if self._tracked.asked is None:
             self.bar.setValue(0)
         result = self._tracked.result
         names = result.traces.names if result else ()
         self._joint = joint if joint in names else (names[0] if names else "")
-        said = f"Selected: {_listed(chosen)}" if chosen else "Select joints in the table"
-        self.joints.setText(f"{said}{f' · tracked: {_listed(names)}' if names else ''}")
-        self.joints.setToolTip(self.joints.text())
+        said = f"Selected: {_listed(chosen, place)}" if chosen else "Select joints in the table"
+        self.joints.setText(said)
+        self.joints.setToolTip(said)
+        self.done.setVisible(result is not None)
+        if result is not None:
+            tracking = result.wanted.tracking
+            done = (*names, place) if tracking.place else names
+            rest = tuple(name for name in rows if name not in done)
+            way = "causally" if tracking.causal else "both ways"
+            self.done.set_text(
+                f"Tracked {way}: {_listed(done, place)}; "
+                f"untracked: {_listed(rest, place) or 'nothing'}"
+            )
         state = (result, self._joint, self._theme, self._document.first_frame)
         if state != self._shown:
             self._shown = state
@@ -206,5 +243,8 @@ class TrackPage(QWidget):
         return inked(f"━ {text}", getattr(self._theme, role))
 
 
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names) if len(names) <= 2 else f"{len(names)} joints"
+def _listed(names: Sequence[str], place: str) -> str:
+    """One or two names, or how many joints and whether the place is among them."""
+    joints = [name for name in names if name != place]
+    told = joints if len(joints) <= 2 else [f"{len(joints)} joints"]
+    return " and ".join([", ".join(told)] * bool(told) + [place] * (place in names))

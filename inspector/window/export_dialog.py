@@ -67,9 +67,10 @@ class ExportDialog(WriteDialog):
         form.addRow("Intervals", self.count)
         tracking = document.review.state.tracking if document.data else None
         if tracking is not None:
-            joints, gains = len(tracking.joints), "learned" if tracking.learned else "hand"
-            count = tracking.joints[0] if joints == 1 else f"{joints} joints"
-            form.addRow("Tracked", QLabel(f"{count} with QuaMo, {gains} gains, afterwards"))
+            way = "causally" if tracking.causal else "both ways"
+            gains = "learned" if tracking.learned else "hand"
+            how = f"{tracking.what} with QuaMo, {way}, {gains} gains, afterwards"
+            form.addRow("Tracked", QLabel(how))
         form.addRow("", self.undecided)
         form.addRow("", self.warning)
         form.addRow("With", self.session)

@@ -21,6 +21,8 @@ from twistcore.quality.joint_quality import joint_quality
 from twistcore.quamo import Gains
 from twistcore.review import Decide, Decision
 
+PLACE = "Hips, place"
+
 
 @pytest.fixture
 def window(qtbot, show_window, tmp_path):
@@ -62,7 +64,7 @@ def test_nothing_is_computed_before_the_tab_is_seen(qtbot, window):
 def test_the_table_holds_the_numbers_of_the_core_worst_first(window, quality):
     clip = read_bvh(INJECTED)
     core = joint_quality(clip, forward_kinematics(clip.motion)[1])
-    shown = [float(text) for text in column(quality, 1)]
+    shown = [float(text) for text in column(quality, 1)[:-1]]  # the place has none
     assert shown == [round(float(v), 2) for v in sorted(core.usual_jitter, reverse=True)]
     worst = clip.motion.skeleton.names[int(np.argmax(core.usual_jitter))]
     assert column(quality, 0)[0] == worst
@@ -76,7 +78,7 @@ def test_another_column_sorts_and_draws_its_curve_and_the_selection_stays(qtbot,
     quality.choose("LeftForeArm")
     quality.table.sortByColumn(3, Qt.SortOrder.DescendingOrder)
     qtbot.wait(50)
-    speeds = [float(text) for text in column(quality, 3)]
+    speeds = [float(text) for text in column(quality, 3)[:-1]]
     assert speeds == sorted(speeds, reverse=True)
     assert quality.chosen == ("LeftForeArm",)
     joint = window.document.data.motion.skeleton.index("LeftForeArm")
@@ -125,7 +127,7 @@ def test_it_never_runs_unasked_and_the_warning_stands_there(qtbot, window, quali
 
 def test_tracking_is_a_step_of_the_review_that_undo_takes_back(qtbot, window, quality):
     track(qtbot, quality, "LeftForeArm", "LeftHand")
-    tracking = quality.page.tracking(("LeftForeArm", "LeftHand"))
+    tracking = quality.page.tracking(("LeftForeArm", "LeftHand"), PLACE)
     assert window.document.review.state.tracking == tracking
     assert window.document.review.undo_text == "Track 2 joints"
     expected = tracked_motion(shown_motion(window.document), tracking)
@@ -155,7 +157,7 @@ def test_a_rejected_interval_is_tracked_anew_with_its_error(qtbot, window, quali
     ids = tuple(j.id for j in window.document.intervals)
     window.document.do(Decide(ids, Decision.REJECTED))
     qtbot.waitUntil(lambda: quality.tracked.result is not first, timeout=10_000)
-    tracking = quality.page.tracking(("LeftForeArm",))
+    tracking = quality.page.tracking(("LeftForeArm",), PLACE)
     raw = tracked_motion(window.document.data.motion, tracking)
     rotations, _ = forward_kinematics(raw)
     np.testing.assert_array_equal(quality.tracked.result.rotations, rotations)
@@ -183,19 +185,65 @@ def test_gains_that_would_diverge_are_refused_in_a_sentence(qtbot, window, quali
     assert window.document.review.state.tracking is None
 
 
-def test_gains_of_the_page_follow_the_clips_rate_until_a_person_chooses(qtbot, window, quality):
+def test_gains_of_the_page_follow_rate_and_direction_until_a_person_chooses(qtbot, window, quality):
     page = quality.page
-    assert page.boxes["kp"].value() == round(Gains.by_hand(1.0 / 120.0).kp)
-    assert page.boxes["kd"].value() == round(Gains.by_hand(1.0 / 120.0).kd, 1)
+    for causal in (False, True, False):
+        (page.causal if causal else page.both_ways).setChecked(True)
+        usual = Gains.by_hand(1.0 / 120.0, causal=causal)
+        assert page.boxes["kp"].value() == round(usual.kp)
+        assert page.boxes["kd"].value() == round(usual.kd, 1)
+    assert "lags 14 ms" in page.causal.toolTip()
     data = window.document.data
     slower = replace(data, clip=replace(data.clip, frame_time=0.04))
-    for chosen, expected in ((None, 600.0), (900.0, 900.0)):
+    for chosen, expected in ((None, 550.0), (900.0, 900.0)):
         if chosen:
             page.boxes["kp"].setValue(chosen)
         window.document.show_clip(slower)
         qtbot.waitUntil(lambda: quality.evidence.known is not None, timeout=10_000)
         qtbot.wait(50)
         assert page.boxes["kp"].value() == expected
+
+
+def test_both_ways_unless_causal_is_chosen_and_the_page_says_which(qtbot, window, quality):
+    track(qtbot, quality, "LeftForeArm")
+    assert not window.document.review.state.tracking.causal
+    assert "Tracked both ways: LeftForeArm;" in quality.page.done.text()
+    first = quality.tracked.result
+    quality.page.causal.setChecked(True)
+    quality.track()
+    qtbot.waitUntil(lambda: quality.tracked.result is not first, timeout=10_000)
+    qtbot.wait(50)
+    assert window.document.review.state.tracking.causal
+    assert "Tracked causally: LeftForeArm;" in quality.page.done.text()
+
+
+def test_the_place_has_a_row_of_its_own_and_what_is_left_is_said(qtbot, window, quality):
+    assert column(quality, 0)[-1] == PLACE
+    assert [cell[-1] for cell in (column(quality, k) for k in range(1, 5))] == ["–"] * 4
+    quality.choose(PLACE)
+    assert quality.joint is None
+    assert quality.chosen == (PLACE,)
+    track(qtbot, quality, "LeftForeArm")
+    assert f"untracked: 30 joints and {PLACE}" in quality.page.done.text()
+    first = quality.tracked.result
+    quality.table.selectAll()
+    qtbot.wait(30)
+    assert len(quality.chosen) == 32
+    quality.track()
+    qtbot.waitUntil(lambda: quality.tracked.result is not first, timeout=10_000)
+    qtbot.wait(50)
+    tracking = window.document.review.state.tracking
+    assert (len(tracking.joints), tracking.place) == (31, True)
+    assert f"31 joints and {PLACE}; untracked: nothing" in quality.page.done.text()
+    assert f"{PLACE} ┄" in column(quality, 0)
+    hips = quality.tracked.result.positions[5:, 0] - window.document.data.motion.translation(0)[5:]
+    assert np.abs(hips).max() > 1e-3
+    quality.choose(PLACE)
+    quality.track()
+    qtbot.waitUntil(lambda: not window.document.review.state.tracking.joints, timeout=10_000)
+    qtbot.wait(50)
+    assert quality.tracked.result.wanted.tracking.place
+    assert f"Tracked both ways: {PLACE}; untracked: 31 joints" in quality.page.done.text()
 
 
 def test_learned_gains_are_traced_at_the_playhead(qtbot, window, quality):
@@ -231,7 +279,7 @@ def test_the_third_figure_is_drawn_and_goes_with_before(qtbot, window, quality):
 
 def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, quality, tmp_path):
     window.document.accept_undecided()
-    track(qtbot, quality, "LeftForeArm", "RightLeg")
+    track(qtbot, quality, "LeftForeArm", "RightLeg", PLACE)
     out = tmp_path / "out.bvh"
     window.files.export(ExportChoice(out, report=False))
     assert window.exporter.finish()
@@ -241,6 +289,7 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
     assert main(["apply", str(session), str(clip), "-o", str(again)]) == 0
     assert again.read_bytes() == out.read_bytes()
     assert out.read_bytes() != clip.read_bytes()
+    assert (read_bvh(out).values != read_bvh(clip).values)[:, :3].any(axis=0).all()
 
 
 # --- the lesson ---------------------------------------------------------------------------------
