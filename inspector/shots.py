@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
@@ -16,7 +17,6 @@ import numpy as np
 from PySide6.QtCore import QEventLoop, QPoint, QTimer
 from PySide6.QtGui import QImage
 
-import twistcore.cli
 from inspector.app import make_application
 from inspector.bundled import EXERCISES, FLIPPED, LESSONS, SAMPLE, TOUR
 from inspector.session.settings import Settings
@@ -86,7 +86,14 @@ def main() -> int:
         assert document.data is not None
         document.review.mark_saved()
         noisy = document.data.clip.path.parent / "dance_noisy.bvh"
-        twistcore.cli.main(["quamo", "noise", str(EXERCISES[0]), "-o", str(noisy), "--level", "A"])
+        noise = (
+            sys.executable,
+            "-m",
+            "twistcore",
+            "quamo",
+            "noise",
+        )  # the study's, not the window's
+        subprocess.run([*noise, EXERCISES[0], "-o", noisy, "--level", "A"], check=True)
         window.open_path(noisy)
         wait_for(lambda: document.data is not None and document.data.clip.path == noisy)
         quality(window)
