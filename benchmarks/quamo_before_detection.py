@@ -4,7 +4,7 @@ Twist errors of a protocol are put into every clip of a folder. They are looked 
 and in the same clip tracked with QuaMo's hand gains. An error counts as found where an interval of
 its chain covers at least half of their union. FSR [Choi26 §4.2.1] is measured after the refinement:
 raw against the clean clip, tracked against the clean clip tracked, so that the tracker's own
-lag counts for neither.
+lag counts for neither. --both-ways: tracked in both directions of time instead of causally.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -90,7 +91,9 @@ def main() -> None:
     parser.add_argument("clips", type=Path, nargs="?", default=Path("assets"))
     parser.add_argument("--protocol", default="P0")
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--both-ways", action="store_true")
     arguments = parser.parse_args()
+    track = partial(track_by_hand, causal=not arguments.both_ways)
     protocol = parse_protocol(arguments.protocol)
     raw, tracked, after = Count(), Count(), Count()
     paths = [p for p in sorted(arguments.clips.glob("*.bvh")) if "injected" not in p.stem]
@@ -101,7 +104,7 @@ def main() -> None:
         by_name = {c.name: c for c in chains}
         clean = prepare(motion, chains, protocol)
         joints = np.arange(len(clean.skeleton))
-        clean_tracked = track_by_hand(clean, joints).motion
+        clean_tracked = track(clean, joints).motion
         for seed in range(arguments.seeds):
             rng = generator(seed, path.name)
             targets = draw_targets(chains, rng, protocol)
@@ -110,11 +113,11 @@ def main() -> None:
             found = detect(dirty, chains)
             refined = refine(dirty, chains, found)
             raw.add(clean, dirty, refined, found, errors, by_name, clean)
-            late = track_by_hand(dirty, joints).motion
+            late = track(dirty, joints).motion
             late_found = detect(late, chains)
             repaired = refine(late, chains, late_found)
             tracked.add(clean_tracked, dirty, repaired, late_found, errors, by_name, clean)
-            in_order = track_by_hand(refined, joints).motion
+            in_order = track(refined, joints).motion
             after.add(clean_tracked, dirty, in_order, found, errors, by_name, clean)
     print(
         f"{len(paths)} clips of {arguments.clips.resolve().name}, protocol {protocol.name}, "

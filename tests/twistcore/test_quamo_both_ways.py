@@ -1,5 +1,7 @@
 """Both directions of time: no lag, the same whichever way a clip runs, each pass as it is alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from twistcore.quamo import Gains, HandGains, check_stability, track, track_both
 from twistcore.quamo.both_ways import half_way
 from twistcore.quamo.network import read_network
 from twistcore.quamo.state_space import FIRST_ORDER
+from twistcore.quamo.track_clip import placed_joint, track_by_hand
 from twistcore.quamo.tracker import LOST_AFTER
 from twistcore.quamo.weights import weights_file
 from twistcore.rotation import (
@@ -166,3 +169,19 @@ def test_learned_gains_go_both_ways_as_well(dirty_walk):
     behind = track(q[::-1], r[::-1], 0.04, network.started(q[::-1], r[::-1]))
     assert same_rotations(found.q, half_way(alone.q, behind.q[::-1])) < 1e-5
     assert found.steps[5].gains.kp.shape == (24, 3)
+
+
+def test_the_place_is_that_of_the_topmost_joint_that_moves(dirty_walk):
+    motion = dirty_walk.motion.sliced(1, 60)
+    hips = motion.translation(0)
+    still = np.broadcast_to(hips[:1], hips.shape)
+    assert placed_joint(motion) == 0
+    below = replace(motion, positioned=(0, 1), positions=np.stack([still, hips], axis=1))
+    assert placed_joint(below) == 1
+    found = track_by_hand(below, np.zeros(0, dtype=np.int64), causal=False, place=True).motion
+    assert (found.positions[:, 0] == still).all()
+    expected = track_both_ways(np.zeros((59, 0, 4)), hips, motion.frame_time, HandGains()).r
+    assert np.abs(found.positions[:, 1] - expected).max() < 0.01
+    assert np.abs(found.positions[:, 1] - hips).max() > 1e-4
+    assert placed_joint(replace(below, positions=np.stack([still, still], axis=1))) == 0
+    assert placed_joint(replace(motion, positioned=(), positions=np.zeros((59, 0, 3)))) is None

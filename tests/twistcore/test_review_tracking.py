@@ -281,6 +281,16 @@ def test_the_report_says_what_was_tracked_and_that_it_came_afterwards(tmp_path, 
     assert any(row["tracked_after"] for row in rows)
 
 
+def test_the_report_says_that_the_tracked_place_moves_every_joint(tmp_path):
+    review = fresh()
+    review.do(Track(Tracking((), causal=False, place=True)))
+    refined = accepted_motion(CLIP, CHAINS, review.state)
+    write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
+    moved = json.loads((tmp_path / "walk_injected.report.json").read_text())["changed"]["moved"]
+    assert moved
+    assert {move["why"] for move in moved} == {"tracking"}
+
+
 def test_the_report_of_a_review_that_tracks_nothing_has_no_word_of_it(tmp_path):
     review = reviewed()
     refined = accepted_motion(CLIP, CHAINS, review.state)
