@@ -35,6 +35,8 @@ from xml.etree import ElementTree
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from tests.gui.forked import Forked, Parent
+
 ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
@@ -264,7 +266,7 @@ def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
     return "\n".join(f"  {line.strip()}" for line in told) or f"  exit status {done.returncode}"
 
 
-RUNNING: set[subprocess.Popen[bytes]] = set()
+RUNNING: set[subprocess.Popen[bytes] | Forked] = set()
 
 
 def start(
@@ -275,7 +277,11 @@ def start(
     Ctrl+C reaches the command itself, so the first is left to it; the second ends it.
     """
     errors = None if output is None else subprocess.STDOUT
-    child = subprocess.Popen(command, env=env, cwd=cwd, stdout=output, stderr=errors)
+    return finish(subprocess.Popen(command, env=env, cwd=cwd, stdout=output, stderr=errors))
+
+
+def finish(child: subprocess.Popen[bytes] | Forked) -> int:
+    """Wait for what was started, and return its exit status."""
     RUNNING.add(child)
     interrupted = False
     while True:
@@ -402,12 +408,12 @@ def command_test(args: list[str]) -> int:
     counts: collections.Counter[str] = collections.Counter()
     notes: list[str] = []
 
-    def run_twice(part: list[str]) -> int:
+    def run_twice(part: list[str], parent: Parent | None = None) -> int:
         with tempfile.TemporaryFile() as output:
-            done = run_part(part, output)
+            done = run_part(part, output, parent)
             if done is None and not given_up:  # it crashed, or hung until pytest gave it up
                 notes.append(f"{part[0]}: its process did not come to its end and was run again.")
-                done = run_part(part, output)
+                done = run_part(part, output, parent)
             output.seek(0)
             say(output.read().decode(errors="replace"))
         counts.update(done or {"failed": 1})
@@ -417,7 +423,7 @@ def command_test(args: list[str]) -> int:
         status = 0
         # A program has one window: hundreds in one process try Qt's bindings, not the program.
         for module in waiting:  # one list for both lanes
-            status |= 0 if given_up else run_twice([module])
+            status |= 0 if given_up else run_twice([module], parent)
         return status
 
     def test_the_rest() -> int:
@@ -425,7 +431,7 @@ def command_test(args: list[str]) -> int:
         return status if has_screen() else status | test_windows()
 
     waiting, given_up = iter(window_tests()), False
-    with ThreadPoolExecutor(2) as lanes:
+    with parent_of_tests() as parent, ThreadPoolExecutor(2) as lanes:
         running = [lanes.submit(test_the_rest), lanes.submit(test_windows)]
         try:
             status = max([lane.result() for lane in running])
@@ -447,16 +453,36 @@ def window_tests() -> list[str]:
     return [file.relative_to(ROOT).as_posix() for file in files]
 
 
-def run_part(part: list[str], output: IO[bytes] | None = None) -> collections.Counter[str] | None:
+@contextlib.contextmanager
+def parent_of_tests() -> Iterator[Parent | None]:
+    """What has imported all that window tests need; None where processes cannot be forked off."""
+    if not sys.platform.startswith("linux"):
+        yield None
+        return
+    from tests.gui.forked import Parent
+
+    parent = Parent(str(PYTHON), QT_API)
+    try:
+        yield parent
+    finally:
+        parent.end()
+
+
+def run_part(
+    part: list[str], output: IO[bytes] | None = None, parent: Parent | None = None
+) -> collections.Counter[str] | None:
     """Run some of the tests on a screen of their own and count; None if pytest did not end.
 
-    What it says goes to `output`, or to where we say things.
+    What it says goes to `output`, or to where we say things. parent: it is forked off that.
     """
     with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder, screen() as env:
         report = Path(folder) / "report.xml"
-        status = start(
-            [str(PYTHON), "-m", "pytest", f"--junitxml={report}", *part], env, ROOT, output
-        )
+        words = ["-m", "pytest", f"--junitxml={report}", *part]
+        if parent and output:
+            with contextlib.closing(parent.start(words, env, output, ROOT)) as child:
+                status = finish(child)
+        else:
+            status = start([str(PYTHON), *words], env, ROOT, output)
         if status > 2 or not report.exists():
             return None
         suite = ElementTree.parse(report).getroot()[0]

@@ -1,7 +1,6 @@
 """What many tests need: the sample clips and small skeletons made in memory."""
 
 import atexit
-import gc
 import shutil
 import tempfile
 from pathlib import Path
@@ -19,18 +18,6 @@ settings.load_profile("patient")
 ASSETS = Path(tempfile.mkdtemp(prefix="twist-assets-"))
 shutil.copytree(Path(__file__).parent.parent / "assets", ASSETS, dirs_exist_ok=True)
 atexit.register(shutil.rmtree, ASSETS, ignore_errors=True)
-
-
-def pytest_collection_finish() -> None:
-    """From now on garbage is collected between two tests, as the program does between events."""
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-
-
-def pytest_runtest_logfinish() -> None:
-    """What a test leaves dies in this thread, before the next one begins."""
-    gc.collect()
 
 
 @pytest.fixture(scope="session")

@@ -184,6 +184,7 @@ def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
     assert told[-1] == "3 passed, 0 failed, 0 skipped"
     assert "tests/gui/test_falls.py" in told[-2]
 
+    monkeypatch.setattr(dev, "parent_of_tests", contextlib.nullcontext)  # as where none forks
     (gui / "test_falls.py").write_text("import os\ndef test_b(): os.abort()\n")
     (gui / "test_wrong.py").write_text("def test_c(): assert False\n")
     (gui / "test_broken.py").write_text("import no_such_module\n")

@@ -17,7 +17,7 @@ EXAMPLES = {
     "twistcore.errors.ClipMismatchError": (("other joints",), {}),
     "twistcore.errors.FormatError": (("a.json: expected JSON",), {}),
     "twistcore.bvh.numbers.BadNumberError": ((17, b"1.0.0"), {}),
-    "twistcore.quamo.npz_poses.PosesError": (("a.npz: expected poses",), {}),
+    "twistcore.quamo.pose_files.PosesError": (("a.npz: expected poses",), {}),
     "twistcore.quamo.stability.UnstableGainsError": (("κP is too large",), {}),
     "inspector.session.opening.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),
     "twistcore.progress.Cancelled": ((), {}),

@@ -28,6 +28,18 @@ from twistcore.chain import find_chains
 from twistcore.rotation import multiply, quaternion_from_axis_angle
 
 
+def pytest_collection_finish() -> None:
+    """From now on garbage is collected between two tests, as the program does between events."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+
+
+def pytest_runtest_logfinish() -> None:
+    """What a test leaves dies in this thread, before the next one begins."""
+    gc.collect()
+
+
 def pytest_generate_tests(metafunc):
     """Give a test by hand the look, or looks, it runs in; one for all that share a program."""
     if "look" in metafunc.fixturenames:

@@ -1,7 +1,7 @@
 """Programs forked off a process that has imported everything: to import takes most of a start.
 
 From the fork on each is a process of its own, to be killed or to end as one that was started.
-`forked.py SOCKET` is what is forked off; the tests call `start`.
+`forked.py SOCKET` is what is forked off; the tests call `start`, and dev.py forks the tests.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 _IMPORTED = ("inspector.app", "inspector.window.main_window", "PySide6.QtTest")
@@ -46,10 +47,14 @@ class Forked:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self.pid, number)
 
+    def terminate(self):
+        self.send_signal(signal.SIGTERM)
+
     def close(self):
         """Close what leads to it; it has ended."""
         for pipe in (self.stdin, self.stdout, self._told):
-            pipe.close()
+            if pipe:
+                pipe.close()
 
     def _ended(self, seconds):
         if self.returncode is None and select.select([self._told], [], [], seconds)[0]:
@@ -57,54 +62,65 @@ class Forked:
         return self.returncode is not None
 
 
-class _Parent:
+class Parent:
     """The process that programs are forked off."""
 
-    def __init__(self):
+    def __init__(self, python=sys.executable, environment=()):
         self._asked, asked = socket.socketpair()
-        root = str(Path(__file__).parents[2])
+        self._asking = threading.Lock()
+        root = Path(__file__).parents[2]
         with asked:
             self._process = subprocess.Popen(
-                [sys.executable, __file__, str(asked.fileno())],
+                [python, __file__, str(asked.fileno())],
                 stdin=subprocess.PIPE,  # a pipe, as its programs have: Python buffers by its kind
                 stdout=subprocess.PIPE,
-                env={**os.environ, "PYTHONPATH": root},
+                env={**os.environ, **dict(environment), "PYTHONPATH": str(root)},
+                cwd=root,
                 pass_fds=[asked.fileno()],
             )
-        atexit.register(self._end)
+        self._at_exit = atexit.register(self.end)
 
-    def start(self, words, environment):
+    def start(self, words, environment, output=None, cwd="."):
+        """Run `python WORDS`, with pipes to its input and output, or all it says into a file."""
         stdin, to_it = os.pipe()
-        from_it, stdout = os.pipe()
         told, tell = os.pipe()
-        request = json.dumps([words, environment]).encode() + b"\n"
+        if output is None:
+            from_it, stdout = os.pipe()
+            given, said = [stdin, stdout, 2, tell], os.fdopen(from_it)
+        else:
+            given, said = [stdin, output.fileno(), output.fileno(), tell], None
+        wanted = [[os.fspath(word) for word in words], environment, os.fspath(Path(cwd).resolve())]
+        request = json.dumps(wanted).encode() + b"\n"
         try:
-            socket.send_fds(self._asked, [request], [stdin, stdout, 2, tell])
+            with self._asking:
+                socket.send_fds(self._asked, [request], given)
         finally:
-            for end in (stdin, stdout, tell):
+            for end in (stdin, tell, *([] if said is None else [stdout])):
                 os.close(end)
-        return Forked(os.fdopen(to_it, "w"), os.fdopen(from_it), os.fdopen(told))
+        return Forked(os.fdopen(to_it, "w"), said, os.fdopen(told))
 
-    def _end(self):
+    def end(self):
+        """No more programs; those that were forked off go on."""
+        atexit.unregister(self._at_exit)
         self._asked.close()
         self._process.communicate()
 
 
-_parents: dict[int, _Parent] = {}
+_parents: dict[int, Parent] = {}
 
 
 def start(words, environment, parent=0):
-    """Run `python WORDS`, a script and what it is told, with pipes to its input and output.
+    """Run `python WORDS`, with pipes to its input and output.
 
     What is forked off one parent orders its sets alike; where that could matter, take two.
     """
     if parent not in _parents:
-        _parents[parent] = _Parent()
-    return _parents[parent].start([os.fspath(word) for word in words], environment)
+        _parents[parent] = Parent()
+    return _parents[parent].start(words, environment)
 
 
 def _request(asked):
-    """The words, the environment and the pipes of the next program; None: there is none."""
+    """Words, environment, folder and pipes of the next program; None: there is none."""
     size = array.array("i").itemsize
     said, pipes, _, _ = socket.recv_fds(asked, 1 << 20, 4 * size)
     while said and not said.endswith(b"\n"):
@@ -121,15 +137,20 @@ def _keep(pid, tell):
     os._exit(0)
 
 
-def _become(words, environment, pipes):
+def _become(words, environment, cwd, pipes):
     for number, pipe in enumerate(pipes[:3]):
         os.dup2(pipe, number)
     for pipe in pipes:
         os.close(pipe)
+    os.chdir(cwd)
     os.environ.clear()
     os.environ.update(environment)
-    sys.argv = words
-    runpy.run_path(words[0], run_name="__main__")
+    if words[0] == "-m":
+        sys.argv = words[1:]
+        runpy.run_module(words[1], run_name="__main__", alter_sys=True)
+    else:
+        sys.argv = words
+        runpy.run_path(words[0], run_name="__main__")
 
 
 def _serve(asked):
@@ -137,10 +158,12 @@ def _serve(asked):
     for module in _IMPORTED:
         importlib.import_module(module)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # keepers are waited for by nobody
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for what was forked
     while request := _request(asked):
         pipes = request[-1]
         if os.fork() == 0:
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             asked.close()
             if pid := os.fork():
                 for pipe in pipes[:3]:

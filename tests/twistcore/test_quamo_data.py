@@ -10,7 +10,8 @@ from twistcore.bvh.compose import bvh_text
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.quality.figure_quality import foot_slide, in_contact, quality
-from twistcore.quamo.npz_poses import PosesError, read_poses
+from twistcore.quamo.pose_files import PosesError
+from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.resample import corrected, resampled, sample_times, slerp
 from twistcore.quamo.topology import (
     ANKLES,

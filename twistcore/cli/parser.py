@@ -228,8 +228,11 @@ def _quamo(parser: argparse.ArgumentParser) -> None:
         refine.add_argument(name, type=number, metavar="X", help=f"hand gain {what}")
     refine.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")
     refine.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
-    refine.add_argument("--template", type=Path, metavar="BVH", help="rest offsets for an .npz")
-    refine.add_argument("--up", choices=("y", "z"), default="z", help="of an .npz; AMASS: z")
+    refine.add_argument("--template", type=Path, metavar="BVH", help="lengths for a file of poses")
+    refine.add_argument(
+        "--up", choices=("y", "z", "-y"), help="of a file of poses (--up=-y); default: as it stands"
+    )
+    refine.add_argument("--person", metavar="ID", help="whom to take from a file of poses")
     refine.set_defaults(run=_quamo_command("refine"))
 
     noise = subparsers.add_parser("noise", help="put synthetic noise into a clip")

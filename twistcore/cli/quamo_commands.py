@@ -19,7 +19,8 @@ from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.quality.figure_quality import quality_before_and_after
 from twistcore.quamo.network import read_network
-from twistcore.quamo.npz_poses import read_poses
+from twistcore.quamo.pose_files import holds_poses
+from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.response import lags, overshoots
 from twistcore.quamo.spline import usual_cutoff
 from twistcore.quamo.state_space import Gains
@@ -46,7 +47,7 @@ def refine(arguments: argparse.Namespace) -> int:
     read = (arguments.clip, arguments.weights, arguments.template)
     refuse_overwrite([arguments.output], [path for path in read if path])
     motion = clip.motion
-    unit = 1.0 if arguments.clip.suffix == ".npz" else arguments.unit  # poses are in metres
+    unit = 1.0 if holds_poses(arguments.clip) else arguments.unit  # poses are in metres
     _refuse_of_other_method(arguments)
     gains = _hand_gains(arguments, motion.frame_time)
     spline = arguments.method == "spline"
@@ -97,14 +98,18 @@ def refine(arguments: argparse.Namespace) -> int:
 
 
 def _read(arguments: argparse.Namespace) -> Clip:
-    if arguments.clip.suffix == ".npz":
-        return read_poses(
+    if holds_poses(arguments.clip):
+        clip = read_poses(
             arguments.clip,
             template=arguments.template,
             unit=arguments.unit,
             fps=arguments.fps,
             up=arguments.up,
+            person=arguments.person,
         )
+        for warning in clip.warnings:
+            print(f"{arguments.clip}: {warning}", file=sys.stderr)
+        return clip
     return read_bvh(arguments.clip, fps=arguments.fps)
 
 

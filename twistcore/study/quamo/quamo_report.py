@@ -121,7 +121,7 @@ def _evaluated(sequences: Sequence[Sequence24], networks: Networks) -> dict[str,
 
 
 def _lag_table(late: Mapping[str, Array]) -> str:
-    rows = [(name, *(f"{v:.1f}" for v in ms)) for name, ms in late.items()]
+    rows = [(name, *(f"{round(v, 1) + 0.0:.1f}" for v in ms)) for name, ms in late.items()]
     return markdown_table(("lag in ms, clips without noise", "joints", "root"), rows)
 
 

@@ -1,0 +1,292 @@
+"""How estimators name and shape poses on SMPL's joints: one person's from the names of a file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from twistcore.quamo.pose_files import PosesError, described, printable
+from twistcore.quamo.pose_rotations import check_finite, pose_rotations
+from twistcore.quamo.resample import resampled
+from twistcore.quamo.topology import JOINTS
+from twistcore.rotation import Array
+
+Names: TypeAlias = dict[Any, Any]
+RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
+# Poses of all joints in one array, the root's place, and which way is up there: of the world before
+# of the camera, whose y points down.
+_WHOLE = (
+    ("pose_world", "trans_world", "y"),
+    ("poses", "trans", "z"),
+    ("pose", "trans", "-y"),
+    ("pred_rotmat", "pred_trans", "-y"),
+)
+_ROOT, _BODY = ("global_orient", "root_orient"), ("body_pose", "pose_body")
+# In front of a camera whose focal length was made up: the depth may be tens of metres, and jump.
+_CAMERA = ("pred_cam_t", "cam_t", "camera")
+_PLACE = ("transl", "trans", "cam_trans", *_CAMERA)
+_FRAMES = ("frame_ids", "frame")
+_ROWS_AT = "reorganize_idx"  # which frame a row is of
+_UP = "up"  # the axis that a layout around the names has up
+_COUNTS = (24, 22, 52, 55)  # joints: SMPL; without hands; SMPL-H; SMPL-X
+_BODY_JOINTS = 22  # before the hands, alike in all of them
+_NUMERIC = (np.ndarray, np.generic, float, int)
+_MOST = 1_000_000  # frames; hours of video
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """One person's poses in a file's own axes, a row a frame of the video.
+
+    rotations: of the 24 joints, relative to SMPL's rest pose, (frames, 24, 4); places: the root's,
+    metres, (frames, 3); up: the axis that the layout has up ('y', 'z', '-y'), None where it does
+    not say; rate: frames a second or None; offsets: rest offsets in the file, (24, 3) metres, or
+    None; notes: what was assumed or left out, a sentence each.
+    """
+
+    rotations: Array
+    places: Array
+    up: str | None
+    rate: float | None
+    offsets: Array | None
+    notes: tuple[str, ...] = ()
+
+
+def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
+    """The poses of one person under a file's names.
+
+    person: who, by the number the file has for them; needed where there are several. Frames that
+    are missing between a person's are filled by slerp from the neighbours, and a note says so.
+    Raises PosesError.
+    """
+    persons = _persons(path, names)
+    if None in persons:
+        if person is not None:
+            raise PosesError(f"{path}: expected no --person: it holds one, without a number")
+        return _poses(path, persons[None])
+    if not persons:
+        raise PosesError(f"{path}: expected a person, found none")
+    if len(persons) > 1 if person is None else person not in persons:
+        wanted = "--person to choose one" if person is None else f"one of the persons, not {person}"
+        some = list(persons.items())[:30]
+        who = printable(", ".join(f"{k} ({_frames(v)} frames)" for k, v in some))
+        raise PosesError(f"{path}: expected {wanted}: it holds {who}")
+    return _poses(path, persons[next(iter(persons)) if person is None else person])
+
+
+# -- who is in it ----------------------------------------------------------------------------------
+
+
+def _persons(path: Path, names: Names) -> dict[Any, Names]:
+    """Names of each person by their number; under None alone where it numbers none."""
+    if isinstance(inside := names.get("outputs"), dict):
+        return _persons(path, inside)
+    if isinstance(inside := names.get("smpl_params_global"), dict):
+        return {k: {**v, _UP: "y"} for k, v in _persons(path, inside).items()}
+    if "smpl_thetas" in names:
+        return _by_rows(path, names)
+    if _is_layout(names):
+        return _by_axis(path, names)
+    if names and all(isinstance(v, dict) for v in names.values()):
+        if any("smpl" in v and "tid" in v for v in names.values()):
+            return _by_frames(names)
+        if all(_is_layout(v) for v in names.values()):
+            return {str(k): v for k, v in names.items()}
+    raise PosesError(
+        f"{path}: expected 'poses' and 'trans', or 'global_orient', 'body_pose' and 'transl', "
+        f"or an estimator's names (docs/quamo.md); found {described(names)}"
+    )
+
+
+def _is_layout(names: Names) -> bool:
+    whole = any(pose in names for pose, _, _ in _WHOLE)
+    return whole or (_first(names, _ROOT) is not None and _first(names, _BODY) is not None)
+
+
+def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
+    """Persons along the first axis, which the root's place then has too."""
+    place = names.get(_first(names, _PLACE) or "")
+    if not isinstance(place, np.ndarray) or place.ndim != 3 or place.shape[1] == 1:
+        return {None: names}
+    used = {n for row in _WHOLE for n in row[:2]} | {*_ROOT, *_BODY, *_PLACE}
+    for name in used & names.keys():
+        if _shape(names[name])[:1] != place.shape[:1]:
+            raise PosesError(
+                f"{path}: expected {len(place)} persons in {name}, found {described(names[name])}"
+            )
+    return {
+        str(k): {n: v[k] if n in used else v for n, v in names.items()} for k in range(len(place))
+    }
+
+
+def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
+    """A row for every person in every frame; the world's place and heading where they are there."""
+    wanted = ("smpl_thetas", "world_trans", "world_global_rots", "cam_trans", "track_ids", _ROWS_AT)
+    arrays = {n: _numbers(path, names, n) for n in wanted if n in names}
+    rows = len(arrays["smpl_thetas"]) if arrays["smpl_thetas"].ndim else 0
+    for name, values in arrays.items():
+        if not rows or values.shape[:1] != (rows,):
+            raise PosesError(
+                f"{path}: expected {rows or 'some'} rows in {name}, found {values.shape}"
+            )
+        arrays[name] = values.reshape(rows, -1)
+    poses, place = arrays["smpl_thetas"], arrays.get("cam_trans")
+    if {"world_trans", "world_global_rots"} <= arrays.keys():
+        poses = np.concatenate([arrays["world_global_rots"], poses[:, 3:]], axis=1)
+        place = arrays["world_trans"]
+    if place is None:
+        raise PosesError(f"{path}: expected the root's place in 'world_trans' or 'cam_trans'")
+    ids = arrays.get("track_ids", np.zeros((rows, 1)))[:, 0]
+    out: dict[Any, Names] = {}
+    for who in np.unique(ids):
+        own = np.flatnonzero(ids == who)
+        # The world of the first camera: its y points down, as the camera's.
+        record = {"pose": poses[own], "trans": place[own]}
+        at = arrays[_ROWS_AT][own, 0] if _ROWS_AT in arrays else None
+        out[f"{who:g}"] = record if at is None else {**record, "frame_ids": at}
+    return out
+
+
+def _by_frames(names: Names) -> dict[Any, Names]:
+    """Lists of persons by frame; those seen there, not those whose last pose was carried on."""
+    out: dict[Any, Names] = {}
+    for k, frame in enumerate(names.values()):
+        lists = [_items(frame.get(n)) for n in ("tid", "smpl", "camera")]
+        unseen = [str(time) != "0" for time in _items(frame.get("tracked_time"))]
+        for row, (who, pose, place) in enumerate(zip(*lists, strict=False)):
+            if not isinstance(pose, dict) or any(unseen[row : row + 1]):
+                continue
+            record = out.setdefault(str(who), {"frame_ids": [], "camera": []})
+            record["frame_ids"].append(frame.get("time", k))
+            record["camera"].append(place)
+            for name in (*_ROOT[:1], *_BODY[:1]):
+                record.setdefault(name, []).append(pose.get(name))
+    return out
+
+
+def _items(found: Any) -> list[Any]:
+    return list(found) if isinstance(found, list) or _shape(found) else []
+
+
+def _shape(found: Any) -> tuple[int, ...]:
+    return found.shape if isinstance(found, np.ndarray) else ()
+
+
+def _frames(names: Names) -> int:
+    """How many frames a person has, for a sentence."""
+    shapes = [_shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
+    return shapes[0][0] if shapes and shapes[0] else 0
+
+
+# -- one person ------------------------------------------------------------------------------------
+
+
+def _poses(path: Path, names: Names) -> Poses:
+    """One person's poses; PosesError names the array, and the frame where there is one."""
+    notes: list[str] = []
+    up: str | None
+    rows = [row for row in _WHOLE if row[0] in names]
+    row = next((row for row in rows if row[1] in names), rows[0] if rows else None)
+    if row:
+        pose, trans, up = row
+        rotations = pose_rotations(path, pose, _numbers(path, names, pose), _COUNTS, notes)
+    else:
+        root, body = _first(names, _ROOT) or "", _first(names, _BODY) or ""
+        trans, up = _first(names, _PLACE) or "", "y" if str(names.get(_UP)) == "y" else None
+        if not trans:
+            raise PosesError(
+                f"{path}: expected the root's place, frames x 3, in one of {', '.join(_PLACE)}"
+            )
+        parts = [
+            pose_rotations(path, name, _numbers(path, names, name), counts, notes)
+            for name, counts in ((root, (1,)), (body, (23, 21)))
+        ]
+        if len(parts[0]) != len(parts[1]):
+            raise PosesError(
+                f"{path}: expected as many frames in {root} as in {body}, found "
+                f"{len(parts[0])} and {len(parts[1])}"
+            )
+        rotations = np.concatenate(parts, axis=1)
+        if trans in _CAMERA:
+            up = "-y"
+            notes.append(
+                f"The root's place is {trans!r}, in front of a camera whose focal length was "
+                "assumed: its depth is not measured and is held still."
+            )
+    frames, count = rotations.shape[:2]
+    if frames > _MOST:
+        raise PosesError(f"{path}: expected at most {_MOST} frames, found {frames}")
+    whole = np.zeros((frames, JOINTS, 4))
+    whole[..., 0] = 1.0
+    kept = JOINTS if count == JOINTS else _BODY_JOINTS
+    whole[:, :kept] = rotations[:, :kept]
+    places = _numbers(path, names, trans)
+    if places.shape == (frames, 1, 3):
+        places = places[:, 0]
+    if places.shape != (frames, 3):
+        raise PosesError(f"{path}: expected {trans} of shape ({frames}, 3), found {places.shape}")
+    check_finite(path, trans, places)
+    if trans in _CAMERA:
+        places = np.column_stack([places[:, :2], np.full(frames, np.median(places[:, 2]))])
+    offsets = _numbers(path, names, "offsets") if "offsets" in names else None
+    poses = Poses(whole, places, up, _rate(path, names), offsets, tuple(notes))
+    numbered = _first(names, _FRAMES)
+    return _at_frames(path, names, numbered, poses) if numbered else poses
+
+
+def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
+    """With a row for every frame from the first to the last, by their numbers."""
+    ids = _numbers(path, names, numbered).ravel()
+    if len(ids) != len(poses.rotations):
+        raise PosesError(
+            f"{path}: expected {len(poses.rotations)} numbers in {numbered}, found {len(ids)}"
+        )
+    if not (np.isfinite(ids).all() and (np.diff(ids) > 0).all() and (ids == np.rint(ids)).all()):
+        raise PosesError(f"{path}: expected rising whole numbers in {numbered}")
+    span = int(ids[-1] - ids[0]) + 1
+    if span == len(ids):
+        return poses
+    if span > min(_MOST, 20 * len(ids)):
+        raise PosesError(
+            f"{path}: expected frames close to each other, found {len(ids)} of {span} in {numbered}"
+        )
+    times = np.interp(np.arange(ids[0], ids[-1] + 1), ids, np.arange(len(ids)))
+    rotations, places = resampled(poses.rotations, poses.places, times)
+    first = int(ids[np.argmax(np.diff(ids) > 1)]) + 1
+    note = (
+        f"{span - len(ids)} of {span} frames are missing, {int(np.diff(ids).max()) - 1} at most in "
+        f"a row, the first is {first}: they are filled in between their neighbours."
+    )
+    return replace(poses, rotations=rotations, places=places, notes=(*poses.notes, note))
+
+
+def _first(names: Names, wanted: tuple[str, ...]) -> str | None:
+    return next((name for name in wanted if name in names), None)
+
+
+def _numbers(path: Path, names: Names, name: str) -> Array:
+    """The array of a name as float64; a list of arrays of one shape is one."""
+    found = names.get(name)
+    if found is None:
+        raise PosesError(f"{path}: expected the array {name!r}, found {described(names)}")
+    if isinstance(found, list) and all(isinstance(item, _NUMERIC) for item in found):
+        if len({np.shape(item) for item in found}) == 1:
+            found = np.stack([np.asarray(item) for item in found])
+    elif isinstance(found, _NUMERIC):
+        found = np.asarray(found)
+    if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
+        raise PosesError(f"{path}: expected numbers in {name!r}, found {described(found)}")
+    return np.asarray(found, dtype=np.float64)
+
+
+def _rate(path: Path, names: Names) -> float | None:
+    name = _first(names, RATES)
+    if name is None:
+        return None
+    values = _numbers(path, names, name)
+    if values.size != 1 or not (np.isfinite(values).all() and values.item() > 0.0):
+        raise PosesError(f"{path}: expected a rate above 0 in {name!r}; --fps gives one")
+    return float(values.item())

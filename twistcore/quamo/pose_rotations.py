@@ -1,0 +1,76 @@
+"""Rotations of joints as estimators shape them, as unit quaternions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from twistcore.quamo.pose_files import PosesError
+from twistcore.rotation import Array, exponential
+
+# How far RᵀR may be from I: by rounding, unsaid; and for the nearest rotation to be what was meant.
+_SILENT, _SAID = 1e-3, 0.05
+
+
+def pose_rotations(
+    path: Path, name: str, values: Array, counts: tuple[int, ...], notes: list[str]
+) -> Array:
+    """Unit quaternions (frames, joints, 4) of axis-angles in radians or matrices.
+
+    values: axis-angle (frames, 3 joints) or (frames, joints, 3), matrices (frames, 9 joints),
+    (frames, joints, 3, 3) or, of one joint, (frames, 3, 3); counts: numbers of joints that can be
+    meant. notes gets a sentence where matrices were no rotations to within 0.001. Raises
+    PosesError where the shape is another, a number is not finite, or a matrix is no rotation.
+    """
+    frames = len(values) if values.ndim else 0
+    tail = values.shape[1:]
+    if values.ndim and not frames:
+        raise PosesError(f"{path}: expected at least one frame in {name}, found none")
+    for n in counts:
+        if tail in ((3 * n,), (n, 3)):
+            check_finite(path, name, values)
+            return exponential(values.reshape(frames, n, 3))
+        if tail in ((9 * n,), (n, 3, 3)) or (n == 1 and tail == (3, 3)):
+            check_finite(path, name, values)
+            return _from_matrices(path, name, values.reshape(frames, n, 3, 3), notes)
+    shapes = " or ".join(f"(frames, {3 * n})" for n in counts)
+    raise PosesError(
+        f"{path}: expected {name} of shape {shapes}, axis-angle, or as matrices, found "
+        f"{values.shape}"
+    )
+
+
+def check_finite(path: Path, name: str, values: Array) -> None:
+    """PosesError with the frame in which a number is NaN, infinite or absurdly large."""
+    good = np.abs(values) < 1e6
+    if not good.all():
+        frame = int(np.argwhere(~good)[0, 0])
+        raise PosesError(
+            f"{path}: expected finite numbers below a million in {name}, found "
+            f"{values[~good][0]:g} in frame {frame}"
+        )
+
+
+def _from_matrices(path: Path, name: str, matrices: Array, notes: list[str]) -> Array:
+    products = np.einsum("fjki,fjkl->fjil", matrices, matrices)
+    off = np.abs(products - np.eye(3)).max(axis=(2, 3))
+    near = (off <= _SAID)[..., None, None]
+    off[np.linalg.det(np.where(near, matrices, np.eye(3))) < 0.0] = np.inf  # a reflection
+    worst = float(off.max())
+    if worst > _SAID:
+        frame, joint = (int(k) for k in np.argwhere(off > _SAID)[0])
+        raise PosesError(
+            f"{path}: expected rotation matrices in {name}, found none in frame {frame}, joint "
+            f"{joint} of it"
+        )
+    if worst > _SILENT:
+        notes.append(
+            f"Matrices in {name} are rotations to within {worst:.2g} only: the nearest ones are "
+            "taken."
+        )
+    u, _, vt = np.linalg.svd(matrices)
+    turned = Rotation.from_matrix((u @ vt).reshape(-1, 3, 3)).as_quat(scalar_first=True)
+    out: Array = turned.reshape(*matrices.shape[:2], 4)
+    return out

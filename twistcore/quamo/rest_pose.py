@@ -1,0 +1,176 @@
+"""Poses that are relative to SMPL's rest pose, put on a skeleton that rests otherwise.
+
+A joint's rotation in SMPL says where its bones point from where they point in a T-pose: y up, the
+figure facing z, its left at +x, legs straight down, arms level. Written onto a skeleton whose legs
+are apart or whose arms hang, the same numbers point elsewhere. With A the rotation that carries a
+joint's bones from the skeleton's rest into SMPL's (A d = d_SMPL), the joint's world rotation G
+becomes G A, which puts the bone where SMPL has it, G A d = G d_SMPL; so the local rotation q
+becomes A_parent⁻¹ q A.
+
+What cannot be known: how a bone is rolled about itself in a rest pose, since offsets have no roll.
+A is the smallest turn, which leaves the roll of a limb as lifting it sideways does. Nor do axes say
+how SMPL's own bones lie, which differ by some degrees from body to body: a limb within that of its
+axis is left alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import permutations, product
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from twistcore.errors import TwistError
+from twistcore.quamo.topology import ANKLES, JOINTS, PARENTS, SMPL_NAMES, TOES
+from twistcore.rotation import (
+    Array,
+    conjugate,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+    rotate,
+)
+
+_X, _Y, _Z = np.eye(3)
+# The joint, the one below it, where the bone between them points in the T-pose, how far from there
+# it may be and stay (degrees; in SMPL itself feet point down by some 25), and how far it may be at
+# all for the turn to be the one that was meant.
+_LIMBS = (
+    *((j, j + 3, -_Y, 8.0, 60.0) for j in (1, 2, 4, 5)),
+    *((j, j + 3, _Z, 50.0, 100.0) for j in ANKLES),
+    *((j, j + 2, x, tolerance, 100.0)
+      for first, tolerance in ((16, 8.0), (18, 8.0), (20, 20.0))
+      for j, x in ((first, _X), (first + 1, -_X))),
+)  # fmt: skip
+_HIPS, _CHEST, _HEAD = (1, 2), 9, 15
+_ASKEW = 30.0  # degrees between the body's own axes and those of the file
+_SHORT = 1e-6  # of the body's size: no direction can be told
+
+
+@dataclass(frozen=True, eq=False)
+class RestChange:
+    """What carries each joint's bones from a skeleton's rest into SMPL's.
+
+    turns: unit quaternions A, (24, 4); notes: what is turned, a sentence each.
+    """
+
+    turns: Array
+    notes: tuple[str, ...]
+
+    def carried(self, rotations: Array) -> Array:
+        """Local rotations relative to SMPL's rest, as this skeleton has them, (frames, 24, 4)."""
+        out = multiply(rotations, self.turns)
+        for j, parent in enumerate(PARENTS):
+            if parent >= 0:
+                out[:, j] = multiply(conjugate(self.turns[parent]), out[:, j])
+        return out
+
+
+def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
+    """How a skeleton of the 24 joints, offsets (24, 3), rests otherwise than SMPL.
+
+    rest: SMPL's own offsets of the body, (24, 3), if they are at hand: limbs are then turned onto
+    these, however near they are; without them onto the axes of the T-pose. The trunk keeps its
+    shape, so that hips, spine and collars, several at one joint, turn with the body as a whole, by
+    quarter turns. TwistError where that cannot be told.
+    """
+    body = _body(offsets)
+    directions = rotate(body, offsets)
+    size = float(np.linalg.norm(offsets, axis=1).sum())
+    turns = np.tile(body, (JOINTS, 1))
+    moved: list[str] = []
+    own = {row[0]: row for row in _LIMBS}
+    for j, parent in enumerate(PARENTS):
+        if j not in own:
+            if j in (*TOES, 22, 23):
+                turns[j] = turns[parent]
+            continue
+        _, below, wanted, tolerance, most = own[j]
+        if rest is not None and np.linalg.norm(rest[below]) > 0.0:
+            wanted, tolerance = normalise(rest[below]), 0.0
+        length = float(np.linalg.norm(offsets[below]))
+        if length <= _SHORT * size:  # no bone there: it goes with the one above
+            if parent in own:
+                turns[j] = turns[parent]
+            continue
+        found = directions[below] / length
+        angle = float(np.degrees(_angle(found, wanted)))
+        if angle > most:
+            raise TwistError(
+                f"expected a rest pose that stands as in a T-pose, arms out, level or down; the "
+                f"bone below {SMPL_NAMES[j]} is {angle:.0f}° off"
+            )
+        if angle > tolerance:
+            turns[j] = multiply(_shortest(found, wanted), body)
+            if angle > 1.0:
+                moved.append(f"{SMPL_NAMES[j]} by {angle:.0f}°")
+    notes = []
+    if abs(body[0]) < 1.0 - 1e-9:
+        turned = np.degrees(2.0 * np.arccos(min(1.0, abs(body[0]))))
+        notes.append(f"The skeleton rests facing elsewhere than SMPL: turned by {turned:.0f}°.")
+    if moved:
+        notes.append(
+            f"The skeleton rests otherwise than SMPL, in a T-pose: {', '.join(moved)} turned; how "
+            "limbs are rolled about themselves at rest cannot be known."
+        )
+    return RestChange(turns, tuple(notes))
+
+
+def _body(offsets: Array) -> Array:
+    """The quarter turns, (4,), that have the rest pose stand along y and face z."""
+    places = np.zeros((JOINTS, 3))
+    for j, parent in enumerate(PARENTS):
+        places[j] = (places[parent] + offsets[j]) if parent >= 0 else 0.0
+    across = places[_HIPS[0]] - places[_HIPS[1]]
+    up = places[[_CHEST, _HEAD]].mean(axis=0) - places[list(_HIPS)].mean(axis=0)
+    size = float(np.ptp(places, axis=0).max())
+    ahead = np.cross(across, up)
+    if not np.linalg.norm(ahead) > 1e-4 * size**2 or size == 0.0:
+        raise TwistError("expected a rest pose with two hips apart and a trunk above them")
+    ahead = normalise(ahead)
+    across = normalise(across)
+    measured = np.stack([across, np.cross(ahead, across), ahead])  # rows: into SMPL's axes
+    best: Array = max(_quarter_turns(), key=lambda m: float(np.trace(m @ measured.T)))
+    off = np.degrees(np.arccos(np.clip((np.trace(best @ measured.T) - 1.0) / 2.0, -1.0, 1.0)))
+    if off > _ASKEW:
+        raise TwistError(
+            "expected a rest pose that stands straight and faces along an axis, found one "
+            f"{off:.0f}° askew"
+        )
+    feet = sum(best @ offsets[toe] for toe in TOES)
+    if feet[2] < -0.5 * np.linalg.norm(feet):
+        raise TwistError("expected feet ahead in the rest pose: left and right seem to be swapped")
+    return _quaternion(best)
+
+
+@cache
+def _quarter_turns() -> tuple[Array, ...]:
+    """The 24 rotations that carry axes into axes."""
+    found = []
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            m = np.zeros((3, 3))
+            m[range(3), order] = signs
+            if np.linalg.det(m) > 0.0:
+                found.append(m)
+    return tuple(found)
+
+
+def _quaternion(m: Array) -> Array:
+    q: Array = Rotation.from_matrix(m).as_quat(canonical=True, scalar_first=True)
+    return q
+
+
+def _angle(a: Array, b: Array) -> float:
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+
+
+def _shortest(a: Array, b: Array) -> Array:
+    """The smallest rotation from unit vector a to b, less than half a turn apart, (4,)."""
+    axis = np.cross(a, b)
+    size = float(np.linalg.norm(axis))
+    if size == 0.0:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    return quaternion_from_axis_angle(axis / size, _angle(a, b))
