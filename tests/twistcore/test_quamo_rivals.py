@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.quamo_tune_rivals import METRICS, best
+from benchmarks.quamo_tune_rivals import GRIDS, METRICS, best
 from tests.conftest import ASSETS
 from twistcore.quamo import Gains, HandGains, track
 from twistcore.rotation import geodesic_angle, multiply
@@ -71,6 +71,12 @@ def test_the_setting_is_the_smoothest_that_stays_as_near_as_ours():
     assert best(late, bound, "Accel", "MPJPE") == (4.0,)  # none stays: the nearest
 
 
+def test_every_rival_has_settings_of_its_grid():
+    assert [r.name for r in RIVALS] == list(GRIDS)
+    for rival in RIVALS:
+        assert {rival.turning, rival.moving} <= set(GRIDS[rival.name])
+
+
 def test_lag_is_how_late_places_are():
     t = np.arange(400) * 0.01
     truth = np.sin(3.0 * t)[:, None] * np.array([100.0, 50.0, 0.0])
@@ -117,6 +123,13 @@ def test_representations_track_their_root_and_one_step_is_the_trackers(dance, gi
         np.testing.assert_array_equal(method(dance, q, r)[1], ours)
     six = root_in_substeps(dance, q, r)[1]
     assert 0.001 < np.abs(six - ours).max() < 0.2
+
+
+def test_sub_steps_draw_near_to_the_differential_equation():
+    leap = np.zeros((30, 3))
+    leap[1:] = 1.0
+    one, six, limit = (track_places(leap, DT, Gains(), steps) for steps in (1, 6, 600))
+    assert np.abs(six - limit).max() < 0.25 * np.abs(one - limit).max()
 
 
 def test_equation_3_as_printed_multiplies_from_the_right():
