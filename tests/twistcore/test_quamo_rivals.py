@@ -128,8 +128,12 @@ def test_representations_track_their_root_and_one_step_is_the_trackers(dance, gi
 def test_sub_steps_draw_near_to_the_differential_equation():
     leap = np.zeros((30, 3))
     leap[1:] = 1.0
-    one, six, limit = (track_places(leap, DT, Gains(), steps) for steps in (1, 6, 600))
-    assert np.abs(six - limit).max() < 0.25 * np.abs(one - limit).max()
+    t, fast = 0.04 * np.arange(30), np.sqrt(200.0 - 6.0**2)  # κP 200, κD 12
+    exact = 1.0 - np.exp(-6.0 * t) * (np.cos(fast * t) + 6.0 / fast * np.sin(fast * t))
+    one, six, many = (
+        np.abs(track_places(leap, DT, Gains(), n)[:, 0] - exact).max() for n in (1, 6, 99)
+    )
+    assert many < 0.01 < six < 0.3 * one
 
 
 def test_equation_3_as_printed_multiplies_from_the_right():

@@ -29,7 +29,7 @@ PAPER_STEPS = (
 
 
 # What a causal tracker can reach here at best, as benchmarks/quamo_bounds.py measures it: a ratio
-# and what it takes, by level; docs/quamo-study.md tells how. Where a level is missing, none is known.
+# and what it takes, by level (docs/quamo-study.md). Where a level is missing, none is known.
 TaskBound = Mapping[str, tuple[float, str]]
 _LATER = "even with 80 ms of waiting"
 ACCEL_BOUND: TaskBound = {"A": (0.46, "at MPJPE ≤ 1.02"), "B": (0.53, _LATER)}
