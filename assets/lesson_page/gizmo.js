@@ -10,6 +10,9 @@ var Gizmo = (function () {
   const DIMMED = 0.22; // of what is not lit, beside what is
   const HEAD = [0.105, 0.034]; // length and radius of an arrow's head, of the bone's length
   const GAP = 15; // pixels from what a label names to its middle
+  const MEMBERS = 8; // of the family at a swing of 180°
+  const OUT = 0.62, DIAL = 0.13; // how far from P their dials are, and their radius, of the bone
+  const AXES = ["#e14840", "#4aa854", "#4076eb"], AXIS = 0.16; // x, y, z; as long, of the bone
 
   // -- shapes: lists of { symbol, kind, points, … } and of labels, in the world -----------------
 
@@ -59,14 +62,51 @@ var Gizmo = (function () {
   }
 
   // d: the frame's quantities; parent: P's global rotation; at, child: places of P and C; reach:
-  // the length that v is drawn with; least: the shortest length a bone is drawn as.
-  function sketch(d, parent, at, child, reach, least) {
+  // the length that v is drawn with; least: the shortest length a bone is drawn as; staged: P's
+  // rotation is on its way, so that changes since the frame before mean nothing.
+  function sketch(d, parent, at, child, reach, least, staged) {
     const out = new Sketch(Math.max(length(minus(child, at)), least));
     const along = rotate(parent, d.a);
+    drawFamily(out, d, parent, at);
+    d = defined(d, staged);
     drawSwing(out, d, parent, along, at);
     drawTwist(out, d, parent, along, at);
     drawAzimuth(out, d, parent, along, child, Math.max(reach, 0.5 * out.size));
     return out;
+  }
+
+  function defined(d, staged) { // no angle where there is none: it fills no dial, has no label
+    const out = Object.assign({}, d);
+    if (!d.swing_is_one) out.theta_p = 0;
+    if (staged || !d.dtheta_p_is_defined) {
+      Object.assign(out, { theta_p_before: out.theta_p, dtheta_p: 0 });
+    }
+    if (staged || !d.dtheta_c_is_defined) {
+      Object.assign(out, { across_before: d.across, v_ideal: d.v, dtheta_c: 0 });
+    }
+    return out;
+  }
+
+  // Near a swing of 180° a fan of normals around P, at the end of each a dial: one pose, many
+  // (n, θp). A normal turned by φ about a has a θp larger by 2φ, and all hands point one way.
+  function drawFamily(out, d, parent, at) {
+    if (d.swing_reliability >= Labels.NEAR_SWING) return;
+    const above = S.multiply(parent, S.conjugate(d.q)), mark = S.beside(d.a);
+    const axis = rotate(above, scaled(d.a, -1)), first = length(d.n) > 0 ? d.n : mark;
+    for (let k = 0; k < MEMBERS; k++) {
+      const turn = (2 * Math.PI * k) / MEMBERS, n = turned(first, d.a, turn);
+      const angle = S.wrap(d.theta_p + 2 * turn), way = rotate(above, n);
+      const zero = rotate(above, minus(scaled(n, 2 * S.dot(n, mark)), mark));
+      const far = (by) => plus(at, scaled(way, by * out.size)), centre = far(OUT);
+      const rim = (v, by) => plus(centre, scaled(v, by * DIAL * out.size));
+      const swept = fan(zero, axis, angle);
+      out.sector("theta_p", centre, swept.map((v) => rim(v, 1)), 0.5);
+      out.line("n", [at, far(OUT - DIAL)], THIN, 0.8);
+      out.line("theta_p", fan(zero, axis, 2 * Math.PI).map((v) => rim(v, 1)), THIN, 0.7);
+      out.line("theta_p", [centre, rim(swept[ARC], 1.25)]);
+      const words = `${Labels.signed(Labels.inDegrees(angle), 0)}°`;
+      out.marks.push({ symbol: "theta_p", at: far(OUT + DIAL), away: at, words });
+    }
   }
 
   function drawSwing(out, d, parent, along, at) {
@@ -82,8 +122,8 @@ var Gizmo = (function () {
     out.mark("a", tip(bone, 0.92), at);
     out.arrow("w", at, scaled(along, 0.92 * size));
     out.mark("w", tip(along, 0.8), tip(bone, 0.8));
-    out.arrow("n", at, scaled(normal, 0.5 * size));
-    out.mark("n", tip(normal, 0.5), at, length(d.n) > 0);
+    if (d.n_is_defined) out.arrow("n", at, scaled(normal, 0.5 * size)); // else none is the best
+    out.mark("n", tip(normal, 0.5), at, d.n_is_defined);
   }
 
   function drawTwist(out, d, parent, along, at) {
@@ -130,6 +170,17 @@ var Gizmo = (function () {
     out.mark("ideal", at(ideal, reach), child);
   }
 
+  // The axes of the coordinates of P, C and G, in the colours of every program for x, y and z.
+  function drawTriads(out, { parent, child, grandchild }, pose) {
+    [parent, child, grandchild].filter((joint) => joint >= 0).forEach((joint) => {
+      const at = pose.positions[joint], size = AXIS * out.size;
+      AXES.forEach((colour, k) => {
+        const axis = rotate(pose.rotations[joint], [0, 1, 2].map((i) => (i === k ? size : 0)));
+        out.parts.push({ symbol: "", kind: "line", points: [at, plus(at, axis)], width: 2, colour });
+      });
+    });
+  }
+
   // A name beside every joint; where G real is named, that is G's name.
   function nameJoints(out, { parent, child, grandchild }, positions) {
     const [p, c, g] = [positions[parent], positions[child], positions[grandchild]];
@@ -167,8 +218,8 @@ var Gizmo = (function () {
     context.save();
     context.lineJoin = context.lineCap = "round";
     parts.forEach(({ part, seen }) => {
-      context.fillStyle = context.strokeStyle = look.colourOf(part.symbol);
-      context.globalAlpha = (part.share || 1) * strength(part.symbol);
+      context.fillStyle = context.strokeStyle = part.colour || look.colourOf(part.symbol);
+      context.globalAlpha = (part.share || 1) * (part.colour ? 1 : strength(part.symbol));
       DRAWN[part.kind](context, part, seen, project);
     });
     context.restore();
@@ -224,13 +275,17 @@ var Gizmo = (function () {
   };
 
   function drawMarks(context, marks, project, look, strength) {
-    const scale = (1.25 * look.fontSize) / 100, placed = [];
+    const small = 0.8 * look.fontSize, placed = [];
+    context.font = `${small}px system-ui, sans-serif`;
     marks.forEach((mark) => {
       const formula = look.formulas[mark.symbol];
       if (!formula) return;
+      const scale = mark.words ? 1 : (1.25 * look.fontSize) / 100; // units: pixels, or of an em
       const at = project(mark.at), from = project(mark.away);
       const x = at[0] - from[0], y = at[1] - from[1], far = Math.hypot(x, y) || 1;
-      const [left, top, wide, high] = formula.box.map((n) => n * scale);
+      const [left, top, wide, high] = mark.words
+        ? [0, -small, context.measureText(mark.words).width, small]
+        : formula.box.map((n) => n * scale);
       const box = { x: at[0] + (GAP * x) / far - wide / 2, y: at[1] + (GAP * y) / far - high / 2 };
       Object.assign(box, { wide, high });
       makeRoom(box, placed);
@@ -242,9 +297,14 @@ var Gizmo = (function () {
       context.lineJoin = "round";
       context.lineWidth = 5 / scale;
       context.strokeStyle = look.paper;
-      context.stroke(formula.path);
       context.fillStyle = look.colourOf(mark.symbol);
-      context.fill(formula.path);
+      if (mark.words) {
+        context.strokeText(mark.words, 0, 0);
+        context.fillText(mark.words, 0, 0);
+      } else {
+        context.stroke(formula.path);
+        context.fill(formula.path);
+      }
       context.restore();
     });
   }
@@ -260,5 +320,5 @@ var Gizmo = (function () {
     });
   }
 
-  return { sketch, nameJoints, limbSketch, draw };
+  return { sketch, nameJoints, drawTriads, limbSketch, draw };
 })();

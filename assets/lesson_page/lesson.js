@@ -99,8 +99,9 @@
     const far = grandchild >= 0
       ? S.length(S.minus(solid.positions[grandchild], solid.positions[child])) : 0;
     const out = Gizmo.sketch(d, solid.rotations[parent], solid.positions[parent],
-      solid.positions[child], far, 0.06 * page.span.figure.room.height);
+      solid.positions[child], far, 0.06 * page.span.figure.room.height, state.stage !== null);
     Gizmo.nameJoints(out, page.chain, solid.positions);
+    Gizmo.drawTriads(out, page.chain, solid);
     return out;
   }
 

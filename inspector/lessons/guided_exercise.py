@@ -32,6 +32,8 @@ from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 
 KINDS = ("Judge", "Find")
+_NOTHING_KEPT = "An exercise keeps nothing: when it ends, your own clip is there as it was."
+_HAND_IN = "An exercise keeps nothing by itself: Hand in… writes your verdicts."
 
 
 def exercise_page() -> tuple[str, str, str]:
@@ -128,7 +130,7 @@ class Exercise(QObject):
         self.start.setText("Start anew")
         self.score_button.setEnabled(True)
         self._program.guide.show_page(*exercise_page())
-        self._program.aside.show(data)
+        self._program.aside.show(data, _NOTHING_KEPT)
         self._program.show_intervals()
         self._judged()
 
@@ -189,7 +191,7 @@ class Exercise(QObject):
         self.start.setEnabled(True)
         self._offer(self.hand_in_button)
         self._program.guide.show_page(*exercise_page())
-        self._program.aside.show(data)
+        self._program.aside.show(data, _HAND_IN, signed=True)
         self._program.show_intervals()
         self._judged()
 

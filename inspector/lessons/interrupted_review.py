@@ -10,6 +10,7 @@ from pathlib import Path
 from inspector.bundled import ASSETS
 from inspector.session.document import Document
 from inspector.session.keeper import PutAside
+from inspector.session.open_clip import Borrowed
 from inspector.session.opening import Analysed
 
 
@@ -45,8 +46,11 @@ class Aside:
             self._folder = Path(tempfile.mkdtemp(prefix="twist-inspector-"))
         return self._folder
 
-    def show(self, data: Analysed) -> None:
-        """Open a borrowed clip; the first one puts the person's aside."""
+    def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
+        """Open a borrowed clip; the first one puts the person's aside.
+
+        why, signed: as of Borrowed.
+        """
         document = self._document
         document.leaving.emit()
         if self._kept is None and (own := self.own) is not None:
@@ -56,7 +60,7 @@ class Aside:
         if self._borrowed():
             document.review.mark_saved()
         self._shown = True
-        document.show_clip(data, write_to=self._to_keep())
+        document.show_clip(data, borrowed=Borrowed(self._to_keep(), why, signed))
 
     def _to_keep(self) -> Path:
         """Where what is made of a borrowed clip outlives it: beside the own one, or at home."""

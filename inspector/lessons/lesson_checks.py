@@ -92,7 +92,8 @@ def _twisted(visit: Visit, condition: Condition) -> bool:
 
 
 def _twist(visit: Visit, condition: Condition) -> None:
-    visit.program.taught.alter(twist=np.radians(condition.amount + _SHOWN))
+    angle = min(condition.amount + _SHOWN, 180.0)
+    visit.program.taught.alter(twist=np.radians(angle))
 
 
 def _opposed(visit: Visit, _: Condition) -> bool:

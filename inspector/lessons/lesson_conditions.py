@@ -14,6 +14,8 @@ _AT_LEAST = re.compile(r">=\s*(\S+)")
 _SINGULAR = ("swing", "bend")
 _KINDS = tuple(kind.value.replace(" ", "-") for kind in Kind)
 
+_MOST = {"swing": 180.0, "twist": 180.0, "applied": 1.0}  # as far as the sliders go
+
 # Name → what follows it, as the documentation has it.
 CONDITIONS = {
     "moved": "frames",
@@ -39,8 +41,19 @@ class Condition:
 
 
 def read_conditions(text: str) -> tuple[Condition, ...]:
-    """Conditions with commas between them; ValueError says what was expected."""
-    return tuple(_condition(part.strip()) for part in text.split(","))
+    """Conditions with commas between them; ValueError says what was expected.
+
+    All of them hold at once, so that such as exclude each other are none.
+    """
+    conditions = tuple(_condition(part.strip()) for part in text.split(","))
+    names = {condition.name for condition in conditions}
+    if {"along", "counter"} <= names:
+        raise ValueError("'along' or 'counter': a child does one of them")
+    for name, what in (("seen", "one of what is shown"), ("lit", "one symbol: one is lit")):
+        words = [set(c.words) for c in conditions if c.name == name]
+        if words and not set.intersection(*words):
+            raise ValueError(f"{what} after {name!r}")
+    return conditions
 
 
 def _condition(text: str) -> Condition:
@@ -56,7 +69,7 @@ def _condition(text: str) -> Condition:
         limit = _AT_LEAST.fullmatch(rest)
         if limit is None:
             raise ValueError(expected)
-        return Condition(name, _number(limit[1].rstrip("°"), expected))
+        return Condition(name, _number(limit[1].rstrip("°"), expected, _MOST[name]))
     known = tuple(SYMBOLS) if form == "symbol" else tuple(re.split(r"[| ]", form)) if form else ()
     words = tuple(rest.split())
     few = {"lit": 1, "seen": 1, "nudged": 1}.get(name, 0)
@@ -66,11 +79,13 @@ def _condition(text: str) -> Condition:
     return Condition(name, words=words)
 
 
-def _number(text: str, expected: str) -> float:
+def _number(text: str, expected: str, most: float = math.inf) -> float:
     try:
         number = float(text)
     except ValueError:
         raise ValueError(expected) from None
     if not (math.isfinite(number) and number > 0.0):  # what always holds is no task
         raise ValueError(f"{expected}, above 0")
+    if number > most:  # and what never does is none either
+        raise ValueError(f"{expected}, above 0 and up to {most:g}")
     return number

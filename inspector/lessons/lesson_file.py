@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from inspector.bundled import ASSETS
@@ -20,13 +21,22 @@ _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
 
 @dataclass(frozen=True)
 class LessonPage:
-    """body: Markdown with TeX between $…$; task: what is to be done; done: all that tell it is."""
+    """body: Markdown with TeX between $…$; task: what is to be done; done: all that tell it is.
+
+    at: the line of its heading, from 1; lines: those of its settings, by their keys.
+    """
 
     title: str
     body: str
     task: str
     place: Place
     done: tuple[Condition, ...] = ()
+    at: int = field(default=0, compare=False)
+    lines: Mapping[str, int] = field(default_factory=dict, compare=False)
+
+    def line(self, key: str) -> int:
+        """Where a setting stands; the heading where the page has it from the one before."""
+        return self.lines.get(key, self.at)
 
 
 @dataclass(frozen=True)
@@ -113,7 +123,8 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
         except ValueError as error:
             raise _error(path, line, str(error), value) from None
     body, task = body_and_task(text)
-    return LessonPage(lines[start][2:].strip(), body, task, place, done)
+    stands = {key: line for key, (line, _) in settings.items()}
+    return LessonPage(lines[start][2:].strip(), body, task, place, done, start + 1, stands)
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:

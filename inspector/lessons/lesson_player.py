@@ -14,11 +14,11 @@ from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_checks import Visit, do, holds
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.lessons.lesson_text import formulas
+from inspector.lessons.page_in_clip import chain_of
 from inspector.lessons.scene_of_page import Looked, set_scene
 from inspector.session.opening import Analysed, analysed
 from inspector.widgets.background import OneTask
 from twistcore.bvh import read_bvh
-from twistcore.errors import FormatError
 
 Clips = dict[Path, Analysed]  # by where the lesson says they are
 
@@ -32,15 +32,7 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
             own = folder / str(len(clips))  # two may have one name
             own.mkdir(exist_ok=True)
             clips[place.clip] = analysed(read_bvh(Path(shutil.copy(place.clip, own))))
-        data = clips[place.clip]
-        where = f"{lesson.path}, page {page.title!r}: expected"
-        names = [chain.name for chain in data.chains_and_limbs]
-        if place.chain and place.chain not in names:
-            known = ", ".join(names) or "none: it has no chains"
-            raise FormatError(f"{where} a chain of {known}, found {place.chain!r}")
-        if place.frame >= data.motion.frames:
-            last = data.motion.frames - 1
-            raise FormatError(f"{where} a frame up to {last}, found {place.frame}")
+        chain_of(lesson, page, clips[place.clip])
     return clips
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from inspector.lessons.lesson_file import LessonFile, LessonPage
+from inspector.lessons.page_in_clip import chain_of
 from inspector.session.opening import Analysed
 from inspector.teaching.taught_frame import joint_names
 from inspector.viewport.bodies import Bone, build_soup, find_bones
@@ -19,7 +20,6 @@ from inspector.viewport.limb_circle import limb_bones
 from inspector.viewport.striped_skin import STATIONS, build_skin
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.detection.paper import running_offset
-from twistcore.errors import FormatError
 from twistcore.figure import figure_size, guess_up, heading
 from twistcore.limb import Limb
 from twistcore.refinement import carried_by_limb, offsets_by_chain, remove_twist
@@ -77,12 +77,8 @@ class PageData:
     # -- which frames -------------------------------------------------------------------------
 
     def _window(self, page: LessonPage, seconds: float) -> Window:
+        chain_of(self._lesson, page, self._clips[page.place.clip])
         motion = self._clips[page.place.clip].motion
-        if page.place.frame >= motion.frames:
-            raise FormatError(
-                f"{self._lesson.path}: page {page.title!r}: expected a frame of "
-                f"{page.place.clip.name}, which has {motion.frames}, found {page.place.frame}"
-            )
         asked = [int(c.amount) + _MORE for c in page.done if c.name == "moved"]
         reach = max([round(seconds * motion.fps), 1, *asked])
         last = min(page.place.frame + reach, motion.frames - 1)
@@ -194,7 +190,7 @@ class PageData:
 
     def _page(self, page: LessonPage, window: Window) -> dict[str, Any]:
         place, data = page.place, self._clips[page.place.clip]
-        span, chain = self._span_of(place.clip, window), self._chosen(page)
+        span, chain = self._span_of(place.clip, window), chain_of(self._lesson, page, data)
         taught = chain is not None and not isinstance(chain, Limb) and place.tab == "teaching"
         curves = chain is not None and not isinstance(chain, Limb)
         up = np.array(self._figures[self._figure_of[place.clip]]["room"]["up"])
@@ -221,19 +217,6 @@ class PageData:
             "after": None if taught else self._after(data, span),
             "done": [asdict(condition) for condition in page.done],
         }
-
-    def _chosen(self, page: LessonPage) -> Chain | None:
-        place, data = page.place, self._clips[page.place.clip]
-        if not place.chain:
-            return None
-        for chain in data.chains_and_limbs:
-            if chain.name == place.chain:
-                return chain
-        known = ", ".join(c.name for c in data.chains_and_limbs)
-        raise FormatError(
-            f"{self._lesson.path}: page {page.title!r}: expected a chain of {place.clip.name} "
-            f"({known}), found {place.chain!r}"
-        )
 
     def _after(self, data: Analysed, span: int) -> dict[str, Any] | None:
         """Joints that a correction by every interval not rejected turns otherwise; None: none."""

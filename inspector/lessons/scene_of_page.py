@@ -14,6 +14,8 @@ from inspector.viewport.camera import OrbitCamera
 from twistcore.decomposition import WhatIf
 from twistcore.rotation import Array
 
+_NOTHING_KEPT = "A lesson keeps nothing: when it ends, your own clip is there as it was."
+
 
 class Looked:
     """How a person looked at the figure, and that again."""
@@ -32,7 +34,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: Place) -> None:
     """Show a place; data: its clip."""
     document, taught = program.document, program.taught
     if document.data is not data:
-        program.aside.show(data)
+        program.aside.show(data, _NOTHING_KEPT)
     in_front = dict(zip(TABS, (program.show_teaching, program.show_intervals), strict=True))
     in_front[place.tab]()
     document.set_show(Show(place.look))

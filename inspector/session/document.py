@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.keeper import Keeper, PutAside
-from inspector.session.open_clip import OpenClip
+from inspector.session.open_clip import Borrowed, OpenClip
 from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
@@ -56,7 +56,6 @@ class Document(OpenClip):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
-        self._write_to: Path | None = None  # for a borrowed clip, whose own folder goes with it
         self.opener = ClipOpener(self.message, self.question, self)
         self.opener.analysed.connect(self.show_clip)
         self.keeper = Keeper(self.message, self)
@@ -73,17 +72,17 @@ class Document(OpenClip):
     # -- one clip after the other ------------------------------------------------------------------
 
     def show_clip(
-        self, data: Analysed, aside: PutAside | None = None, *, write_to: Path | None = None
+        self, data: Analysed, aside: PutAside | None = None, *, borrowed: Borrowed | None = None
     ) -> None:
         """Make an analysed clip the present one; aside: its review, if that was put aside.
 
-        write_to: where files made of it belong, if not beside it.
+        borrowed: what is to be known of a clip that is not the person's own.
         """
         self.opener.cancel()
         self.leaving.emit()
         self.recovery.end(data)
         self._hold(data, aside.kept.review if aside else data.review)
-        self._write_to = write_to
+        self.borrowed = borrowed
         self.learned = None  # another clip may be another rig's
         self.frame = 0
         self.interval_id = None
@@ -104,15 +103,15 @@ class Document(OpenClip):
     @property
     def folder(self) -> Path:
         """Where files made of the clip belong."""
-        if self._write_to is not None or self.data is None:
-            return self._write_to or Path()
-        return self.data.clip.path.parent
+        if self.borrowed is not None:
+            return self.borrowed.write_to
+        return self.data.clip.path.parent if self.data is not None else Path()
 
     def proposed(self, ending: str) -> Path:
         """Name of a file made of the clip; of a borrowed clip one that no file there has."""
         stem = self.data.clip.path.stem if self.data is not None else "clip"
         path, k = self.folder / f"{stem}{ending}", 2
-        while self._write_to is not None and path.exists():
+        while self.borrowed is not None and path.exists():
             path, k = self.folder / f"{stem}_{k}{ending}", k + 1
         return path
 
@@ -209,7 +208,8 @@ class Document(OpenClip):
     def _decide(self, ids: tuple[int, ...], decision: Decision, *, in_bulk: bool = False) -> bool:
         at = self.now()
         done = self.do(Decide(ids, decision, self.reviewer, at, in_bulk))
-        if done and decision != Decision.UNDECIDED and not self.reviewer:
+        nobodys = self.borrowed is not None and not self.borrowed.signed
+        if done and decision != Decision.UNDECIDED and not (self.reviewer or nobodys):
             self._unsigned.update((k, at) for k in ids)
             self.unsigned.emit()
         return done

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -25,6 +26,19 @@ class Show(StrEnum):
     BEFORE = "before"
     AFTER = "after"
     BOTH = "both"
+
+
+@dataclass(frozen=True)
+class Borrowed:
+    """Of a clip that a lesson or an exercise has opened, whose own folder goes with it.
+
+    write_to: where files made of it belong; why: a sentence that says why its review is kept
+    nowhere; signed: whether its decisions are somebody's all the same, as a class's are.
+    """
+
+    write_to: Path
+    why: str
+    signed: bool = False
 
 
 class OpenClip(QObject):
@@ -50,6 +64,7 @@ class OpenClip(QObject):
         self.order = "chain"  # in which a person goes through intervals, or "time"
         self.learned: LearnedConfidence | None = None  # in place of the detector's confidence
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
+        self.borrowed: Borrowed | None = None
         self._review: Review | None = None
         self._corrected: Corrected | None = None
 

@@ -143,9 +143,12 @@ class ConfidencePage(QWidget):
             self.use.setChecked(document.learned is not None)
         if not self.performer.hasFocus():
             self.performer.setText(evidence.performers.of(data.clip.path))
-        self.remember.setEnabled(found is not None)
+        borrowed = document.borrowed  # an example's verdicts are nobody's profile
+        self.remember.setEnabled(found is not None and borrowed is None)
         self.remember.setToolTip(
-            f"Keep τ and learned confidence ({whose}); offered when such a clip opens"
+            borrowed.why
+            if borrowed
+            else f"Keep τ and learned confidence ({whose}); offered when such a clip opens"
             if found
             else "From 10 accepted intervals on there is a τ to remember"
         )

@@ -13,13 +13,13 @@ from PySide6.QtWidgets import QWidget
 from inspector.session.document import BLIND, Document
 from inspector.tuning.bar_frames import BarFrames
 from inspector.tuning.cost_plot import CostPlot
-from inspector.tuning.cost_words import band_words, fsr_words
 from inspector.tuning.strength_histogram import Histogram
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption, inked
 from inspector.widgets.theme import Theme
+from twistcore.tuning.cost_words import band_words, fsr_words
 
 _NO_COSTS = "What τ costs is measured for chains; a limb has its automatic τ."
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from inspector.session.document import Document
-from inspector.tuning.cost_words import DETECTORS, alarm_words, band_words, fsr_words
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.tables import Row, RowModel
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Cost, TauCurve, cost_of_all
+from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words, fsr_words
 
 _KINDS = ("suggested", "automatic")
 _AUTOMATIC = "    automatic τ"
@@ -92,7 +92,7 @@ class DetectorsModel(RowModel[_Line]):
         return cost_of_all([(curve, self._tau(curve, kind)) for curve in curves.values()])
 
     def _tau(self, curve: TauCurve, kind: str) -> float:
-        return self._wishes.suggested(curve) if kind == _KINDS[0] else curve.floor
+        return self._wishes.suggested(curve) if kind == _KINDS[0] else curve.automatic
 
 
 def rows_of(lines: Sequence[_Line], chain: str) -> int | None:

@@ -104,9 +104,9 @@ class ProfileOffers(QObject):
         document.opened.connect(self._later.start)
 
     def _look(self) -> None:
-        """A review that has begun keeps its τ, and so does an exercise."""
+        """A review that has begun keeps its τ, and so do exercises and lessons."""
         data = self._document.data
-        if data is None or data.blind or data.session is not None:
+        if data is None or data.blind or data.session is not None or self._document.borrowed:
             return
         if self._document.review.undo_text:
             return

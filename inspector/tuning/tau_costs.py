@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
@@ -16,8 +16,8 @@ from inspector.tuning.cost_worker import Capture, Request, measure
 from inspector.tuning.wishes import Wishes
 from twistcore.chain import uncorrectable_joints
 from twistcore.review import Decision, Judged, ReviewState
-from twistcore.tuning import TauCurve, Verdicts
-from twistcore.tuning.verdicts_of import is_verdict
+from twistcore.tuning import TauCurve
+from twistcore.tuning.verdicts_of import is_verdict, said_in
 
 _POLL_MS = 30
 _REMEMBERED = 12  # clips, or the same clip judged otherwise
@@ -199,7 +199,7 @@ class Costs(QObject):
             path=data.clip.path,
             sha256=data.clip.sha256,
             method=method,
-            verdicts=self._verdicts(),
+            verdicts=said_in(state),
             wanted=tuple(left),
             rig=state.rig,
             left_out=state.left_out,
@@ -220,21 +220,6 @@ class Costs(QObject):
         self._process, self._pipe, self._running = process, ours, (self._key, method)
         self._poll.start()
         self.changed.emit()
-
-    def _verdicts(self) -> Verdicts:
-        intervals = _said(self._document.review.state)
-        return Verdicts(
-            errors=tuple(
-                replace(j.interval, explain=None)  # its evidence would be asked for, to be sent
-                for j in intervals
-                if j.decision == Decision.ACCEPTED
-            ),
-            natural=tuple(
-                (j.interval.chain, j.interval.start, j.interval.stop)
-                for j in intervals
-                if j.decision == Decision.REJECTED
-            ),
-        )
 
     def _look(self) -> None:
         """Take what has come: a few microseconds when nothing has."""

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from inspector.session.document import Document
-from inspector.tuning.cost_words import DETECTORS, alarm_words, band_words
 from inspector.tuning.tau_costs import Costs
 from inspector.widgets.tables import Row, RowModel
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Cost, Profile, cost_of_all
+from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words
 
 _HEADS = ("τ", "FSR", "alarms")
 _TIPS = (

@@ -64,9 +64,17 @@ class TuningActions:
         if self.document.data is None:
             self.bar.show_message("Open a clip first.", False)
             return
+        if self._nothing_kept():
+            return
         wanted = self.document.proposed(".toml")
         title, then = "Save profile", self.save_profile_to
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
+
+    def _nothing_kept(self) -> bool:
+        """Whether the clip is borrowed, whose τ are an example's; the person is told."""
+        if (borrowed := self.document.borrowed) is not None:
+            self.bar.show_message(borrowed.why, False)
+        return borrowed is not None
 
     def save_profile_to(self, path: Path) -> None:
         """Write the present τ of every chain, with what it costs; all of the file or nothing."""
@@ -158,6 +166,8 @@ class TuningActions:
         """Analyse the open folder again with the present τ; its clips open with it."""
         if self.document.data is None or self.queue.folder is None:
             self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
+            return
+        if self._nothing_kept():
             return
         state = self.document.review.state
         name = f"of {self.document.data.clip.name}"

@@ -260,8 +260,7 @@ class TuningPanel(QWidget):
             if curve := self.costs.curves.get(name):
                 out[name] = tuned(curve, tau)
             else:
-                floor = float(np.degrees(self._document.detector.automatic_tau(name)))
-                out[name] = Tuned(float(np.degrees(tau)), floor, np.nan, np.nan)
+                out[name] = Tuned(float(np.degrees(tau)), np.nan, np.nan, np.nan)
         return out
 
     def show_beside(self, others: Sequence[Column]) -> None:

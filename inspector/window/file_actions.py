@@ -238,13 +238,16 @@ class FileActions(Saving):
         ask_files(self.window, title, "*.bvh", lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
-        """Ask where to and export; at once, as it stands, unless anything is in the way."""
+        """Ask where to and export; at once, as it stands, unless anything is in the way.
+
+        Of a borrowed clip it always asks: it would lie among the person's own.
+        """
         if self.document.data is None:
             self.bar.show_message("Open a clip first.", False)
             return
         dialog = ExportDialog(self.document, self.window)
         dialog.accepted.connect(lambda: self.export(dialog.choice()))
-        if not at_once:
+        if not at_once or self.document.borrowed is not None:
             dialog.open()
             return
         if self._at_once is not None:

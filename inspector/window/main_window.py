@@ -326,7 +326,8 @@ class MainWindow(Parts):
         title = "Twist Inspector"
         look = " (look only)" if self.document.keeper.read_only else ""
         self.setWindowTitle(f"{data.clip.name}[*]{look} – {title}" if data else title)
-        self.setWindowModified(review is not None and not review.saved)
+        waits = review is not None and not review.saved and self.document.borrowed is None
+        self.setWindowModified(waits)
         intervals = self.document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
         self.decided.setText(f"{decided} of {len(intervals)} decided" if intervals else "")

@@ -60,6 +60,9 @@ class Saving:
     def save_session(self, path: Path | None = None) -> bool:
         """Write the session, at `path` or where it belongs; True if it is on disk."""
         self.detail.commit()
+        if path is None and self.document.borrowed is not None:
+            self.bar.show_message(self.document.borrowed.why, False)
+            return False
         saved, told = self.document.keeper.save(path)
         if saved:
             asked = self.bar.asks
@@ -82,7 +85,7 @@ class Saving:
         self.lessons.leave_guide()
         self.detail.commit()
         data = self.document.data
-        if data is None or self.document.review.saved:
+        if data is None or self._is_kept():
             then()
         elif self.settings.autosave:
             saved, told = self._save()
@@ -110,11 +113,15 @@ class Saving:
         elsewhere = ("Save elsewhere…", self.save_session_as)
         self.bar.ask(told, (("Save", save), elsewhere, ("Leave without saving", leave)))
 
+    def _is_kept(self) -> bool:
+        """Whether nothing of the review would be lost, or it is of a borrowed clip still open."""
+        return self.document.review.saved or self.document.borrowed is not None
+
     def save_quietly(self) -> bool:
         """Save without a word, unless something is to be told; True if it is on disk.
 
         Not beside what comes with the program: that opens as new for the next person, and the
-        journal keeps what was decided.
+        journal keeps what was decided. Nor of a borrowed clip.
         """
         saved, told = self._save()
         self._tell(told)
@@ -122,7 +129,9 @@ class Saving:
 
     def _save(self) -> tuple[bool, str]:
         """The same, and what is to be told."""
-        if self.document.data is not None and ASSETS in self.document.data.clip.path.parents:
+        data = self.document.data
+        bundled = data is not None and ASSETS in data.clip.path.parents
+        if bundled or self.document.borrowed is not None:
             return False, ""
         saved, told = self.document.keeper.save()
         self.tell_saved()
@@ -160,7 +169,7 @@ class Saving:
         """True once unsaved decisions are saved or knowingly given up, or wait in the journal."""
         self.lessons.leave_guide()
         self.detail.commit()
-        if not ask or self.document.data is None or self.document.review.saved:
+        if not ask or self.document.data is None or self._is_kept():
             return True
         told, trouble = f"{self.document.data.clip.name} has decisions that are not saved.", ""
         if self.settings.autosave:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QFileDialog
 from inspector.bundled import TOUR
 from inspector.lessons.classroom import write_for_class
 from inspector.recording.record_dialog import RecordDialog
+from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
@@ -40,11 +41,10 @@ def proposed(window):
             dialog.path.setText("typed.bvh")
         paths.append(dialog.choice().path)
         dialog.reject()
-    for action in ("save_session_as", "save_profile"):
-        act(window, action)
-        dialog = window.findChildren(QFileDialog)[-1]
-        paths += map(Path, dialog.selectedFiles())
-        dialog.reject()
+    act(window, "save_session_as")
+    dialog = window.findChildren(QFileDialog)[-1]
+    paths += map(Path, dialog.selectedFiles())
+    dialog.reject()
     return paths
 
 
@@ -52,10 +52,10 @@ def proposed(window):
 def test_what_is_written_of_a_borrowed_clip_lies_beside_the_persons_own(qtbot, at_forearm, what):
     own = at_forearm.document.data.clip.path.parent
     beside = proposed(at_forearm)
-    assert [path.parent for path in beside] == [own] * 5
+    assert [path.parent for path in beside] == [own] * 4
     begin(qtbot, at_forearm, what)
     wanted = proposed(at_forearm)
-    assert [path.parent for path in wanted] == [own] * 5
+    assert [path.parent for path in wanted] == [own] * 4
     for path in wanted:
         path.write_bytes(b"made in a lesson")
     # What is there is not proposed again: it may be the person's own export.
@@ -77,6 +77,77 @@ def test_without_a_clip_of_ones_own_it_lies_at_home(qtbot, show_window, tmp_path
     folder.mkdir()
     open_clip(qtbot, window, shutil.copy(ASSETS / "walk.bvh", folder / "own.bvh"))
     assert {path.parent for path in proposed(window)} == {folder}
+
+
+# -- nothing is kept ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("what", ["lesson", "exercise"])
+def test_nothing_of_a_borrowed_clip_is_kept_unasked(qtbot, at_forearm, what):
+    """Neither by keys that save without a question, nor as a record in somebody's name."""
+    window, own = at_forearm, at_forearm.document.data.clip.path.parent
+    whose = "A lesson" if what == "lesson" else "An exercise"
+    begin(qtbot, window, what)
+    folders = own, window.document.data.clip.path.parent
+    before = [files(folder) for folder in folders]
+    window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
+    assert any(j.decision == Decision.ACCEPTED for j in window.document.intervals)
+    assert window.reviewer_line.isHidden()
+    for action in ("save_session", "save_profile"):
+        window.bar.clear()
+        act(window, action)
+        assert f"{whose} keeps nothing" in said_by(window)
+    assert not window.files.save_quietly()
+    act(window, "export_at_once")
+    (dialog,) = window.findChildren(ExportDialog)
+    assert dialog.isVisible()
+    dialog.reject()
+    assert window.findChildren(QFileDialog) == []
+    assert not window.document.review.saved
+    assert not window.isWindowModified()  # nothing of it waits to be saved
+    assert [files(folder) for folder in folders] == before
+    window.lesson_actions.leave_guide()
+    window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
+    assert window.reviewer_line.isVisible()
+    act(window, "save_session")
+    assert window.document.review.saved
+
+
+def files(folder):
+    """What lies there but the journal, which goes with a borrowed clip."""
+    return sorted(path for path in folder.iterdir() if "journal" not in path.name)
+
+
+def said_by(window):
+    """What the message bar shows."""
+    return window.bar.label.text() if not window.bar.isHidden() else ""
+
+
+def test_who_does_an_exercise_of_a_class_is_asked(qtbot, at_forearm, tmp_path):
+    write_for_class(ASSETS / "walk.bvh", tmp_path / "class.json", 3, "judge")
+    own = at_forearm.document.data
+    act(at_forearm, "exercise")
+    at_forearm.lesson_actions.hidden_errors.do_one(tmp_path / "class.json")
+    qtbot.waitUntil(lambda: at_forearm.document.data is not own, timeout=20_000)
+    at_forearm.document.decide(Decision.ACCEPTED, [at_forearm.document.intervals[0].id])
+    assert at_forearm.reviewer_line.isVisible()
+    act(at_forearm, "save_session")
+    assert "Hand in…" in said_by(at_forearm)
+    assert at_forearm.lesson_actions.hidden_errors._class is not None
+
+
+def test_a_lesson_that_is_left_without_a_clip_of_ones_own_asks_nothing(
+    qtbot, show_window, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    window = show_window(Settings(turn_ms=0, autosave=False))
+    begin(qtbot, window, "lesson")
+    window.lesson_actions.leave_guide()
+    window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
+    assert window.reviewer_line.isHidden()
+    own = shutil.copy(ASSETS / "walk.bvh", tmp_path / "own.bvh")
+    open_clip(qtbot, window, own)
+    assert not window.bar.asks
 
 
 # -- an exercise that does not begin ---------------------------------------------------------------

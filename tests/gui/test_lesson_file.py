@@ -10,9 +10,12 @@ from inspector.bundled import ASSETS, DOCS, LESSONS, SAMPLE
 from inspector.lessons.lesson_conditions import CONDITIONS, Condition, read_conditions
 from inspector.lessons.lesson_file import KEYS, read_lesson
 from inspector.lessons.lesson_place import Camera, Place, settings
+from inspector.lessons.page_in_clip import chain_of
+from inspector.session.opening import analysed
 from inspector.teaching.symbols import SYMBOLS
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
+from twistcore.bvh import read_bvh
 from twistcore.decomposition import WhatIf
 from twistcore.errors import FormatError
 
@@ -138,8 +141,11 @@ OUT_OF_RANGE = {
     "swing 120": ("swing -400", "swing 181", "bend 900", "bend -1", "stage 9", "stage -1"),
     "nudge -1": ("nudge 4", "nudge -3.1"),
     "camera: 30 20 1.5": ("camera: 30 20 1e300", "camera: 30 20 0"),
-    "twist >= 60": ("twist >= -5", "twist >= 0", "moved -3", "moved 0", "applied >= 0"),
-}
+    "twist >= 60": (
+        "twist >= -5", "twist >= 0", "moved -3", "moved 0", "applied >= 0",
+        "twist >= 181", "swing >= 180.1", "applied >= 1.01",
+    ),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -148,6 +154,43 @@ OUT_OF_RANGE = {
 def test_what_no_slider_reaches_is_refused(tmp_path, right, wrong):
     with pytest.raises(FormatError, match=r"line (14|17|20): expected .*( from |, above 0)"):
         read_lesson(written(tmp_path, LESSON.replace(right, wrong, 1)))
+
+
+@pytest.mark.parametrize(
+    "done",
+    ["along, counter", "seen before, seen after", "lit w, swing >= 5, lit n", "twist >= 500"],
+)
+def test_a_task_that_nobody_can_do_is_refused(tmp_path, done):
+    wrong = LESSON.replace("done: counter, twist >= 60", f"done: {done}", 1)
+    with pytest.raises(FormatError, match=r"line 20: expected .*, found "):
+        read_lesson(written(tmp_path, wrong))
+    assert len(read_conditions("seen before after, seen after, twist >= 180, applied >= 1")) == 4
+
+
+@pytest.mark.parametrize(
+    ("wrong", "expected"),
+    [
+        ("frame: 344", "line 12: expected a frame of walk_injected.bvh up to 343, found '344'"),
+        ("done: moved 254, along", "line 20: expected 'moved' and up to 253 frames, .*'moved 254'"),
+        ("chain: Tail", r"line 13: expected a chain of walk_injected.bvh \(.*LeftArm.*'Tail'"),
+    ],
+)
+def test_what_has_no_place_in_the_clip_is_told_with_its_line(tmp_path, wrong, expected):
+    key = wrong.split(":")[0]
+    text = re.sub(f"{key}: .*", wrong, LESSON, count=1)
+    lesson, data = read_lesson(written(tmp_path, text)), analysed(read_bvh(SAMPLE))
+    with pytest.raises(FormatError, match=expected):
+        chain_of(lesson, lesson.pages[0], data)
+
+
+def test_what_a_page_has_from_the_one_before_is_told_at_its_heading(tmp_path):
+    kick = read_bvh(ASSETS / "kick.bvh")
+    last = kick.motion.frames - 1
+    assert last < 340  # else the frame lies in both clips
+    lesson = read_lesson(written(tmp_path, LESSON.replace("frame: 90", "frame: 340")))
+    chain_of(lesson, lesson.pages[0], analysed(read_bvh(SAMPLE)))
+    with pytest.raises(FormatError, match=rf"line 26: expected a frame of kick.bvh up to {last}"):
+        chain_of(lesson, lesson.pages[1], analysed(kick))
 
 
 def test_the_ranges_are_those_of_the_sliders(tmp_path, qtbot, open_document):

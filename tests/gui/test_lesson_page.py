@@ -188,9 +188,9 @@ def test_fewer_frames_where_it_would_be_too_large(tmp_path, monkeypatch):
 
 
 def test_places_that_are_not_there_are_told(tmp_path):
-    with pytest.raises(TwistError, match=r"'A thigh': expected a frame .* found 9999"):
+    with pytest.raises(TwistError, match=r"line \d+: expected a frame .* found '9999'"):
         page_text(written(tmp_path, LESSON.replace("frame: 66", "frame: 9999")))
-    with pytest.raises(TwistError, match=r"'A thigh': expected a chain .*LeftArm.* found 'Tail'"):
+    with pytest.raises(TwistError, match=r"line \d+: expected a chain .*LeftArm.* found 'Tail'"):
         page_text(written(tmp_path, LESSON.replace("chain: RightUpLeg\n", "chain: Tail\n")))
 
 

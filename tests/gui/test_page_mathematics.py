@@ -10,6 +10,9 @@ from PySide6.QtQml import QJSEngine
 from inspector.bundled import ASSETS
 from inspector.session.opening import analysed
 from inspector.teaching.equation_table import SECTIONS
+from inspector.teaching.gizmo_family import MEMBERS, add_family
+from inspector.teaching.gizmo_joints import triads
+from inspector.teaching.gizmo_shapes import Sketch
 from inspector.teaching.taught_frame import Numbers
 from inspector.teaching.what_if_words import words
 from inspector.viewport.bodies import find_bones
@@ -20,7 +23,7 @@ from twistcore.decomposition import Decomposition, WhatIf, altered, correct_fram
 from twistcore.detection.paper import running_offset
 from twistcore.motion import forward_kinematics
 
-SCRIPTS = ("swing_twist.js", "labels.js", "words.js", "striped_skin.js")
+SCRIPTS = ("swing_twist.js", "labels.js", "words.js", "striped_skin.js", "gizmo.js")
 EXACT = 1e-9
 NEAR = 1e-3  # radians: where a swing is 180° or a limb straight, an angle is any angle
 
@@ -38,12 +41,26 @@ function compare(text) {
 }
 """
 
+DRAWN = """
+function drawn(text) {
+  const c = JSON.parse(text), at = { rotations: c.rotations, chain: c.chain };
+  const of = SwingTwist.numbersOf(
+    at, { rotations: c.before, chain: c.chain }, c.whatIf, c.stage, c.tau, c.offset);
+  const pose = SwingTwist.forwardKinematics(c.parents, of.rotations, c.translations);
+  const { parent, child } = c.chain;
+  const out = Gizmo.sketch(of.frame, pose.rotations[parent], pose.positions[parent],
+    pose.positions[child], 1, 1e-3, c.stage !== null);
+  Gizmo.drawTriads(out, c.chain, pose);
+  return JSON.stringify(out);
+}
+"""
+
 
 @pytest.fixture(scope="module")
 def engine(qapp):
     engine = QJSEngine()
     own = [(ASSETS / "lesson_page" / name).read_text("utf-8") for name in SCRIPTS]
-    for script in (*own, COMPARE):
+    for script in (*own, COMPARE, DRAWN):
         result = engine.evaluate(script)
         assert not result.isError(), result.toString()
     return engine
@@ -94,6 +111,7 @@ def told(motion, chain, frame, what_if, offset, stage, tau):
         "chain": {
             "parent": chain.parent,
             "child": chain.child,
+            "grandchild": chain.grandchild,
             "children": list(motion.skeleton.children[chain.parent]),
             "axis": chain.axis.tolist(),
             "arm": chain.arm.tolist(),
@@ -206,3 +224,51 @@ def test_the_skin_is_draped_as_in_the_program(engine):
         mine = drape(skin, rotations[frame], positions[frame], grown=1.09)
         for name, vectors in zip(("points", "normals"), mine, strict=True):
             assert np.reshape(theirs[name], (-1, 3)) == pytest.approx(vectors, abs=1e-9 * 180.0)
+
+
+TURNED = WhatIf(swing=np.radians(179.0))
+
+
+@pytest.mark.parametrize("what_if", [WhatIf(), TURNED, WhatIf(swing=np.pi), WhatIf(twist=1.0)])
+def test_the_family_and_the_axes_of_joints_are_drawn_as_in_the_program(engine, what_if):
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    chain = next(c for c in find_chains(motion) if c.name == "LeftArm")
+    case = (motion, chain, 200, what_if, 0.0, None, 0.05)
+    theirs = called(engine, "drawn", json.dumps(told(*case)))
+    d = numbers_of(*case).frame
+    rotations, positions = forward_kinematics(altered(motion, chain, 200, what_if))
+    rotations, positions = rotations[0], positions[0]
+    parent, scale = positions[chain.parent], motion.skeleton.height
+    unit = float(np.linalg.norm(positions[chain.child] - parent))
+    mine = Sketch(unit)
+    add_family(mine, d, rotations[chain.parent], parent)
+    spokes, _, hands = (part.points.reshape(MEMBERS, -1, 3) for part in mine.parts[:3])
+    near = what_if.swing is not None
+    seen = [p for p in theirs["parts"] if p["kind"] == "line" and not p.get("colour")]
+    own = [p["points"] for p in seen if p["symbol"] == "n" and p["share"] == 0.8]
+    shown = [p["points"] for p in seen if p["symbol"] == "theta_p" and p["width"] == 3]
+    assert len(own) == MEMBERS * near
+    if near:
+        assert np.abs(own - spokes).max() <= EXACT * scale
+        assert np.abs(shown[:MEMBERS] - hands).max() <= EXACT * scale
+        words = [mark["words"] for mark in theirs["marks"] if mark.get("words")]
+        assert words == [mark.words for mark in mine.marks]
+    axes = [p["points"] for p in theirs["parts"] if p.get("colour")]
+    lines = triads(chain, rotations, positions, unit).reshape(-1, 2, 3)
+    assert np.abs(axes - lines).max() <= EXACT * scale
+
+
+def test_the_page_draws_no_angle_that_is_undefined_or_on_its_way(engine):
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    chain = next(c for c in find_chains(motion) if c.name == "LeftArm")
+
+    def marks(what_if, stage=None):
+        case = (motion, chain, 200, what_if, 0.0, stage, 0.05)
+        out = called(engine, "drawn", json.dumps(told(*case)))
+        return {mark["symbol"] for mark in out["marks"] if not mark.get("words")}
+
+    changed = {"dtheta_p", "dtheta_c"}
+    assert changed <= marks(WhatIf(twist=1.0, counter=True))
+    assert not changed & marks(WhatIf(twist=1.0, counter=True), stage=1.5)
+    assert "dtheta_c" not in marks(WhatIf(bend=0.0))
+    assert not {"n", "theta_p", "dtheta_p"} & marks(WhatIf(swing=np.pi))

@@ -201,8 +201,8 @@ def test_a_lesson_of_a_persons_own_with_a_clip_beside_it(qtbot, at_forearm, tmp_
     ("chain", "frame", "expected"),
     [
         ("LeftLeg", "none", "line 11: expected a frame, counted from 0, found 'none'"),
-        ("LeftLeg", 435, "page 'One': expected a frame up to 434, found 435"),
-        ("Tail", 4, "found 'Tail'"),
+        ("LeftLeg", 435, "line 11: expected a frame of own.bvh up to 434, found '435'"),
+        ("Tail", 4, "line 12: expected a chain of own.bvh ("),
     ],
 )
 def test_a_lesson_that_is_wrong_is_refused_in_a_sentence(

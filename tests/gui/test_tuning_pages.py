@@ -126,10 +126,12 @@ def test_both_detectors_side_by_side(qtbot, window, tuning, by_paper):
     rows = [[model.index(r, c).data() for c in range(7)] for r in range(model.rowCount())]
     assert len(rows) == 2 * 11  # chains and all of them, at the suggested and the automatic τ
     ours = tuning.costs.curves["RightArm"]
+    assert by_paper.automatic == pytest.approx(np.radians(5.0))
+    assert (ours.automatic, by_paper.floor) == (ours.floor, ours.floor)
     wanted = []
     for tau in ("suggested", "automatic"):
         for curve in (ours, by_paper):
-            at = curve.suggested() if tau == "suggested" else curve.floor
+            at = curve.suggested() if tau == "suggested" else curve.automatic
             cost = curve.cost(at)
             band = f"{100 * cost.low:.0f}–{100 * cost.high:.0f}"
             fsr = f"{100 * cost.fsr:.0f} ({band})"
@@ -217,8 +219,8 @@ def test_it_says_in_words_whether_one_tau_does_for_all(qtbot, window, tuning):
     act(window, "use_paper")
     qtbot.waitUntil(lambda: len(tuning.costs.by("paper")) == 10, timeout=60_000)
     qtbot.waitUntil(lambda: "τ of their own: " in tuning.suggestion.shared.text())
-    assert "8 of 10 chains are best" in tuning.suggestion.shared.text()
-    assert "Right Arm" in tuning.suggestion.shared.text()
+    assert "2 of 10 chains are best at 2.02°, 7 lose less" in tuning.suggestion.shared.text()
+    assert "Right ForeArm 1.83° (repairs 94 %, 89 % at 2.02°)" in tuning.suggestion.shared.text()
 
 
 # --- frames -------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QLabel
 from inspector.lessons.classroom import to_review
 from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import BLIND
+from inspector.session.open_clip import Borrowed
 from inspector.tuning.verdict_evidence import Scope
 from inspector.tuning.verdict_page import needed_words
 from tests.gui.pictures import INJECTED
@@ -154,6 +155,11 @@ def test_learned_confidence_is_shown_once_a_person_says_so(qtbot, window, folder
 def test_a_profile_is_remembered_by_skeleton_and_offered(qtbot, window, folder, tmp_path):
     page, bar, document = window.tuning.confidence, window.bar, window.document
     look(qtbot, window, page)
+    document.borrowed = Borrowed(tmp_path, "Nothing is kept.")  # as by a lesson
+    page.refresh()
+    assert (page.remember.isEnabled(), page.remember.toolTip()) == (False, "Nothing is kept.")
+    document.borrowed = None
+    page.refresh()
     page.remember.click()
     assert "offered when such a clip opens" in bar.label.text()
     another = tmp_path / "alone"

@@ -59,6 +59,16 @@ def test_a_large_tau_has_its_own_fsr(walk_tuning, method):
     assert at_80 == pytest.approx((large.frames.sum() - passed) / c.errors, abs=0.12)
 
 
+def test_the_papers_tau_is_suggested_down_to_the_clips_noise_not_to_its_usual_one(walk_tuning):
+    ours, paper = (walk_tuning[m].curve("LeftForeArm") for m in ("consistency", "paper"))
+    assert np.degrees([ours.automatic, paper.automatic]) == pytest.approx([1.5, 5.0])
+    assert paper.floor == ours.floor == ours.automatic
+    assert ours.floor <= paper.suggested() < math.radians(3.0)
+    # Small errors are found there that 5° passes over.
+    assert paper.at(paper.suggested())[0] > paper.at(paper.automatic)[0] + 0.02
+    assert (paper + paper).automatic == paper.automatic
+
+
 def test_a_tau_on_the_grid_has_what_was_measured_and_between_lies_between(walk_tuning):
     c = walk_tuning["paper"].curve("LeftForeArm")
     for k in (0, 1, 20, len(GRID) - 2, len(GRID) - 1):
@@ -214,7 +224,7 @@ def test_whether_one_tau_does_for_all_is_said_in_words():
     assert (found.best, found.served, list(found.apart)) == (("a", "b", "d"), ("c",), ["n", "Arm"])
     assert found.words({"Arm": "Left arm"}) == (
         "3 of 6 chains are best at 2.00°, 1 loses less than a point by it. τ of their own: "
-        "n 4.00° (more noise: its automatic τ is 4.00°); "
+        "n 4.00° (more noise: none below 4.00°); "
         "Left arm 4.00° (9 false alarms at 2.00°, 0 there)."
     )
     small = curve(errors([20.0] * 4, [[1, 0, 0, 0]] * 4))

@@ -1,6 +1,10 @@
 """τ from noise and injected errors, and the profile that keeps it."""
 
 import math
+import shutil
+import tomllib
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,10 +12,12 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.analysis import analyse, detect
 from twistcore.batch import survey
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains, limbs
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
 from twistcore.errors import FormatError
+from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
 from twistcore.rotation import (
     geodesic_angle,
     multiply,
@@ -26,10 +32,14 @@ from twistcore.tuning import (
     cleaned,
     clip_curves,
     clip_tuning,
+    cost_of_all,
     read_profile,
     tuned,
     write_profile,
 )
+from twistcore.tuning.cost_words import fsr_words
+from twistcore.tuning.learned_confidence import LearnedConfidence
+from twistcore.tuning.profile import TauReasons
 
 
 def curve(repaired, alarms, noise=(0.01,)):
@@ -174,3 +184,118 @@ def test_a_survey_takes_the_tau_of_a_profile():
     everything = survey(clip).intervals
     none = Profile(dict.fromkeys(clip_curves(clip, "paper", 0), math.pi))
     assert (everything, survey(clip, none).intervals) == (8, 0)
+
+
+# -- the command, with sessions and both detectors ------------------------------------------------
+
+
+@pytest.fixture
+def reviewed(tmp_path):
+    """A copy of the walk with errors; its review rejects one interval and leaves frames out."""
+    path = Path(shutil.copy(ASSETS / "walk_injected.bvh", tmp_path / "w.bvh"))
+    clip = read_bvh(path)
+    review = Review.of(analyse(clip.motion).detect())
+    state = review.state
+    one = next(j for j in state.intervals if j.interval.stop <= 150)
+    for command in (Decide((one.id,), Decision.REJECTED), LeaveOut(((150, 344),))):
+        review.do(command)
+    write_session(tmp_path / "w.twist.json", clip, review.state)
+    return path, one.interval
+
+
+def test_tune_leaves_out_what_a_session_leaves_out(reviewed, tmp_path, capsys):
+    path, natural = reviewed
+    clip = read_bvh(path)
+    out = tmp_path / "p.toml"
+    words = ["tune", str(path), "-o", str(out), "--seeds", "1", "--workers", "1"]
+    assert main([*words, "--sessions"]) == 0
+    assert "w.bvh: done, with its session" in capsys.readouterr().err
+    session = path.with_name("w.twist.json")
+    curves = clip_curves(path, "consistency", 1, session=session)
+    tuning = clip_tuning(
+        clip.motion, "w.bvh", seeds=(0,), left_out=[(150, 344)],
+        verdicts=Verdicts(natural=((natural.chain, natural.start, natural.stop),)),
+    )  # fmt: skip
+    for name, curve in curves.items():
+        mine = tuning.curve(name)
+        np.testing.assert_array_equal(curve.repaired, mine.repaired)
+        np.testing.assert_array_equal(curve.alarms, mine.alarms)
+        assert curve.minutes == mine.minutes == pytest.approx(150 * clip.motion.frame_time / 60.0)
+        assert read_profile(out).tau[name] == pytest.approx(curve.suggested(), abs=1e-4)
+    assert curves[natural.chain].alarms[0] >= 1.0
+    path.write_bytes(path.read_bytes() + b"\n")
+    assert main([*words, "--sessions"]) == 2
+    assert "its session is of another version of it" in capsys.readouterr().err
+
+
+def test_tune_prints_bands_and_both_detectors(tmp_path, capsys):
+    clip, out = ASSETS / "walk.bvh", tmp_path / "p.toml"
+    words = ["tune", str(clip), "-o", str(out), "--seeds", "1", "--workers", "1"]
+    assert main([*words, "--both"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 2 + 2 * 11
+    measured = [clip_curves(clip, m, 1) for m in ("consistency", "paper")]
+    (at,) = (k for k, line in enumerate(lines) if line.startswith("RightArm "))
+    for line, tau in ((lines[at], "suggested"), (lines[at + 1], "automatic")):
+        assert tau in line
+        for curve in (curves["RightArm"] for curves in measured):
+            value = curve.suggested() if tau == "suggested" else curve.automatic
+            assert f"{np.degrees(value):.2f}°" in line
+            assert fsr_words(curve.cost(value), unit="") in line
+    total = cost_of_all([(c, c.suggested()) for c in measured[1].values()])
+    assert fsr_words(total, unit="") in lines[-2]
+    assert read_profile(out).method == "consistency"
+    assert main(["tune", str(tmp_path), "-o", str(out), "--verdicts", "--both"]) == 2
+    assert "--both: expected no --verdicts" in capsys.readouterr().err
+
+
+# -- whose profile -------------------------------------------------------------------------------
+
+WHOSE = Profile({}, "", "ab12", 'Ann "A"', LearnedConfidence(-0.25, 0.75, 180, 20))
+
+
+def written(path, **more):
+    tau = {"LeftArm": Tuned(4.5, math.nan, math.nan, math.nan)}
+    write_profile(path, tau, "clips", "consistency", **more)
+    return path
+
+
+def test_a_profile_keeps_whose_it_is_and_the_learned_confidence(tmp_path):
+    reasons = {"LeftArm": TauReasons(9, 1, 3.0, 6.0)}
+    got = read_profile(written(tmp_path / "p.toml", whose=WHOSE, verdicts=reasons))
+    assert got == replace(WHOSE, tau={"LeftArm": math.radians(4.5)}, method="consistency")
+    assert "tau_low_deg = 3.0000" in (tmp_path / "p.toml").read_text()
+
+
+def test_readers_of_earlier_versions_read_it(tmp_path):
+    """They take tau_deg and detector of every table of the document, and nothing else."""
+    path = written(tmp_path / "p.toml", whose=WHOSE, verdicts={"LeftArm": TauReasons(9, 1)})
+    document = tomllib.loads(path.read_text("utf-8"))
+    assert {name: float(t["tau_deg"]) for name, t in document.items()} == {"LeftArm": 4.5}
+    assert {t["detector"] for t in document.values()} == {"consistency"}
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("confidence = 3", "expected confidence with a shift"),
+        ("confidence = { shift = 0.1, scale = 0.0 }", "a scale above 0"),
+        ("confidence = { shift = nan, scale = 1.0 }", "a shift within ±30"),
+        ("confidence = { shift = 0.1, scale = 1.0, accepted = -1 }", "whole numbers"),
+        ("rig = 4", "expected a text for rig"),
+        (f"confidence = {{ shift = 1{400 * '0'}, scale = 1.0 }}", "a shift within ±30"),
+        (f"[RightArm]\ntau_deg = 1{400 * '0'}", "a table with tau_deg"),
+    ],
+)
+def test_a_damaged_profile_says_what_was_expected(tmp_path, line, told):
+    path = tmp_path / "p.toml"
+    path.write_text(f"[LeftArm]\ntau_deg = 2.0\n{line}\n")
+    with pytest.raises(FormatError, match=told):
+        read_profile(path)
+
+
+def test_two_rigs_in_one_profile_are_refused(tmp_path):
+    path = tmp_path / "p.toml"
+    path.write_text('[A]\ntau_deg = 2.0\nrig = "a"\n[B]\ntau_deg = 2.0\nrig = "b"\n')
+    with pytest.raises(FormatError, match="expected one rig in all tables, found 2"):
+        read_profile(path)

@@ -1,24 +1,13 @@
 """What is learned from verdicts: precision, recall, τ for one chain or all, confidence."""
 
-import json
 import math
-import shutil
-import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse, detect
-from twistcore.bvh import read_bvh
-from twistcore.cli import main
-from twistcore.errors import FormatError
-from twistcore.review import Decide, Decision, Review, write_session
-from twistcore.review.model import Judged, constant
-from twistcore.review.session import session_document, session_from_document
-from twistcore.rig import skeleton_mark
-from twistcore.tuning import GRID, Profile, Tuned, read_profile, write_profile
+from twistcore.tuning import GRID
 from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.learned_confidence import (
     LearnedConfidence,
@@ -26,19 +15,12 @@ from twistcore.tuning.learned_confidence import (
     held_out,
     learned,
     reliability,
-    seen,
 )
 from twistcore.tuning.learned_profile import learned_profile
-from twistcore.tuning.profile import TauReasons
 from twistcore.tuning.verdict_curve import verdict_curve, wilson
 from twistcore.tuning.verdicts_of import (
     JudgedClip,
     Verdict,
-    found_by_tau,
-    judged_clip,
-    judged_in,
-    performer_of,
-    sessions_in,
 )
 
 INJECTED = ASSETS / "walk_injected.bvh"
@@ -205,6 +187,16 @@ def test_errors_of_other_chains_alone_set_none_apart():
     assert not any("it ." in words for words in shared.words())
 
 
+def test_a_chain_set_apart_has_no_share_in_the_common_ones_minutes():
+    errors = [3.0] * 10 + [*np.linspace(5.0, 40.0, 30)]
+    plain = [folder(errors, [4.0] * 60, chain=f"c{k}") for k in range(4)]
+    rng = np.random.default_rng(4)
+    noisy = folder(rng.uniform(20, 60, 40), rng.uniform(6, 15, 60), chain="X")
+    shared = common_tau(together(*plain, noisy), price=0.09)
+    assert [c.chain for c in shared.chains if c.apart] == ["X"]
+    assert shared.common.tau == verdict_curve(together(*plain)).suggested(price=0.09).tau
+
+
 # --- confidence --------------------------------------------------------------------------------
 
 
@@ -276,294 +268,3 @@ def test_reliability_counts_bins():
     assert got.bins[1].was == pytest.approx(0.75)
     assert got.bins[1].low < 0.75 < got.bins[1].high
     assert got.error == pytest.approx((0.05 + 4 * abs(0.9625 - 0.75)) / 5)
-
-
-# --- from reviews ------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("name", "performer"),
-    [
-        ("05_03.bvh", "05"),
-        ("143_12.bvh", "143"),
-        ("walk_injected.bvh", ""),
-        ("walk1_subject5.bvh", "subject5"),
-        ("2024_05.bvh", ""),
-    ],
-)
-def test_a_performer_is_told_by_a_name(name, performer):
-    assert performer_of(name) == performer
-
-
-@pytest.fixture(scope="module")
-def analysis():
-    return analyse(read_bvh(INJECTED))
-
-
-def judged_state(analysis, said, **more):
-    """The review of what is found, decided by `said`(k)."""
-    state = Review.of(detect(read_bvh(INJECTED))).state
-    with_time = {"decided_at": "2026-01-01T00:00:00+00:00", **more}
-    every = [replace(j, decision=said(k), **with_time) for k, j in enumerate(state.intervals)]
-    return state.with_intervals(every)
-
-
-def test_verdicts_are_accepted_or_rejected_and_what_nobody_said_is_none(analysis):
-    decisions = Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
-    state = judged_state(analysis, lambda k: decisions[k % 3])
-    told = judged_clip(analysis, state)
-    wanted = [j for j in state.intervals if j.decision != Decision.UNDECIDED]
-    assert len(told.verdicts) == len(wanted) > 3
-    assert [v.error for v in told.verdicts] == [j.decision == Decision.ACCEPTED for j in wanted]
-    assert told.rig == skeleton_mark(analysis.motion.skeleton)
-    first = wanted[0].interval
-    left = judged_clip(analysis, replace(state, left_out=((first.start, first.start + 1),)))
-    assert len(left.verdicts) < len(told.verdicts)
-    assert left.minutes == pytest.approx(told.minutes - analysis.motion.frame_time / 60.0)
-    automatic = judged_state(analysis, lambda _: Decision.ACCEPTED, decided_at="")
-    assert judged_clip(analysis, automatic).verdicts == ()
-    sure = judged_state(analysis, lambda _: Decision.UNDECIDED)
-    ids = tuple(j.id for j in sure.intervals)
-    sure = Decide(ids, Decision.ACCEPTED, "me", "2026-01-01T00:00:00+00:00", True).apply(sure)
-    kept = session_from_document(session_document(read_bvh(INJECTED), sure)).state
-    for state in (sure, kept):  # or a learned confidence would confirm itself
-        assert judged_clip(analysis, state).verdicts == ()
-    looked = Decide(ids[:1], Decision.ACCEPTED, "me", "2026-01-02T00:00:00+00:00").apply(kept)
-    assert len(judged_clip(analysis, looked).verdicts) == 1
-
-
-def half_judged(analysis, said=lambda _: Decision.ACCEPTED):
-    """The review of the first chain that has anything listed; all others wait."""
-    state = judged_state(analysis, said)
-    first = state.intervals[0].interval.chain
-    open_again = [
-        j if j.interval.chain == first else replace(j, decision=Decision.UNDECIDED)
-        for j in state.intervals
-    ]
-    return first, state.with_intervals(open_again)
-
-
-def test_chains_that_nobody_has_judged_are_none_without_an_alarm(analysis):
-    first, state = half_judged(analysis)
-    told = judged_clip(analysis, state)
-    assert told.reviewed.keys() == {first}
-    assert told.looked_at == 1.0
-    done = judged_clip(analysis, judged_state(analysis, lambda _: Decision.REJECTED))
-    assert done.reviewed.keys() == {c.name for c in analysis.chains}  # in these nothing was listed
-
-
-def test_a_lower_tau_alone_is_no_look(analysis):
-    state = judged_state(analysis, lambda _: Decision.REJECTED)
-    chain = "LeftForeArm"
-    before = judged_clip(analysis, state)
-    low = before.reviewed[chain] / 4.0
-    listed = analysis.by().intervals(chain, before.reviewed[chain])
-    free = [t for t in range(0, 300, 9) if not any(i.start < t + 5 and t < i.stop for i in listed)]
-    waits = [Judged(900 + k, constant(chain, t, t + 5, low)) for k, t in enumerate(free)]
-    tau = {**state.tau, chain: low}
-    lowered = replace(state, tau=tau).with_intervals((*state.intervals, *waits))
-    after = judged_clip(analysis, lowered)
-    assert after.reviewed[chain] >= before.reviewed[chain]
-    assert after.shares[chain] == 1.0  # nothing that waits is listed at the τ that was looked at
-
-
-def test_of_a_chain_decided_in_part_only_that_part_was_looked_at(analysis):
-    state = judged_state(analysis, lambda _: Decision.REJECTED)
-    own = state.of_chain("LeftForeArm")
-    assert len(own) == 3
-    strongest = max(own, key=lambda j: abs(j.interval.largest))
-    part = [
-        replace(j, decision=Decision.UNDECIDED) if j is strongest else j for j in state.intervals
-    ]
-    told = judged_clip(analysis, state.with_intervals(part))
-    assert told.shares["LeftForeArm"] == pytest.approx(2 / 3)
-
-
-def test_a_chain_set_apart_has_no_share_in_the_common_ones_minutes():
-    errors = [3.0] * 10 + [*np.linspace(5.0, 40.0, 30)]
-    plain = [folder(errors, [4.0] * 60, chain=f"c{k}") for k in range(4)]
-    rng = np.random.default_rng(4)
-    noisy = folder(rng.uniform(20, 60, 40), rng.uniform(6, 15, 60), chain="X")
-    shared = common_tau(together(*plain, noisy), price=0.09)
-    assert [c.chain for c in shared.chains if c.apart] == ["X"]
-    assert shared.common.tau == verdict_curve(together(*plain)).suggested(price=0.09).tau
-
-
-def test_where_a_verdict_is_found_is_what_the_detector_finds(analysis):
-    state = judged_state(analysis, lambda _: Decision.ACCEPTED)
-    for v in judged_clip(analysis, state).verdicts:
-        for k in range(0, len(GRID), 6):
-            found = analysis.by().intervals(v.chain, float(GRID[k]))
-            same = any((i.start, i.stop) == (v.start, v.stop) for i in found)
-            assert v.found[k] == same
-    # The strongest jump beside it bounds what finds it: no τ above that does.
-    strengths = [np.degrees(analysis.by().strength(v.chain)).max() for v in told(analysis, state)]
-    for v, strength in zip(told(analysis, state), strengths, strict=True):
-        assert not v.found[strength < TAU].any()
-
-
-def told(analysis, state):
-    return judged_clip(analysis, state).verdicts
-
-
-def test_an_error_made_by_hand_is_missed_at_every_tau_unless_it_is_found(analysis):
-    state = judged_state(analysis, lambda _: Decision.ACCEPTED)
-    hand = Judged(
-        99, constant("LeftUpLeg", 300, 310, 0.5), Decision.ACCEPTED, by_hand=True, reviewer="me"
-    )
-    told = judged_clip(analysis, state.with_intervals((*state.intervals, hand)))
-    (mine,) = (v for v in told.verdicts if v.by_hand)
-    assert not mine.found.any()
-    assert mine.confidence is None
-    curve = verdict_curve([told])
-    assert curve.recall.max() == pytest.approx(1 - 1 / len(told.verdicts))
-    assert len(seen([told])) == len(told.verdicts) - 1
-
-
-class Lists:
-    """A detector that lists the same at every τ."""
-
-    def __init__(self, *spans):
-        self.spans = spans
-
-    def intervals(self, chain, tau):
-        return tuple(constant(chain, start, stop, 0.5) for start, stop in self.spans)
-
-
-@pytest.mark.parametrize(
-    ("spans", "found"),
-    [
-        ([(10, 20), (40, 60)], (True, True)),
-        ([(10, 15), (58, 80)], (True, True)),  # half of the error; any of what is natural
-        ([(10, 14)], (False, False)),  # too little of the error
-        ([(0, 30)], (False, False)),  # and too much
-        ([(19, 45)], (False, True)),  # belongs to the one that it shares most with
-    ],
-)
-def test_an_error_has_to_be_found_and_an_alarm_only_to_sound(spans, found):
-    judged = [constant("A", 10, 20, 0.5), constant("A", 40, 60, 0.5)]
-    by_tau = found_by_tau(judged, [True, False], Lists(*spans), "A")
-    assert tuple(by_tau.all(axis=1)) == found
-    assert tuple(by_tau.any(axis=1)) == found
-
-
-def test_sessions_of_a_folder(tmp_path, analysis):
-    path = shutil.copy(INJECTED, tmp_path / "05_01.bvh")
-    clip = read_bvh(path)
-    state = judged_state(analysis, lambda _: Decision.ACCEPTED)
-    write_session(tmp_path / "05_01.twist.json", clip, state)
-    write_session(tmp_path / "05_01_refined.replay.json", clip, state)
-    (tmp_path / "other.json").write_text("{}")
-    ((found, session),) = sessions_in(tmp_path)
-    told = judged_in(found, session)
-    assert told.performer == "05"
-    assert len(told.verdicts) == len(state.intervals)
-    assert judged_in(found, session, "Ann").performer == "Ann"
-    document = session_document(clip, state)
-    for k, name in enumerate(("", "/")):  # of no clip at all
-        (tmp_path / f"none{k}.json").write_text(json.dumps(document | {"clip": name}))
-    assert len(list(sessions_in(tmp_path))) == 1
-    shutil.copy(ASSETS / "walk.bvh", path)
-    with pytest.raises(Exception, match="another version"):
-        judged_in(found, session)
-
-
-# --- the command -------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def judged_folder(tmp_path, analysis):
-    """Two clips of performer 05, judged: 14 accepted and two rejected."""
-    for k in (1, 2):
-        path = shutil.copy(INJECTED, tmp_path / f"05_0{k}.bvh")
-        state = judged_state(analysis, lambda n: Decision(("rejected", "accepted")[n > 0]))
-        write_session(tmp_path / f"05_0{k}.twist.json", read_bvh(path), state)
-    return tmp_path
-
-
-def test_tune_by_verdicts_writes_a_profile(judged_folder, tmp_path, capsys):
-    output = tmp_path / "p.toml"
-    assert main(["tune", str(judged_folder), "--verdicts", "-o", str(output)]) == 0
-    said = capsys.readouterr().out
-    assert "14 accepted and 2 rejected intervals in 2 clips" in said
-    assert "Confidence stays the detector's: 20 verdicts on it or more are needed." in said
-    profile = read_profile(output)
-    clip = read_bvh(INJECTED)
-    assert profile.rig == skeleton_mark(clip.motion.skeleton)
-    assert (profile.performer, profile.method) == ("05", "consistency")
-    assert profile.tau.keys() == {c.name for c in analyse(clip).chains}
-    assert profile.confidence is None
-    tau = set(profile.tau.values())
-    assert math.radians(1.5) <= min(tau)
-
-
-def test_tune_by_verdicts_says_what_is_missing(judged_folder, tmp_path, capsys):
-    output = str(tmp_path / "p.toml")
-    for more, told in (
-        (["--performer", "06"], "no session is of performer '06'"),
-        (["--seeds", "5"], "--seeds: expected none with --verdicts"),
-        (["--method", "paper"], "judged on what the consistency detector lists"),
-    ):
-        command = ["tune", str(judged_folder), "--verdicts", "-o", output, *more]
-        assert main(command) == 2
-        assert told in capsys.readouterr().err
-    (judged_folder / "05_02.twist.json").unlink()
-    assert main(["tune", str(judged_folder), "--verdicts", "-o", output]) == 2
-    assert "10 accepted intervals or more to learn τ from, found 7" in capsys.readouterr().err
-    assert main(["tune", str(INJECTED), "--verdicts", "-o", output]) == 2
-    assert "expected a folder of clips with their sessions" in capsys.readouterr().err
-    assert main(["tune", str(INJECTED), "--performer", "05", "-o", output]) == 2
-    assert "--performer: expected --verdicts, too" in capsys.readouterr().err
-    assert not (tmp_path / "p.toml").exists()
-
-
-# --- profiles ----------------------------------------------------------------------------------
-
-WHOSE = Profile({}, "", "ab12", 'Ann "A"', LearnedConfidence(-0.25, 0.75, 180, 20))
-
-
-def written(path, **more):
-    tau = {"LeftArm": Tuned(4.5, math.nan, math.nan, math.nan)}
-    write_profile(path, tau, "clips", "consistency", **more)
-    return path
-
-
-def test_a_profile_keeps_whose_it_is_and_the_learned_confidence(tmp_path):
-    reasons = {"LeftArm": TauReasons(9, 1, 3.0, 6.0)}
-    got = read_profile(written(tmp_path / "p.toml", whose=WHOSE, verdicts=reasons))
-    assert got == replace(WHOSE, tau={"LeftArm": math.radians(4.5)}, method="consistency")
-    assert "tau_low_deg = 3.0000" in (tmp_path / "p.toml").read_text()
-
-
-def test_readers_of_earlier_versions_read_it(tmp_path):
-    """They take tau_deg and detector of every table of the document, and nothing else."""
-    path = written(tmp_path / "p.toml", whose=WHOSE, verdicts={"LeftArm": TauReasons(9, 1)})
-    document = tomllib.loads(path.read_text("utf-8"))
-    assert {name: float(t["tau_deg"]) for name, t in document.items()} == {"LeftArm": 4.5}
-    assert {t["detector"] for t in document.values()} == {"consistency"}
-
-
-@pytest.mark.parametrize(
-    ("line", "told"),
-    [
-        ("confidence = 3", "expected confidence with a shift"),
-        ("confidence = { shift = 0.1, scale = 0.0 }", "a scale above 0"),
-        ("confidence = { shift = nan, scale = 1.0 }", "a shift within ±30"),
-        ("confidence = { shift = 0.1, scale = 1.0, accepted = -1 }", "whole numbers"),
-        ("rig = 4", "expected a text for rig"),
-        (f"confidence = {{ shift = 1{400 * '0'}, scale = 1.0 }}", "a shift within ±30"),
-        (f"[RightArm]\ntau_deg = 1{400 * '0'}", "a table with tau_deg"),
-    ],
-)
-def test_a_damaged_profile_says_what_was_expected(tmp_path, line, told):
-    path = tmp_path / "p.toml"
-    path.write_text(f"[LeftArm]\ntau_deg = 2.0\n{line}\n")
-    with pytest.raises(FormatError, match=told):
-        read_profile(path)
-
-
-def test_two_rigs_in_one_profile_are_refused(tmp_path):
-    path = tmp_path / "p.toml"
-    path.write_text('[A]\ntau_deg = 2.0\nrig = "a"\n[B]\ntau_deg = 2.0\nrig = "b"\n')
-    with pytest.raises(FormatError, match="expected one rig in all tables, found 2"):
-        read_profile(path)

@@ -157,6 +157,12 @@ def _parser() -> argparse.ArgumentParser:
     tune.add_argument(
         "--verdicts", action="store_true", help="from the sessions beside a folder's clips"
     )
+    tune.add_argument(
+        "--sessions",
+        action="store_true",
+        help="chains, verdicts and frames left out of the sessions beside the clips",
+    )
+    tune.add_argument("--both", action="store_true", help="print both detectors side by side")
     tune.add_argument("--performer", metavar="NAME", help="with --verdicts: only this one's clips")
     tune.add_argument(
         "--alarm-price",

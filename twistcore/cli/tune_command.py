@@ -5,22 +5,28 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 from twistcore.cli.output import refuse_overwrite, tell_problems
+from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.processes import each, reason
-from twistcore.rig import AS_FOUND, read_rig
-from twistcore.tuning import TauCurve, clip_curves, tuned, write_profile
+from twistcore.rig import AS_FOUND, Rig, read_rig
+from twistcore.tuning import Cost, TauCurve, clip_curves, cost_of_all, tuned, write_profile
 from twistcore.tuning.common_tau import common_tau
+from twistcore.tuning.cost_words import DETECTORS as DETECTOR_NAMES
+from twistcore.tuning.cost_words import fsr_words
 from twistcore.tuning.learned_profile import learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS
 from twistcore.tuning.verdicts_of import JudgedClip, count, judged_in, sessions_in
 
 _SEEDS = 3  # draws of errors
+_ALL = "all chains"
+
+ByChain = Mapping[str, TauCurve]  # by the chain's name
 
 
 def tune(arguments: argparse.Namespace) -> int:
@@ -35,41 +41,101 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     paths = sorted(source.glob("*.bvh")) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a BVH or a folder with some")
-    refuse_overwrite([arguments.output], [*paths, *([arguments.rig] if arguments.rig else [])])
+    sessions: dict[Path, Path] = {}
+    if arguments.sessions:
+        _refuse_rig(arguments)
+        folder = source if source.is_dir() else source.parent
+        sessions = {clip: s for clip, s in sessions_in(folder) if clip in paths}
+    rigs = [arguments.rig] if arguments.rig else []
+    refuse_overwrite([arguments.output], [*paths, *sessions.values(), *rigs])
     rig = read_rig(arguments.rig) if arguments.rig else AS_FOUND
     seeds = _SEEDS if arguments.seeds is None else arguments.seeds
-    work = partial(clip_curves, method=arguments.method, seeds=seeds, rig=rig)
-    found: dict[Path, dict[str, TauCurve]] = {}
+    others = [m for m in sorted(DETECTORS) if m != arguments.method] if arguments.both else []
+    methods = arguments.method, *others
+    work = partial(_curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions)
+    found: dict[Path, Mapping[str, ByChain]] = {}
     problems: list[str] = []
     for path, result in each(work, paths, arguments.workers):
         if isinstance(result, Exception):
             problems.append(reason(path, result))
-        elif not result:
+        elif not result[arguments.method]:
             problems.append(f"{path}: no chain that τ could be tuned on")
         else:
             found[path] = result
-            print(f"{path.name}: done", file=sys.stderr)
+            with_session = ", with its session" * (path in sessions)
+            print(f"{path.name}: done{with_session}", file=sys.stderr)
     code = tell_problems(problems, len(found))
     if not found:
         return code
-    curves: dict[str, TauCurve] = {}
-    for path in sorted(found):  # whichever process was first: the same profile
-        for name, curve in found[path].items():
-            curves[name] = curves[name] + curve if name in curves else curve
-    price, smallest = _wanted(arguments)
-    profile = {name: tuned(c, c.suggested(price, smallest)) for name, c in curves.items()}
+    # By name: whichever process was first, the same profile.
+    together = {m: _together(found[path][m] for path in sorted(found)) for m in methods}
+    curves, wanted = together[arguments.method], _wanted(arguments)
+    profile = {name: tuned(c, c.suggested(*wanted)) for name, c in curves.items()}
     write_profile(arguments.output, profile, source.name, arguments.method)
-    for name, t in profile.items():
-        print(
-            f"{name:<20} τ {t.tau:6.2f}°   noise {t.noise:6.3f}°   FSR {_known(t.fsr):>6} %   "
-            f"{t.alarms_per_minute:.2f} false alarms a minute"
-        )
+    for line in _of_both(together, wanted) if arguments.both else _of_one(curves, wanted):
+        print(line)
     return code
 
 
-def _known(percent: float) -> str:
-    """A share, or a dash where no error could be put in to measure it with."""
-    return "–" if math.isnan(percent) else f"{percent:.2f}"
+def _curves(
+    path: Path, methods: Sequence[str], seeds: int, rig: Rig, sessions: Mapping[Path, Path]
+) -> dict[str, ByChain]:
+    """The curves of a clip by every detector, all of the same errors."""
+    return {m: clip_curves(path, m, seeds, rig, sessions.get(path)) for m in methods}
+
+
+def _together(clips: Iterable[ByChain]) -> ByChain:
+    """The curves of all clips, those of a chain added."""
+    out: dict[str, TauCurve] = {}
+    for clip in clips:
+        for name, curve in clip.items():
+            out[name] = out[name] + curve if name in out else curve
+    return out
+
+
+def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[str]:
+    """A line a chain; in brackets the band of its FSR."""
+    for name, curve in curves.items():
+        tau = curve.suggested(*wanted)
+        cost, noise = curve.cost(tau), math.degrees(curve.floor)
+        yield (
+            f"{name:<20} τ {math.degrees(tau):6.2f}°   noise {noise:6.3f}°   "
+            f"FSR {fsr_words(cost, 2):>18}   {_rate(cost):.2f} false alarms a minute"
+        )
+
+
+def _of_both(together: Mapping[str, ByChain], wanted: tuple[float, float]) -> Iterator[str]:
+    """Two lines a chain, at the suggested and the automatic τ, and at the end two of all chains."""
+    methods = sorted(together)
+    names = list(dict.fromkeys(name for curves in together.values() for name in curves))
+    width = max(map(len, [*names, _ALL])) + 2
+    heads = (f"{DETECTOR_NAMES[m]:<42}" for m in methods)
+    yield f"{'':<{width}}{'':<11}{''.join(heads)}".rstrip()
+    columns = f"{'τ':>8}{'FSR % (95 %)':>18}{'alarms/min':>12}    "
+    yield f"{'chain':<{width}}{'':<11}{columns * len(methods)}".rstrip()
+    for name in (*names, _ALL):
+        for kind in ("suggested", "automatic"):
+            line = f"{name if kind == 'suggested' else '':<{width}}{kind:<11}"
+            for m in methods:
+                chosen = [
+                    (c, c.suggested(*wanted) if kind == "suggested" else c.automatic)
+                    for n, c in together[m].items()
+                    if name in (n, _ALL)
+                ]
+                cost = cost_of_all(chosen)
+                tau = "" if name == _ALL else f"{math.degrees(chosen[0][1]):.2f}°"
+                line += f"{tau:>8}{fsr_words(cost, unit=''):>18}{_rate(cost):>12.2f}    "
+            yield line.rstrip()
+
+
+def _rate(cost: Cost) -> float:
+    """False alarms a minute of clip."""
+    return cost.alarms / max(cost.minutes, 1e-9)
+
+
+def _refuse_rig(arguments: argparse.Namespace) -> None:
+    if arguments.rig:
+        raise TwistError("--rig: expected no chains beside those of the sessions")
 
 
 def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
@@ -86,8 +152,10 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
     folder: Path = arguments.source
     if not folder.is_dir():
         raise TwistError(f"{folder}: expected a folder of clips with their sessions")
-    if arguments.rig:
-        raise TwistError("--rig: expected no chains beside those of the sessions")
+    _refuse_rig(arguments)
+    for option in ("both", "sessions"):
+        if getattr(arguments, option):
+            raise TwistError(f"--{option}: expected no --verdicts; nothing is drawn there")
     if arguments.seeds is not None:
         raise TwistError("--seeds: expected none with --verdicts; nothing is drawn there")
     pairs = dict(sessions_in(folder))

@@ -14,7 +14,7 @@ from twistcore.motion import Motion
 from twistcore.refinement import applied_unasked, refine
 
 SURE = 0.9  # confidence from which an interval counts as an error without a person's word
-_AUDITOR = "consistency"  # whichever detector is tuned: the paper's has no confidence
+AUDITOR = "consistency"  # whichever detector is tuned: the paper's has no confidence
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
     """
     verdicts = verdicts or Verdicts()
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
-    sure = applied_unasked(given.detect(_AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)
+    sure = applied_unasked(given.detect(AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)
     wrong = [*(i for i in sure if not _touches(i, judged)), *verdicts.errors]
     return refine(given.motion, given.chains, wrong) if wrong else given.motion
 

@@ -12,11 +12,13 @@ from twistcore.chain import uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.motion import Motion
+from twistcore.review import read_session
 from twistcore.review.left_out import joined
 from twistcore.rig import AS_FOUND, Rig
-from twistcore.tuning.cleaning import Verdicts, cleaned
+from twistcore.tuning.cleaning import AUDITOR, Verdicts, cleaned
 from twistcore.tuning.injected_curve import Span, tau_curve
 from twistcore.tuning.tau_curve import TauCurve
+from twistcore.tuning.verdicts_of import of_this_version, said_in
 
 SEEDS = 3
 
@@ -79,7 +81,8 @@ def clip_tuning(
         without = without.sliced(first, stop)
         chains = tuple(c.sliced(first, stop) for c in chains)
     clean = ClipAnalysis(without, chains, name)
-    clean.by(method)
+    for detector in (method, AUDITOR):  # before a clip is split into chains
+        clean.by(detector)
     ends = [span for span in ((0, first), (stop, motion.frames)) if span[0] < span[1]]
     return ClipTuning(name, clean, method, seeds, first, joined([*ends, *left_out]))
 
@@ -94,9 +97,30 @@ def capture(motion: Motion) -> Span:
 
 
 def clip_curves(
-    path: Path, method: str, seeds: int = SEEDS, rig: Rig = AS_FOUND
+    path: Path,
+    method: str,
+    seeds: int = SEEDS,
+    rig: Rig = AS_FOUND,
+    session: Path | None = None,
 ) -> dict[str, TauCurve]:
-    """The curves of all correctable chains of a clip, by name; raises TwistError."""
-    motion = read_bvh(path).motion
-    tuning = clip_tuning(motion, path.name, method=method, seeds=range(seeds), rig=rig)
+    """The curves of all correctable chains of a clip, by name; raises TwistError.
+
+    session: of this clip, whose chains, verdicts and frames left out are taken, as the window does.
+    """
+    clip = read_bvh(path)
+    verdicts, left_out = Verdicts(), tuple[Span, ...]()
+    if session is not None:
+        kept = read_session(session)
+        of_this_version(clip, kept)
+        rig, left_out = kept.state.rig, kept.state.left_out
+        verdicts = said_in(kept.state)
+    tuning = clip_tuning(
+        clip.motion,
+        path.name,
+        method=method,
+        seeds=range(seeds),
+        verdicts=verdicts,
+        rig=rig,
+        left_out=left_out,
+    )
     return {name: tuning.curve(name) for name in tuning.names}

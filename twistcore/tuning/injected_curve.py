@@ -24,6 +24,7 @@ from twistcore.synthesis import (
     inject,
     parse_protocol,
 )
+from twistcore.tuning.cleaning import AUDITOR
 from twistcore.tuning.drawn_errors import DrawnErrors
 from twistcore.tuning.tau_curve import TauCurve
 
@@ -48,7 +49,8 @@ def tau_curve(
     """The curve of one chain in one clip without errors of its own.
 
     name: the clip's; with the chain's name it seeds the errors. Of what is found, what would be
-    applied unasked counts. left_out: frames in which nothing does, half-open.
+    applied unasked counts. left_out: frames in which nothing does, half-open. The clip's noise is
+    our detector's to tell, whichever is tuned: the paper's automatic τ is the same in every clip.
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 
@@ -78,8 +80,9 @@ def tau_curve(
         int(together.frames.sum()) if together else 0,
         alarms,
         (motion.frames - out) * motion.frame_time / 60.0,
-        (clean.automatic_tau(chain.name),),
+        (clip.by(AUDITOR).automatic_tau(chain.name),),
         together,
+        (clean.automatic_tau(chain.name),),
     )
 
 

@@ -74,7 +74,7 @@ def shared_tau(
 def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float) -> str:
     """Why a chain needs its own τ instead of the others'; '' where it does not."""
     if tau < curve.floor:
-        return f"more noise: its automatic τ is {np.degrees(curve.floor):.2f}°"
+        return f"more noise: none below {np.degrees(curve.floor):.2f}°"
     loss = curve.loss(price, smallest)
     there, here = np.interp(np.log([tau, own]), np.log(curve.tau), loss)
     if there - here < SLIGHT:

@@ -24,9 +24,10 @@ class TauCurve:
     """What every τ of a grid costs a chain; counts, so that curves of many clips add.
 
     tau: radians, (n,); repaired: error frames repaired by 80 % or more, (n,); errors: error frames
-    in all; alarms: intervals applied in the cleaned clips, (n,); minutes: their length; noise: the
-    detectors' own τ, radians, one for every clip; drawn: the errors one by one, where known; where
-    there are none nothing is unknown.
+    in all; alarms: intervals applied in the cleaned clips, (n,); minutes: their length; noise: that
+    of the clips, radians, one for every clip; drawn: the errors one by one, where known; where
+    there are none nothing is unknown; own: the detector's automatic τ, radians, one for every clip,
+    where that is another than the noise.
     """
 
     tau: Array
@@ -36,6 +37,7 @@ class TauCurve:
     minutes: float
     noise: tuple[float, ...]
     drawn: DrawnErrors | None = None
+    own: tuple[float, ...] = ()
 
     @property
     def fsr(self) -> Array:
@@ -58,8 +60,13 @@ class TauCurve:
 
     @property
     def floor(self) -> float:
-        """The clips' own noise, radians: the median of the detector's automatic τ."""
+        """The clips' own noise, radians: the median."""
         return float(np.median(self.noise)) if self.noise else 0.0
+
+    @property
+    def automatic(self) -> float:
+        """The detector's automatic τ, radians: the median."""
+        return float(np.median(self.own)) if self.own else self.floor
 
     def __add__(self, other: TauCurve) -> TauCurve:
         both = self, other
@@ -72,6 +79,7 @@ class TauCurve:
             self.minutes + other.minutes,
             self.noise + other.noise,
             self._drawn + other._drawn if known and any(c.drawn for c in both) else None,
+            self.own + other.own,
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:

@@ -27,6 +27,7 @@ from twistcore.review import Decision, Judged, ReviewState, Session, read_sessio
 from twistcore.review.left_out import joined
 from twistcore.review.model import APPLIED
 from twistcore.rig import skeleton_mark
+from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
 
 SAME = 0.5  # of the frames of both: what is found there is the error that was accepted
@@ -131,6 +132,23 @@ def is_verdict(judged: Judged) -> bool:
         and judged.verdict != APPLIED
         and not judged.in_bulk
         and judged.interval.kind == Kind.COUNTER_TWIST
+    )
+
+
+def said_in(state: ReviewState) -> Verdicts:
+    """What a review calls right and wrong in its clip, for a τ to be tuned on the rest."""
+    said = [j for j in state.intervals if is_verdict(j)]
+    return Verdicts(
+        errors=tuple(
+            replace(j.interval, explain=None)  # its evidence would be asked for, to be sent
+            for j in said
+            if j.decision == Decision.ACCEPTED
+        ),
+        natural=tuple(
+            (j.interval.chain, j.interval.start, j.interval.stop)
+            for j in said
+            if j.decision == Decision.REJECTED
+        ),
     )
 
 
@@ -253,9 +271,14 @@ def judged_in(
     """
     read = read_bvh(clip) if isinstance(clip, Path) else clip
     kept = read_session(session) if isinstance(session, Path) else session
-    if kept.sha256 != read.sha256:
-        raise TwistError(f"{read.name}: its session is of another version of it")
+    of_this_version(read, kept)
     return judged_clip(analyse(read, rig=kept.state.rig), kept.state, performer)
+
+
+def of_this_version(clip: Clip, session: Session) -> None:
+    """Raise TwistError unless a session is of the clip as it is."""
+    if session.sha256 != clip.sha256:
+        raise TwistError(f"{clip.name}: its session is of another version of it")
 
 
 def count(clips: Iterable[JudgedClip]) -> tuple[int, int]:

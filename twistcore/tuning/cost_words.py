@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from twistcore.tuning import Cost
+from twistcore.tuning.tau_curve import Cost
 
 DETECTORS = {"consistency": "our detector", "paper": "the paper's detector"}
 
