@@ -1,4 +1,4 @@
-"""What bounds the rows of docs/quamo.md: python -m benchmarks.quamo_bounds FOLDER [--seeds N].
+"""What bounds the rows of QuaMo's tables: python -m benchmarks.quamo_bounds FOLDER [--seeds N].
 
 Every number is a ratio output / input on held-out CMU subjects at 25 Hz, with the noise of `quamo
 evaluate`. Filters and regressions are the best on the clips of all *other* subjects with fresh
@@ -24,21 +24,23 @@ from benchmarks.quamo_fits import (
     shrunk,
     without_offset,
 )
-from twistcore.quamo.state_space import Gains
+from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations
+from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.rotation import Array
 from twistcore.study.quamo.noise import Noise
 from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.quamo_methods import hand_method
 from twistcore.study.quamo.quamo_tables import (
     CONDITIONS,
     Condition,
     Method,
-    hand_method,
     noisy_clip,
     score,
 )
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 
 GAINS = ((400.0, 16.0), (550.0, 16.0), (600.0, 15.0), (900.0, 20.0), (1200.0, 24.0))
+CUTOFFS = (3.0, 4.0, 5.0, 6.0)  # Hz
 ROOT_GAINS = ((100.0, 8.0), (200.0, 12.0), (400.0, 20.0))
 # Frames that a filter may wait, and how much Accel weighs beside the distance.
 AIMS = ((0, (1.0, 3.0, 10.0, 30.0)), (1, (3.0,)), (2, (3.0,)))
@@ -58,6 +60,14 @@ def then_by_hand(method: Method) -> Method:
     return run
 
 
+def splined(cutoff: float) -> Method:
+    """The smoothing spline of a file."""
+    return lambda _, q_hat, r_hat: (
+        smoothed_rotations(q_hat, cutoff, NETWORK_DT),
+        smoothed(r_hat, PLACE_SHARE * cutoff, NETWORK_DT),
+    )
+
+
 def root_by_hand(kp: float, kd: float) -> Method:
     """The root alone tracked with hand gains."""
 
@@ -68,10 +78,11 @@ def root_by_hand(kp: float, kd: float) -> Method:
 
 
 def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Gains of hands along their own trade-off."""
+    """Gains of hands along their own trade-off, and the spline's cut-off, which sees the file."""
     del clips, noise
     by_hand = {f"κP {kp:g}, κD {kd:g}": hand_method(Gains(kp=kp, kd=kd)) for kp, kd in GAINS}
-    return {"stands still: no acceleration at all": still, **by_hand}
+    of_file = {f"spline of the file, {cutoff:g} Hz": splined(cutoff) for cutoff in CUTOFFS}
+    return {"stands still: no acceleration at all": still, **by_hand, **of_file}
 
 
 def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:

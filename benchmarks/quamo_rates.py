@@ -1,31 +1,61 @@
-"""Hand gains at other frame rates: python -m benchmarks.quamo_rates FOLDER.
+"""Hand gains and the spline at other frame rates: python -m benchmarks.quamo_rates FOLDER.
 
 Every fourth clip at its native 120 Hz and at 60 Hz, with the synthetic noise drawn at that rate, is
-tracked with the gains for 25 Hz and with those that follow the rate. Metrics at 25 Hz against the
-truth, ratios output / input; jitter is the mean third difference of places at the clip's own rate.
+tracked with the gains for 25 Hz and with those that follow the rate, or smoothed. Metrics at 25 Hz
+against the truth, ratios output / input; jitter is the mean third difference of places at the
+clip's own rate.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from twistcore.bvh import read_bvh
 from twistcore.quality.figure_quality import quality
-from twistcore.quamo import Gains, HandGains, track
+from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.resample import resampled, sample_times
+from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
 from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
+from twistcore.quamo.tracker import Track
 from twistcore.rotation import Array
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.pose_errors import METRICS, errors
 from twistcore.synthesis import generator
 
 EVERY, STEPS = 4, (1, 2)  # of the clips; of the frames
-ROWS = {"for 25 Hz: κP 600, κD 15": HandGains(Gains()), "following the rate": HandGains()}
+Run = Callable[[Array, Array, float], tuple[Array, Array]]
 SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel", "FS")
+
+
+def by_hand(way: Callable[..., Track], gains: Gains | None = None) -> Run:
+    """Hand gains, those that follow the rate if none are given."""
+
+    def run(q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
+        found = way(q_hat, r_hat, dt, HandGains(gains))
+        return found.q, found.r
+
+    return run
+
+
+def spline(cutoff_of: Callable[[float], float]) -> Run:
+    """The smoothing spline of `quamo refine`; the cut-off in Hz for a frame time."""
+    return lambda q_hat, r_hat, dt: (
+        smoothed_rotations(q_hat, cutoff_of(dt), dt),
+        smoothed(r_hat, PLACE_SHARE * cutoff_of(dt), dt),
+    )
+
+
+ROWS: dict[str, Run] = {
+    "for 25 Hz: κP 600, κD 15": by_hand(track, Gains()),
+    "following the rate": by_hand(track),
+    "following the rate, both ways": by_hand(track_both_ways),
+    "spline, 4 Hz": spline(lambda _: CUTOFF),
+    "spline, following the rate": spline(usual_cutoff),
+}
 
 
 def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Array, Array, float]]:
@@ -54,8 +84,7 @@ def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
         for row in sums:
             found = (q_hat, r_hat)
             if row in ROWS:
-                tracked = track(q_hat, r_hat, dt, ROWS[row])
-                found = (tracked.q, tracked.r)
+                found = ROWS[row](q_hat, r_hat, dt)
             at_25 = 1000.0 * places_24(offsets, *resampled(*found, times))
             jitter = quality(1000.0 * places_24(offsets, *found)).jitter
             sums[row] += len(q) * np.array([*errors(at_25, truth).values(), jitter])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
@@ -17,7 +18,7 @@ from PySide6.QtCore import QEventLoop, QPoint, QTimer
 from PySide6.QtGui import QImage
 
 from inspector.app import make_application
-from inspector.bundled import FLIPPED, LESSONS, SAMPLE, TOUR
+from inspector.bundled import EXERCISES, FLIPPED, LESSONS, SAMPLE, TOUR
 from inspector.session.settings import Settings
 from inspector.viewport import opengl
 from twistcore.decomposition import WhatIf
@@ -33,6 +34,7 @@ _TOUR_SIZE = (1280, 800)
 _SETTLE_MS = 700
 _DOCK_TITLE = 32  # pixels
 _SEED = 5  # of the exercise
+_NOISY_FRAME = 200  # of a clip with synthetic noise
 _PICTURED = 3  # page of a lesson other than the tour
 
 
@@ -80,13 +82,26 @@ def main() -> int:
         window.document.select_chain("LeftForeArm")
 
     def tracking(window: MainWindow) -> None:
+        document = window.document
+        assert document.data is not None
+        document.review.mark_saved()
+        noisy = document.data.clip.path.parent / "dance_noisy.bvh"
+        noise = (
+            sys.executable,
+            "-m",
+            "twistcore",
+            "quamo",
+            "noise",
+        )  # the study's, not the window's
+        subprocess.run([*noise, EXERCISES[0], "-o", noisy, "--level", "A"], check=True)
+        window.open_path(noisy)
+        wait_for(lambda: document.data is not None and document.data.clip.path == noisy)
         quality(window)
-        window.quality.choose("LeftForeArm", "LeftArm", "LeftHand")
-        wait(50)
-        window.quality.page.learned.setChecked(True)
+        window.quality.choose(*window.quality.model.rows)
         act(window, "track_joints")
         wait_for(lambda: window.quality.tracked.result is not None)
-        window.document.go_to(150)
+        document.go_to(_NOISY_FRAME)
+        act(window, "view_iso")
 
     def flip(window: MainWindow) -> None:
         document = window.document
@@ -136,7 +151,7 @@ def main() -> int:
             assert judged is not None
             window.document.go_to((judged.interval.start + judged.interval.stop) // 2)
             prepare(window)
-            if prepare is not trails:
+            if prepare not in (trails, tracking):
                 act(window, "focus_chain")
             save(window, name)
             window.document.review.mark_saved()

@@ -73,6 +73,15 @@ def normalise(v: ArrayLike) -> Array:
     return unit
 
 
+def continuous(q: ArrayLike) -> Array:
+    """The same rotations, each quaternion on the side of the one before; (frames, …, 4)."""
+    q = np.asarray(q, dtype=np.float64)
+    opposed = np.einsum("t...i,t...i->t...", q[:-1], q[1:]) < 0.0
+    flips = np.zeros(q.shape[:-1], dtype=bool)
+    flips[1:] = np.logical_xor.accumulate(opposed, axis=0)
+    return np.where(flips[..., None], -q, q)
+
+
 def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
     """R_axis(angle): unit axis (…, 3), angle in radians (…) -> quaternion (…, 4)."""
     axis, half = np.asarray(axis, dtype=np.float64), 0.5 * np.asarray(angle, dtype=np.float64)

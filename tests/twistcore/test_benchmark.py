@@ -13,9 +13,9 @@ from twistcore.cli import main
 from twistcore.detection import DETECTORS
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import FormatError
-from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
+from twistcore.rotation import continuous, geodesic_angle, normalise, quaternion_from_axis_angle
 from twistcore.study.benchmark import runner
-from twistcore.study.benchmark.baselines import BASELINES, continuous, slerp
+from twistcore.study.benchmark.baselines import BASELINES, slerp
 from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown, table
 from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows
 from twistcore.study.benchmark.clip_run import Settings, result_from_json, run_clip

@@ -205,9 +205,18 @@ def _parser() -> argparse.ArgumentParser:
 def _quamo(parser: argparse.ArgumentParser) -> None:
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
 
-    refine = subparsers.add_parser("refine", help="track a clip and write it")
+    refine = subparsers.add_parser("refine", help="track or smooth a clip and write it")
     _clip(refine)
     _output(refine)
+    refine.add_argument(
+        "--method",
+        choices=("quamo", "spline"),
+        default="quamo",
+        help="the tracker, or a smoothing spline: smoother, and sees the whole clip",
+    )
+    refine.add_argument(
+        "--cutoff", type=positive, metavar="HZ", help="of the spline: what keeps half; usual 4 to 6"
+    )
     refine.add_argument("--gains", choices=("hand", "learned"), default="hand")
     refine.add_argument("--weights", type=Path, metavar="FILE", help="instead of the shipped ones")
     refine.add_argument(
@@ -280,9 +289,13 @@ def _benchmark(arguments: argparse.Namespace) -> int:
 
 def _quamo_command(name: str) -> Callable[[argparse.Namespace], int]:
     def run(arguments: argparse.Namespace) -> int:
-        from twistcore.cli import quamo_commands  # scipy.ndimage
+        if name == "refine":
+            from twistcore.cli.quamo_commands import refine  # scipy.linalg
 
-        return int(getattr(quamo_commands, name)(arguments))
+            return refine(arguments)
+        from twistcore.cli import quamo_study_commands  # scipy.ndimage
+
+        return int(getattr(quamo_study_commands, name)(arguments))
 
     return run
 

@@ -17,6 +17,7 @@ from twistcore.progress import Tell, nobody
 from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.network import Network
 from twistcore.quamo.resample import corrected, resampled, sample_times
+from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
 from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
 from twistcore.quamo.tracker import HandGains, Step, Track, track
@@ -157,6 +158,29 @@ def track_learned(
     shown_at = first + np.ceil(times - 1e-9).astype(np.intp)
     snapped[shown_at[:, None], topology.joints] = found.snapped
     return Tracked(tracked, snapped, _passes(found), first + times, topology.joints)
+
+
+def smooth_clip(
+    motion: Motion,
+    joints: NDArray[np.int64],
+    cutoff: float | None = None,
+    *,
+    place: bool = False,
+    first: int = 0,
+) -> Motion:
+    """No tracker: a smoothing spline of the whole clip, which must be there to its end.
+
+    cutoff: of rotations, Hz, :func:`usual_cutoff` if none is given; the place's is three quarters
+    of it. The other words are those of :func:`track_by_hand`. TwistError where the clip's rate
+    cannot have the cut-off.
+    """
+    dt, placed = motion.frame_time, placed_joint(motion) if place else None
+    cutoff = usual_cutoff(dt) if cutoff is None else cutoff
+    q = smoothed_rotations(motion.rotations[first:, joints], cutoff, dt)
+    r = np.zeros((motion.frames - first, 3))
+    if placed is not None:
+        r = smoothed(motion.translation(placed)[first:], PLACE_SHARE * cutoff, dt)
+    return _written(motion, first, joints, q, placed, r)
 
 
 def _passes(found: Track) -> tuple[tuple[Step, ...], ...]:

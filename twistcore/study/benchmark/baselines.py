@@ -12,7 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import interpolate, signal
 
-from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
+from twistcore.rotation import (
+    Array,
+    continuous,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+)
 
 CUTOFF = 6.0  # Hz, the usual choice for gait
 SAVGOL_SECONDS, SAVGOL_DEGREE = 0.1, 3
@@ -39,14 +45,6 @@ class Baseline:
     correct: Correct
     oracle: bool = False
     whole_body: bool = False
-
-
-def continuous(rotations: Array) -> Array:
-    """The same rotations, each quaternion on the side of the one before; (frames, …, 4)."""
-    opposed = np.einsum("t...i,t...i->t...", rotations[:-1], rotations[1:]) < 0.0
-    flips = np.zeros(rotations.shape[:-1], dtype=bool)
-    flips[1:] = np.logical_xor.accumulate(opposed, axis=0)
-    return np.where(flips[..., None], -rotations, rotations)
 
 
 def _butterworth_causal(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:

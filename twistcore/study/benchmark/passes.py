@@ -23,8 +23,8 @@ from twistcore.refinement import (
     offsets_by_chain,
     remove_twist,
 )
-from twistcore.rotation import Array, geodesic_angle
-from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap, continuous
+from twistcore.rotation import Array, continuous, geodesic_angle
+from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap
 from twistcore.study.benchmark.clip_scene import Scene
 from twistcore.study.benchmark.tally import Key, Tallies, Tally, add_tallies, error_tally, micro
 from twistcore.study.evaluation import (

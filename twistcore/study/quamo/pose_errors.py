@@ -51,6 +51,16 @@ def second_difference(places: Array) -> Array:
     return places[:-2] - 2.0 * places[1:-1] + places[2:]
 
 
+def lag_parts(found: Array, truth: Array, dt: float) -> tuple[float, float]:
+    """What the lag of places (frames, …, 3) is the quotient of: −Σ (x − x*)·v* and Σ v*·v*.
+
+    v* is the truth's velocity; their quotient is the τ for which x*(t − τ) is nearest to x(t), to
+    first order, in seconds. Sums over clips are added before they are divided.
+    """
+    velocity = np.gradient(truth, dt, axis=0)
+    return -float(((found - truth) * velocity).sum()), float((velocity**2).sum())
+
+
 def procrustes(found: Array, truth: Array) -> Array:
     """`found` turned, scaled and moved onto `truth` frame by frame; never reflected."""
     centre_f, centre_t = found.mean(axis=1, keepdims=True), truth.mean(axis=1, keepdims=True)

@@ -1,27 +1,16 @@
-"""Tables of `quamo evaluate` and `quamo ablation`: methods, levels, seeds on held-out clips."""
+"""Scores of methods at every level of noise and seed, as tables and as JSON."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
 
-from twistcore.quamo.network import Network
-from twistcore.quamo.state_space import EXACT, FIRST_ORDER, NETWORK_DT, Gains
-from twistcore.quamo.tracker import HandGains, track
 from twistcore.rotation import Array
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.pose_errors import METRICS, errors
-from twistcore.study.quamo.representations import (
-    REPRESENTATIONS,
-    Representation,
-    full_turns,
-    track_coordinates,
-)
-from twistcore.study.quamo.rivals import butterworth, constant_offset, mean_offset, one_euro
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.synthesis import generator
 
@@ -29,9 +18,6 @@ from twistcore.synthesis import generator
 # (frames, versions, 24, 4) and root places (frames, versions, 3).
 Method = Callable[[Sequence24, Array, Array], tuple[Array, Array]]
 
-HAND, HAND_FIRST_ORDER, HAND_ALPHA = "hand gains", "hand gains, first-order", "hand gains + α"
-HAND_ACCELERATION = 150.0  # chosen on subjects 02, 08, 12: Accel at level A grows by a quarter
-_TRAIN_SEED = 100  # none that a table is of
 _ORDER = tuple(LEVELS.values())
 
 
@@ -85,8 +71,13 @@ def score(
     seeds: Sequence[int],
     conditions: Sequence[Condition] = CONDITIONS,
     tell: Callable[[str], None] = lambda _: None,
+    *,
+    from_truth: bool = False,
 ) -> Scores:
-    """Run every method on every clip, condition and seed; all get the same noise."""
+    """Run every method on every clip, condition and seed; all get the same noise.
+
+    from_truth: the input's root is shifted so that it begins where the truth's does [Le26 §4.2].
+    """
     # All conditions and seeds of a clip go through a method side by side: far fewer steps.
     draws = [(condition, k) for condition in conditions for k in range(len(seeds))]
     table = {
@@ -98,6 +89,8 @@ def score(
     for sequence in sequences:
         drawn = [noisy_clip(sequence, c.noise, seeds[k]) for c, k in draws]
         q_hat, r_hat = (np.stack(x, axis=1) for x in zip(*drawn, strict=True))
+        if from_truth:
+            r_hat = r_hat - r_hat[:1] + sequence.r[0]
         truth = sequence.places_mm(sequence.q, sequence.r)
         for name in ("input", *methods):
             q, r = (q_hat, r_hat) if name == "input" else methods[name](sequence, q_hat, r_hat)
@@ -113,67 +106,6 @@ def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Ar
     """A clip with the noise that belongs to the seed and the clip's name."""
     rng = generator(seed, sequence.name, _ORDER.index(noise.level), int(noise.systematic))
     return noisy(sequence.q, sequence.r, noise, rng)
-
-
-def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
-    """Constant offset (fitted on the other subjects), One-Euro, Butterworth."""
-
-    @cache
-    def offset(subject: str) -> Array:
-        others = [s for s in sequences if s.subject != subject] or sequences
-        noise = CONDITIONS[-1].noise
-        return mean_offset((noisy_clip(s, noise, _TRAIN_SEED)[0], s.q) for s in others)
-
-    return {
-        "constant offset": lambda s, q, r: (constant_offset(q, offset(s.subject)), r),
-        "One-Euro": lambda _, q, r: one_euro(q, r, NETWORK_DT),
-        "Butterworth": lambda _, q, r: butterworth(q, r, NETWORK_DT),
-    }
-
-
-def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
-    """Hand gains at 25 Hz."""
-
-    def run(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-        found = track(q_hat, r_hat, NETWORK_DT, HandGains(gains), integration=integration)
-        return found.q, found.r
-
-    return run
-
-
-def hand_methods() -> dict[str, Method]:
-    """Rows that need no training."""
-    return {
-        HAND: hand_method(),
-        HAND_FIRST_ORDER: hand_method(integration=FIRST_ORDER),
-        HAND_ALPHA: hand_method(Gains(ka=HAND_ACCELERATION)),
-    }
-
-
-def representation_methods() -> dict[str, Method]:
-    """The same hand gains on other representations."""
-
-    def method(rep: Representation) -> Method:
-        return lambda _, q_hat, r_hat: (track_coordinates(q_hat, NETWORK_DT, rep, Gains()), r_hat)
-
-    return {rep.name: method(rep) for rep in REPRESENTATIONS}
-
-
-def learned_method(by_subject: Mapping[str, Network]) -> Method:
-    """For each clip the network that was trained without its subject."""
-
-    def run(sequence: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-        network = by_subject[sequence.subject]
-        controller = network.started(q_hat, r_hat)
-        found = track(q_hat, r_hat, NETWORK_DT, controller, integration=network.integration)
-        return found.q, found.r
-
-    return run
-
-
-def turning(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
-    """Clips whose root turns through a discontinuity of some representation."""
-    return tuple(s for s in sequences if full_turns(s.q))
 
 
 def scores_to_json(scores: Scores) -> dict[str, Any]:
@@ -204,6 +136,14 @@ def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: Condit
             shown = [f"{m} ({r:.2f})" for m, r in zip(shown, ratio, strict=True)]
         rows.append((method, *shown))
     return markdown_table((f"noise {condition}", *METRICS), rows)
+
+
+def ratios_to_markdown(
+    title: str, scores: Scores, methods: Sequence[str], condition: Condition
+) -> str:
+    """One condition: ratios to the input alone."""
+    rows = [(m, *(f"{r:.2f}" for r in scores.ratio(m, condition))) for m in methods]
+    return markdown_table((title, *METRICS), rows)
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

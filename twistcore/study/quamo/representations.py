@@ -11,7 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.quamo.state_space import EXACT, FIRST_ORDER, Gains, next_quaternion
+from twistcore.quamo.state_space import (
+    EXACT,
+    FIRST_ORDER,
+    Gains,
+    next_quaternion,
+    next_translation,
+)
 from twistcore.rotation import (
     Array,
     euler_from_quaternion,
@@ -71,6 +77,22 @@ def track_coordinates(
         rate = np.clip(rate, -gains.clip, gains.clip)
         x[t] = x[t - 1] + dt * rate
     return from_coordinates(x, representation)
+
+
+def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array:
+    """Root places (frames, …, 3) tracked as the tracker does it, from rest on the first frame.
+
+    steps: Euler steps within a frame, all towards the same reference; six are what earlier work
+    takes [Le26 supplement F].
+    """
+    r = np.empty_like(r_hat)
+    r[0] = r_hat[0]
+    here, v = r_hat[0], np.zeros_like(r_hat[0])
+    for t in range(1, len(r)):
+        for _ in range(steps):
+            here, v = next_translation(here, v, r_hat[t], gains, dt / steps)
+        r[t] = here
+    return r
 
 
 def full_turns(q: Array) -> bool:

@@ -1,56 +1,145 @@
-"""What a tracker has to beat: the input itself, a constant offset, One-Euro, Butterworth.
+"""What a tracker has to beat: filters that see the past, smoothers that see the file, an offset.
 
-All are causal. Their settings are ordinary choices for human motion, made once and not fitted to
-anything here.
+Each has settings of its own for rotations and for the root's place, the best of a grid on the
+training subjects at no more MPJPE (and GRE) than ours: `python -m benchmarks.quamo_tune_rivals
+FOLDER` repeats the choice and says the rule. Linear filters act on the four components of the
+quaternions, each on the side of the one before, and scale the result to unit length: components
+have no wrap, and no direction of turning is preferred.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfilt, sosfilt_zi
+from scipy.signal import butter, savgol_filter, sosfilt, sosfilt_zi, sosfiltfilt
 
+from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed
 from twistcore.quamo.state_space import aligned
-from twistcore.rotation import Array, conjugate, exponential, logarithm, multiply, normalise
-from twistcore.study.benchmark.baselines import continuous
+from twistcore.rotation import (
+    Array,
+    conjugate,
+    continuous,
+    exponential,
+    logarithm,
+    multiply,
+    normalise,
+)
 
-ONE_EURO = (1.5, 0.5, 1.0)  # lowest cut-off Hz, Hz a rad/s (or m/s), cut-off of the speed Hz
-BUTTERWORTH = (2, 4.0)  # order, cut-off Hz
+Setting = tuple[float, ...]
+Smooth = Callable[[Array, float, Setting], Array]  # (frames, …), frame time in seconds, settings
 
 
-def one_euro(q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
-    """One-Euro filter [Casiez12] of rotations, along the geodesic, and of places."""
-    q, r = q_hat.copy(), r_hat.copy()
+@dataclass(frozen=True)
+class Rival:
+    """A filter and its settings: of rotations (`turning`), of the root's place (`moving`)."""
+
+    name: str
+    causal: bool
+    rotations: Smooth
+    places: Smooth
+    turning: Setting
+    moving: Setting
+
+    def run(self, q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
+        """Rotations (frames, …, joints, 4) and places (frames, …, 3) filtered."""
+        return self.rotations(q_hat, dt, self.turning), self.places(r_hat, dt, self.moving)
+
+
+def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
+    """One-Euro filter [Casiez12] along the geodesic.
+
+    setting: lowest cut-off in Hz, Hz more for each rad/s, cut-off of the speed in Hz.
+    """
+    lowest, slope, cutoff = setting
+    q = q_hat.copy()
     turning = np.zeros((*q_hat.shape[1:-1], 3))
-    moving = np.zeros(r_hat.shape[1:])
-    lowest, slope, cutoff = ONE_EURO
-    a_speed = _share(cutoff, dt)
     for t in range(1, len(q)):
         reference = aligned(q_hat[t], q_hat[t - 1])
         rate = logarithm(multiply(reference, conjugate(q_hat[t - 1]))) / dt
-        turning = turning + a_speed * (rate - turning)
-        moving = moving + a_speed * ((r_hat[t] - r_hat[t - 1]) / dt - moving)
+        turning = turning + _share(cutoff, dt) * (rate - turning)
         a = _share(lowest + slope * np.linalg.norm(turning, axis=-1), dt)
         step = logarithm(multiply(q_hat[t], conjugate(q[t - 1])))
         q[t] = multiply(exponential(a[..., None] * step), q[t - 1])
+    return q
+
+
+def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
+    """One-Euro filter of places; the second setting is Hz for each m/s."""
+    lowest, slope, cutoff = setting
+    r = r_hat.copy()
+    moving = np.zeros(r_hat.shape[1:])
+    for t in range(1, len(r)):
+        moving = moving + _share(cutoff, dt) * ((r_hat[t] - r_hat[t - 1]) / dt - moving)
         a = _share(lowest + slope * np.linalg.norm(moving, axis=-1), dt)
         r[t] = r[t - 1] + a[..., None] * (r_hat[t] - r[t - 1])
-    return q, r
+    return r
 
 
-def butterworth(q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
-    """Causal Butterworth low-pass of quaternion components, renormalised, and of places."""
-    order, cutoff = BUTTERWORTH
-    sos = butter(order, cutoff, fs=1.0 / dt, output="sos")
-    start = sosfilt_zi(sos)
+def butterworth(x: Array, dt: float, setting: Setting) -> Array:
+    """Causal Butterworth low-pass, settled on the first frame; setting: order, cut-off in Hz."""
+    order, cutoff = setting
+    sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
+    state = np.multiply.outer(sosfilt_zi(sos), x[0])
+    smooth: Array = sosfilt(sos, x, axis=0, zi=state)[0]
+    return smooth
 
-    def filtered(x: Array) -> Array:
-        state = np.multiply.outer(start, x[0])
-        smooth: Array = sosfilt(sos, x, axis=0, zi=state)[0]
-        return smooth
 
-    return normalise(filtered(continuous(q_hat))), filtered(r_hat)
+def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
+    """Butterworth forwards and backwards, no shift in time; setting: order, cut-off in Hz."""
+    order, cutoff = setting
+    sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
+    ends = min(len(x) - 1, int(3.0 / (cutoff * dt)))
+    smooth: Array = sosfiltfilt(sos, x, axis=0, padlen=ends)
+    return smooth
+
+
+def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
+    """The middle of a polynomial fitted around each frame; setting: frames, degree."""
+    del dt
+    frames, degree = (int(v) for v in setting)
+    frames = min(frames, len(x) - (len(x) + 1) % 2)
+    smooth: Array = savgol_filter(x, frames, min(degree, frames - 1), axis=0)
+    return smooth
+
+
+def spline(x: Array, dt: float, setting: Setting) -> Array:
+    """The smoothing spline that `quamo refine --method spline` uses; setting: cut-off in Hz."""
+    return smoothed(x, setting[0], dt)
+
+
+def of_components(filtered: Smooth) -> Smooth:
+    """The filter of rotations that acts on the components of quaternions."""
+
+    def rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
+        return normalise(filtered(continuous(q_hat), dt, setting))
+
+    return rotations
+
+
+# Settings as benchmarks.quamo_tune_rivals prints them.
+RIVALS = (
+    Rival("One-Euro", True, one_euro_rotations, one_euro_places, (2.5, 3.0, 4.0), (5.0, 2.0, 1.0)),
+    Rival("Butterworth", True, of_components(butterworth), butterworth, (1.0, 7.0), (1.0, 6.0)),
+    Rival(
+        "Butterworth, file",
+        False,
+        of_components(butterworth_both),
+        butterworth_both,
+        (2.0, 4.5),
+        (2.0, 3.0),
+    ),
+    Rival(
+        "Savitzky-Golay, file",
+        False,
+        of_components(savitzky_golay),
+        savitzky_golay,
+        (13.0, 5.0),
+        (17.0, 4.0),
+    ),
+    Rival("spline, file", False, of_components(spline), spline, (CUTOFF,), (PLACE_SHARE * CUTOFF,)),
+)
 
 
 def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +52,15 @@ def read_sequence(path: Path) -> Sequence24:
     subject = re.split(r"[_ ]", path.stem)[0]
     r = CMU_UNIT * (r - r[:1] * np.array([1.0, 0.0, 1.0]))
     return Sequence24(path.stem, subject, q, r, CMU_UNIT * topology.offsets)
+
+
+def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, ...]:
+    """Pieces of so many frames, one after the other [Le26 §4.2]; what is left over is dropped."""
+    return tuple(
+        replace(s, name=f"{s.name} {at}", q=s.q[at : at + frames], r=s.r[at : at + frames])
+        for s in sequences
+        for at in range(0, len(s.q) - frames + 1, frames)
+    )
 
 
 def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:

@@ -1,0 +1,170 @@
+"""`twistcore quamo noise | evaluate | ablation | train`: what the study needs, and no user."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.cli.output import print_json, refuse_overwrite, tell_jumps, tell_problems
+from twistcore.detection.cuts import leading_frames
+from twistcore.errors import TwistError
+from twistcore.quamo.network import VARIANTS, Network, read_network, write_network
+from twistcore.quamo.resample import resampled, sample_times
+from twistcore.quamo.topology import find_topology, metres_per_unit, places_24
+from twistcore.quamo.weights import FINAL, WEIGHTS, weights_name
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.pose_errors import errors
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
+from twistcore.synthesis import generator
+
+
+def noise(arguments: argparse.Namespace) -> int:
+    """Write a clip with synthetic noise and say how large it came out."""
+    clip = read_bvh(arguments.clip)
+    refuse_overwrite([arguments.output], [arguments.clip])
+    motion = clip.motion
+    try:
+        topology = find_topology(motion.skeleton)
+        unit = metres_per_unit(motion.skeleton, arguments.unit)
+        if motion.positioned != (int(topology.joints[0]),):
+            raise TwistError("expected positions of the root alone")
+    except TwistError as error:
+        raise TwistError(f"{arguments.clip}: {error}") from None
+    first = leading_frames(motion)
+    part = motion.sliced(first, motion.frames)
+    q, r = topology.reduced(part.rotations), part.positions[:, 0]
+    wanted = Noise(LEVELS[arguments.level], arguments.systematic, arguments.bursts)
+    rng = generator(arguments.seed, arguments.clip.name)
+    q_hat, r_hat = noisy(q, r, wanted, rng, unit=unit, dt=motion.frame_time)
+    rotations, positions = motion.rotations.copy(), motion.positions.copy()
+    rotations[first:] = topology.restored(q_hat, part.rotations)
+    positions[first:, 0] = r_hat
+    dirty = replace(motion, rotations=rotations, positions=positions)
+    times = sample_times(len(q), motion.frame_time)
+    found, truth = (
+        1000.0 * unit * places_24(topology.offsets, *resampled(a, b, times))
+        for a, b in ((q_hat, r_hat), (q, r))
+    )
+    measured = errors(found, truth)
+    tell_jumps(arguments.output, write_bvh(clip, dirty, arguments.output))
+    if arguments.json:
+        print_json(
+            {
+                "schema": "twistcore.quamo-noise/1",
+                "clip": str(arguments.clip),
+                "level": arguments.level,
+                "systematic": arguments.systematic,
+                "seed": arguments.seed,
+                "errors_mm": vars(measured),
+            }
+        )
+        return 0
+    print(
+        f"{arguments.output}: synthetic noise, level {arguments.level}, seed {arguments.seed}: "
+        f"MPJPE {measured.mpjpe:.1f} mm, Accel {measured.accel:.1f} mm/frame² at 25 Hz"
+    )
+    return 0
+
+
+def evaluate(arguments: argparse.Namespace) -> int:
+    """Print the tables of held-out subjects."""
+    from twistcore.study.quamo.quamo_report import evaluation_report
+
+    return _report(arguments, evaluation_report, ("full",))
+
+
+def ablation(arguments: argparse.Namespace) -> int:
+    """Print steps of the method, representations and integration."""
+    from twistcore.study.quamo.quamo_report import ablation_report
+
+    return _report(arguments, ablation_report, tuple(VARIANTS))
+
+
+def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -> int:
+    clips, problems = read_folder(arguments.folder)
+    code = tell_problems(problems, len(clips))
+    sequences = tuple(s for s in clips if s.subject in HELD_OUT)
+    if not sequences:
+        raise TwistError(
+            f"{arguments.folder}: expected clips of the subjects {', '.join(HELD_OUT)}, named as "
+            "by CMU (05_02.bvh)"
+        )
+    weights = arguments.weights or WEIGHTS
+    networks = {v: _held_out_networks(weights, v, sequences) for v in variants}
+    if not any(networks.values()):
+        print(
+            f"{weights}: no network of a held-out subject, so no row of learned gains; expected "
+            f"--weights FOLDER with {weights_name('full', HELD_OUT[0])} and the like, which are "
+            "in assets/quamo of the source and in no installed program",
+            file=sys.stderr,
+        )
+    seeds = range(arguments.seed, arguments.seed + arguments.seeds)
+    report = make(sequences, networks, seeds, partial(print, file=sys.stderr))
+    if arguments.json:
+        print_json(report.document)
+    else:
+        print(report.markdown, end="")
+    return code
+
+
+def _held_out_networks(
+    folder: Path, variant: str, sequences: Sequence[Sequence24]
+) -> Mapping[str, Network]:
+    """A network by subject, trained without it, of those that are in the folder."""
+    subjects = sorted({s.subject for s in sequences})
+    paths = {s: folder / weights_name(variant, s) for s in subjects}
+    return {s: read_network(p) for s, p in paths.items() if p.exists()}
+
+
+def train(arguments: argparse.Namespace) -> int:
+    """Train one network for each held-out subject and write weights; continues what was begun."""
+    from twistcore.study.quamo import training
+    from twistcore.study.quamo.torch_model import import_torch
+
+    sequences, problems = read_folder(arguments.folder)
+    code = tell_problems(problems, len(sequences))
+    if not sequences:
+        return code
+    subjects = arguments.hold_out or [*HELD_OUT, FINAL]
+    known = {s.subject for s in sequences}
+    for subject in subjects:
+        if subject not in known | {FINAL}:
+            raise TwistError(
+                f"{arguments.folder}: no clip of subject {subject!r}; expected some of "
+                f"{', '.join(sorted(known))} or {FINAL!r}"
+            )
+    given = {k: getattr(arguments, k) for k in ("epochs", "width")}
+    settings = training.Settings(
+        variant=arguments.variant,
+        seed=arguments.seed,
+        **{k: v for k, v in given.items() if v is not None},
+    )
+    import_torch()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    for subject in subjects:
+        path = arguments.output / weights_name(arguments.variant, subject, arguments.seed)
+        if path.exists():
+            print(f"{path}: is there already")
+            continue
+        used = [s for s in sequences if s.subject != subject]
+        begin = time.perf_counter()
+        network = training.train(
+            used,
+            settings,
+            checkpoint=path.with_suffix(".checkpoint"),
+            compiled=arguments.compile,
+            tell=partial(print, f"{path.stem}:", file=sys.stderr, flush=True),
+        )
+        minutes = (time.perf_counter() - begin) / 60.0
+        note = json.dumps({"clips": [s.name for s in used], "settings": vars(settings)})
+        write_network(replace(network, note=note), path)
+        print(f"{path}: {len(used)} clips, {settings.epochs} epochs, {minutes:.1f} minutes")
+    return code
