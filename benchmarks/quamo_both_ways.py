@@ -124,6 +124,8 @@ def main() -> None:
     parser.add_argument("--native", type=int, metavar="N")
     arguments = parser.parse_args()
     clips = [c for c in read_folder(arguments.folder)[0] if c.subject in HELD_OUT]
+    if not clips:
+        parser.error(f"no clip of CMU's subjects {', '.join(HELD_OUT)} in {arguments.folder}")
     rows = {f"hand, {way}": method(way, by_hand) for way in WAYS}
     if all((WEIGHTS / weights_name("full", c.subject)).exists() for c in clips):
         rows |= {f"learned, {way}": method(way, learned) for way in WAYS}

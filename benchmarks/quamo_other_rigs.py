@@ -1,0 +1,118 @@
+"""Tracking on rigs that nothing was tuned on: python -m benchmarks.quamo_other_rigs FOLDER.
+
+Any BVH with rotations and a place: all joints get the noise of `quamo noise` at the clip's own rate
+and are tracked causally, tracked both ways, or smoothed by the spline, with the usual settings.
+Printed are the means over clips and seeds of the ratios output / input at 25 Hz, of all joints of
+the rig, and the largest ratio of a clip; a figure counts as 1.75 m high.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from twistcore.bvh import read_bvh
+from twistcore.detection.cuts import leading_frames
+from twistcore.motion import Motion, forward_kinematics
+from twistcore.quamo.resample import resampled, sample_times
+from twistcore.quamo.spline import usual_cutoff
+from twistcore.quamo.state_space import NETWORK_DT
+from twistcore.quamo.track_clip import chosen_joints, placed_joint, smooth_clip, track_by_hand
+from twistcore.rotation import Array
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.synthesis import generator
+
+SEEDS = (41, 42)
+HEIGHT_MM = 1750.0
+SHORTEST, LONGEST = 60, 1500  # frames: of a longer clip its first
+SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel")
+
+
+def places_mm(motion: Motion, scale: float) -> Array:
+    """Global positions at 25 Hz, (samples, joints, 3)."""
+    times = sample_times(motion.frames, motion.frame_time)
+    moved = [
+        resampled(motion.rotations, motion.positions[:, k], times)
+        for k in range(motion.positions.shape[1])
+    ]
+    places = np.stack([r for _, r in moved], axis=1)
+    at_25 = replace(motion, rotations=moved[0][0], positions=places, frame_time=NETWORK_DT)
+    return scale * forward_kinematics(at_25)[1]
+
+
+def errors(found: Array, truth: Array, placed: int) -> Array:
+    """As SHOWN, in mm and mm/frame²; the first two relative to the joint that has the place."""
+    out = []
+    for a, b in (
+        (found - found[:, placed, None], truth - truth[:, placed, None]),
+        (found, truth),
+    ):
+        bent = np.diff(a, 2, axis=0) - np.diff(b, 2, axis=0)
+        out += [np.linalg.norm(x, axis=-1).mean() for x in (a - b, bent)]
+    return np.array(out)
+
+
+def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -> Motion:
+    """All joints and the place with noise on."""
+    joints, placed = chosen_joints(motion.skeleton, None), placed_joint(motion)
+    assert placed is not None
+    r = motion.translation(placed)
+    wanted, rng = Noise(LEVELS[level]), generator(seed, name)
+    q_hat, r_hat = noisy(
+        motion.rotations[:, joints], r, wanted, rng, unit=scale / 1000.0, dt=motion.frame_time
+    )
+    rotations, positions = motion.rotations.copy(), motion.positions.copy()
+    rotations[:, joints] = q_hat
+    positions[:, motion.positioned.index(placed)] += r_hat - r
+    return replace(motion, rotations=rotations, positions=positions)
+
+
+def ways(motion: Motion) -> dict[str, Motion]:
+    """What each method makes of it."""
+    joints = chosen_joints(motion.skeleton, None)
+    spline = smooth_clip(motion, joints, usual_cutoff(motion.frame_time), place=True)
+    return {
+        "hand, causal": track_by_hand(motion, joints, causal=True, place=True).motion,
+        "hand, both ways": track_by_hand(motion, joints, causal=False, place=True).motion,
+        "spline": spline,
+    }
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    found: dict[tuple[str, str], list[Array]] = {}
+    clips = 0
+    for path in sorted(parser.parse_args().folder.glob("*.bvh")):
+        motion = read_bvh(path).motion
+        motion = motion.sliced(leading_frames(motion), motion.frames)
+        placed = placed_joint(motion)
+        if motion.frames < SHORTEST or placed is None:
+            continue
+        clips += 1
+        motion = motion.sliced(0, min(motion.frames, LONGEST))
+        body = forward_kinematics(motion)[1][motion.frames // 2]
+        scale = HEIGHT_MM / float(np.ptp(body, axis=0).max())
+        truth = places_mm(motion, scale)
+        for level in LEVELS:
+            for seed in SEEDS:
+                given = made_noisy(motion, level, seed, path.name, scale)
+                before = errors(places_mm(given, scale), truth, placed)
+                for way, made in ways(given).items():
+                    after = errors(places_mm(made, scale), truth, placed)
+                    found.setdefault((level, way), []).append(after / before)
+    print(f"{clips} clips, seeds {SEEDS[0]}-{SEEDS[-1]}\n")
+    heads = " | ".join(f"{name} (largest)" for name in SHOWN)
+    print(f"| noise | way | {heads} |\n|---|---|" + "---|" * len(SHOWN))
+    for (level, way), rows in found.items():
+        mean, most = np.mean(rows, axis=0), np.max(rows, axis=0)
+        cells = " | ".join(f"{a:.3f} ({b:.2f})" for a, b in zip(mean, most, strict=True))
+        print(f"| {level} | {way} | {cells} |")
+
+
+if __name__ == "__main__":
+    main()
