@@ -85,12 +85,19 @@ class OrbitCamera:
         elevation = np.arcsin(np.clip(direction @ self.up, -1.0, 1.0))
         return replace(self, azimuth=float(azimuth), elevation=float(elevation)).orbited(0.0, 0.0)
 
-    def framing(self, points: Array, aspect: float, margin: float = 1.12) -> OrbitCamera:
-        """Seen from the same side, moved so that all points (n, 3) are just in view."""
+    def framing(
+        self, points: Array, aspect: float, margin: float = 1.12, covered: float = 0.0
+    ) -> OrbitCamera:
+        """Seen from the same side, moved so that all points (n, 3) are just in view.
+
+        covered: the share of the picture's height, at its top, that something lies over.
+        """
         flat = points @ self.axes.T
         low, high = flat.min(axis=0), flat.max(axis=0)
         centre = (low + high) / 2.0
-        size = max(high[1] - low[1], (high[0] - low[0]) / max(aspect, 0.1))
+        tall = (high[1] - low[1]) / (1.0 - covered)
+        size = max(tall, (high[0] - low[0]) / max(aspect, 0.1))
+        centre[1] += covered * margin * size / 2.0
         away = margin * size / (2.0 * np.tan(VIEW_ANGLE / 2.0)) + (high[2] - low[2]) / 2.0
         return replace(self, target=centre @ self.axes, distance=float(max(away, 1e-9)))
 

@@ -85,7 +85,9 @@ class Steering(QWidget):
         self._stop_turning()
         frame = self.document.frame
         turned = preset(self.camera, name, scene.facing(scene.data.positions[frame]))
-        self.camera = turned.framing(self._around(scene, frame), self._aspect())
+        self.camera = turned.framing(
+            self._around(scene, frame), self._aspect(), covered=self._covered()
+        )
         self._framed = name
         self._hold(None)
         self._schedule()
@@ -208,6 +210,10 @@ class Steering(QWidget):
     def _aspect(self) -> float:
         """Width to height of a picture."""
         return self.picture_size()[0] / max(self.height(), 1)
+
+    def _covered(self) -> float:
+        """Share of a picture's height, at its top, that something lies over."""
+        return 0.0
 
     def picture_size(self) -> tuple[int, int]:
         """Width and height of a picture: side by side there are two."""

@@ -66,6 +66,12 @@ class Overlays:
             self.legend.setText(text)
             self.fit()
 
+    @property
+    def top(self) -> int:
+        """Pixels at the top that the legend takes: while it says nothing, those of one line."""
+        line = 2 * _MARGIN + self.legend.fontMetrics().height()
+        return max(self.legend.geometry().bottom() + 1, line)
+
     def fit(self) -> None:
         """The legend in its picture, in as many lines as it needs; no divider through it."""
         view, legend = self.notice.parentWidget(), self.legend

@@ -29,6 +29,7 @@ from twistcore.chain import Chain
 
 _AFTER_CURVES_MS = 12  # a dragged τ paints tables and curves first, the picture behind them
 _WARM_MS = 60  # after the window has been shown
+_MOST_COVERED = 0.25  # of the view's height, by a legend of many lines
 _FIGURE_MS = 30  # a clip opens with tables and curves; the figure comes in turns of its own
 
 
@@ -237,6 +238,9 @@ class Viewport(Steering):
         navigation.clicked.connect(self.pointing.click)
         navigation.hovered.connect(self.pointing.hover)
         vbox(self.view, owner=self, margins=(0, 0, 0, 0))
+
+    def _covered(self) -> float:
+        return min(self.overlays.top / max(self.height(), 1), _MOST_COVERED)
 
     def _place_overlays(self) -> None:
         looks = self.drawing.looks
