@@ -2,9 +2,11 @@
 
 Twist errors of a protocol are put into every clip of a folder. They are looked for in the raw clip
 and in the same clip tracked with QuaMo's hand gains. An error counts as found where an interval of
-its chain covers at least half of their union. FSR [Choi26 §4.2.1] is measured after the refinement:
-raw against the clean clip, tracked against the clean clip tracked, so that the tracker's own
-lag counts for neither. --both-ways: tracked in both directions of time instead of causally.
+its chain covers at least half of their union, as touched where one shares a frame with it; an
+interval is elsewhere where it shares none with any error of its chain. FSR [Choi26 §4.2.1] is
+measured after the refinement: raw against the clean clip, tracked against the clean clip tracked,
+so that the tracker's own lag counts for neither. --both-ways: tracked in both directions of time
+instead of causally.
 """
 
 from __future__ import annotations
@@ -42,13 +44,15 @@ SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
 
 @dataclass
 class Count:
-    """Sums over clips: found by class of size, and of how many; repaired frames; alarms."""
+    """Sums over clips: found by class of size, and of how many; repaired frames; intervals."""
 
     found: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
     errors: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
     repaired: int = 0
     frames: int = 0
-    alarms: int = 0
+    touched: int = 0
+    intervals: int = 0
+    elsewhere: int = 0
 
     def add(
         self,
@@ -61,21 +65,20 @@ class Count:
         size_of: Motion,
     ) -> None:
         """One clip; size_of: the clean motion that the errors were put into."""
-        used: set[int] = set()
         for error in errors:
             at = slice(error.start, error.stop)
             size = float(np.degrees(np.abs(error.offset).max()))
             bin_ = int(np.searchsorted(SIZES, size, side="right")) - 1
             self.errors[bin_] += 1
-            hits = [k for k, i in enumerate(found) if i.chain == error.chain and covers(i, error)]
-            self.found[bin_] += bool(hits)
-            used.update(hits)
+            self.found[bin_] += any(covers(i, error) for i in found if i.chain == error.chain)
+            self.touched += any(touches(i, error) for i in found)
             parent = chains[error.chain].parent
             before = geodesic_angle(size_of.rotations[at, parent], dirty.rotations[at, parent])
             after = geodesic_angle(clean.rotations[at, parent], refined.rotations[at, parent])
             self.repaired += int((after <= SUCCESS * before).sum())
             self.frames += error.stop - error.start
-        self.alarms += len(found) - len(used)
+        self.intervals += len(found)
+        self.elsewhere += sum(not any(touches(i, e) for e in errors) for i in found)
 
 
 def covers(interval: Interval, error: InjectedError) -> bool:
@@ -83,6 +86,12 @@ def covers(interval: Interval, error: InjectedError) -> bool:
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     union = max(interval.stop, error.stop) - min(interval.start, error.start)
     return both >= 0.5 * union
+
+
+def touches(interval: Interval, error: InjectedError) -> bool:
+    """Whether they are of one chain and share a frame."""
+    both = min(interval.stop, error.stop) - max(interval.start, error.start)
+    return interval.chain == error.chain and both > 0
 
 
 def main() -> None:
@@ -124,21 +133,27 @@ def main() -> None:
         f"seeds 0–{arguments.seeds - 1}, {int(raw.errors.sum())} errors in {raw.frames} frames\n"
     )
     classes = [f"{a:g}–{b:g}°" for a, b in zip(SIZES[:-1], (*SIZES[1:-1], 180.0), strict=True)]
-    print("| order | found of all | " + " | ".join(classes) + " | other intervals | FSR |")
-    print("|---|---|" + "---|" * len(classes) + "---|---|")
+    print(
+        "| order | found of all | "
+        + " | ".join(classes)
+        + " | touched | intervals | elsewhere | FSR |"
+    )
+    print("|---|---|" + "---|" * len(classes) + "---|---|---|---|")
     for name, count in (
         ("detect and refine the raw clip", raw),
         ("track, then detect and refine", tracked),
         ("detect, refine, then track", after),
     ):
+        total = int(count.errors.sum())
         shares = [
             f"{100 * f / n:.1f} %" if n else "–"
             for f, n in zip(count.found, count.errors, strict=True)
         ]
         print(
-            f"| {name} | {100 * count.found.sum() / max(count.errors.sum(), 1):.1f} % | "
+            f"| {name} | {100 * count.found.sum() / max(total, 1):.1f} % | "
             + " | ".join(shares)
-            + f" | {count.alarms} | {100 * count.repaired / max(count.frames, 1):.1f} % |"
+            + f" | {100 * count.touched / max(total, 1):.1f} % | {count.intervals}"
+            + f" | {count.elsewhere} | {100 * count.repaired / max(count.frames, 1):.1f} % |"
         )
 
 

@@ -4,7 +4,8 @@ Clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, on s
 of the docs and no choice of gains has seen. Ratios output / input against the truth, and how far
 the result lags behind, in ms, where the clip has no noise. --native N: also every Nth clip at its
 own rate, with the noise drawn at that rate; jitter is the third difference at that rate, in mm a
-frame³, with that of the clean clip beside it. --by-clip: a row a clip as well.
+frame³, with that of the clean clip beside it. --by-clip: instead a row a clip, of the tracker both
+ways and of the spline.
 """
 
 from __future__ import annotations
@@ -28,11 +29,13 @@ from twistcore.quamo.weights import WEIGHTS, weights_name
 from twistcore.rotation import Array
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.quamo_methods import SPLINE, baseline_methods
 from twistcore.study.quamo.quamo_tables import CONDITIONS, Method, score
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 from twistcore.synthesis import generator
 
 SEEDS = (11, 12, 13)
+OF_FILES = ("MPJPE", "Accel", "G-Accel", "FS")  # those that bars for files are of
 SHOWN = ("MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 APART = tuple(c for c in CONDITIONS if not c.systematic)
 WAYS = {"causal": track, "both ways": track_both_ways}
@@ -92,6 +95,16 @@ def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[st
     return lines
 
 
+def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
+    """A line a clip: ratios of OF_FILES at each level."""
+    lines = []
+    for clip in clips:
+        scores = score([clip], {"": run}, SEEDS, APART)
+        ratios = [scores.ratio("", c)[METRICS.index(m)] for c in APART for m in OF_FILES]
+        lines.append(f"| {clip.name} | " + " | ".join(f"{r:.2f}" for r in ratios) + " |")
+    return lines
+
+
 def at_own_rate(folder: Path, every: int) -> list[str]:
     """A line a clip, level and way, gains of hands: ratios, and jitter beside the clean clip's."""
     lines = []
@@ -126,6 +139,14 @@ def main() -> None:
     clips = [c for c in read_folder(arguments.folder)[0] if c.subject in HELD_OUT]
     if not clips:
         parser.error(f"no clip of CMU's subjects {', '.join(HELD_OUT)} in {arguments.folder}")
+    if arguments.by_clip:
+        rivals = baseline_methods(clips)
+        files = {"hand, both ways": method("both ways", by_hand), SPLINE: rivals[SPLINE]}
+        heads = " | ".join(f"{c}: {m}" for c in APART for m in OF_FILES)
+        for name, run in files.items():
+            print(f"\n{name}\n\n| clip | {heads} |\n|" + "---|" * (1 + 2 * len(OF_FILES)))
+            print("\n".join(by_clip(clips, run)))
+        return
     rows = {f"hand, {way}": method(way, by_hand) for way in WAYS}
     if all((WEIGHTS / weights_name("full", c.subject)).exists() for c in clips):
         rows |= {f"learned, {way}": method(way, learned) for way in WAYS}
@@ -133,8 +154,6 @@ def main() -> None:
     print(f"{len(clips)} clips, {sum(len(c.q) for c in clips)} frames at 25 Hz\n")
     print(f"| noise | gains, way | {heads} | lag, ms |\n|---|---|" + "---|" * (len(SHOWN) + 1))
     print("\n".join(at_25_hz(clips, rows)))
-    for clip in clips if arguments.by_clip else ():
-        print(f"\n{clip.name}\n" + "\n".join(at_25_hz([clip], rows)))
     if arguments.native:
         print(f"\n| clip | noise | way | {heads} | jitter (clean) |")
         print("|---|---|---|" + "---|" * (len(SHOWN) + 1))

@@ -30,9 +30,9 @@ FIRST_SEED = 300  # none that a table or a training is of
 EQUAL = 1.01
 CUTOFFS = tuple(np.arange(2.0, 8.01, 0.5).tolist())
 EURO = (
-    (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0),
-    (0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0),
-    (1.0, 2.0, 4.0, 8.0),
+    (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0),
+    (0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0),
+    (0.3, 0.5, 1.0, 2.0, 4.0, 8.0),
 )
 GRIDS: Mapping[str, tuple[Setting, ...]] = {
     "One-Euro": tuple(product(*EURO)),

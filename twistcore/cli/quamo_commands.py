@@ -27,6 +27,7 @@ from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
     chosen_joints,
     joints_of_24,
+    left_out,
     placed_joint,
     smooth_clip,
     track_by_hand,
@@ -35,6 +36,7 @@ from twistcore.quamo.track_clip import (
 from twistcore.quamo.tracker import snap_sentences
 from twistcore.quamo.weights import weights_file
 
+_NAMED = 6  # joints, of those left as they are
 _SPLINE_WAY = (
     "a spline needs the whole clip: every frame depends on later ones; no lag; what is faster than "
     "the cut-off is flattened"
@@ -80,14 +82,17 @@ def refine(arguments: argparse.Namespace) -> int:
         f"{f' and the place of {name}' if place else ''} "
         f"{_told(arguments, gains, cutoff)}"
     )
-    if name and not place:
-        print(f"  the place of {name} was left as it is")
+    turning, moving = left_out(motion, joints, placed if place else None)
+    for names, what in ((() if arguments.joints else turning, ""), (moving, "the place of ")):
+        if names:
+            left = "was left as it is" if len(names) == 1 else "were left as they are"
+            print(f"  {what}{_listed(names)} {left}")
     way = _way(arguments.causal, gains, motion.frame_time, place=place)
     print(f"  {_SPLINE_WAY if spline else way}")
     if first:
         print(f"  frames before {first} are no capture and were left as they are")
-    given, left = (m.sliced(first, m.frames) for m in (motion, made))
-    if measured := quality_before_and_after(given, left, unit):
+    given, made = (m.sliced(first, m.frames) for m in (motion, made))
+    if measured := quality_before_and_after(given, made, unit):
         before, after = measured
         print(
             f"  jitter {before.jitter:.2f} → {after.jitter:.2f} mm/frame³ at 25 Hz, foot slide "
@@ -142,6 +147,11 @@ def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], place
     if arguments.root_position is not None:
         return bool(arguments.root_position)
     return not arguments.joints or placed in joints
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _told(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> str:

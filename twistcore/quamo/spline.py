@@ -6,7 +6,8 @@ Each number x(t) of n frames, given as y(t), becomes what is least in
 
 so that a sine of f Hz, the cut-off, keeps half of its size, slower ones more, each without a shift
 in time: the gain is 1/(1 + λ (2 sin πf'Δt)⁴), that of a Butterworth filter of second order run in
-both directions, but the ends need no made-up frames. A straight line is left as it is.
+both directions, but the ends need no made-up frames. A straight line is left as it is, to 1e-6 of
+its size at the lowest cut-off that is taken, a thousandth of the frame rate.
 
 Rotations are smoothed in the four components of their quaternions, each on the side of the one
 before, and scaled to unit length again. That commutes with any fixed rotation from the left or the
@@ -25,6 +26,7 @@ from twistcore.rotation import Array, continuous, normalise
 # Hz at 25 Hz; chosen on the training subjects by `python -m benchmarks.quamo_tune_rivals FOLDER`.
 CUTOFF = 4.0
 PLACE_SHARE = 0.75  # cut-off of the root's place, of that of rotations: 3 Hz
+_LOWEST = 1e-3  # cut-off times frame time
 _SECOND = np.array([1.0, -2.0, 1.0])  # the second difference
 
 
@@ -40,13 +42,13 @@ def usual_cutoff(dt: float) -> float:
 def smoothed(values: Array, cutoff: float, dt: float) -> Array:
     """The smoothing spline of numbers over time, (frames, …), frame time dt in seconds.
 
-    Fewer than three frames stay as they are. TwistError where the cut-off (Hz) is not above 0 and
-    below half the frame rate.
+    Fewer than three frames stay as they are. TwistError where the cut-off (Hz) is below a
+    thousandth of the frame rate, where rounding would bend the result, or not below its half.
     """
-    if not (np.isfinite(cutoff) and 0.0 < cutoff * dt < 0.5):
+    if not (np.isfinite(cutoff) and _LOWEST <= cutoff * dt < 0.5):
         raise TwistError(
-            f"expected a cut-off above 0 and below {0.5 / dt:.4g} Hz, half the frame rate, "
-            f"found {cutoff:g}"
+            f"expected a cut-off from {_LOWEST / dt:.4g} Hz, a thousandth of the frame rate, to "
+            f"below {0.5 / dt:.4g} Hz, its half, found {cutoff:g}"
         )
     frames = len(values)
     if frames < 3:

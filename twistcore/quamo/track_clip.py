@@ -23,6 +23,8 @@ from twistcore.quamo.topology import find_topology, metres_per_unit
 from twistcore.quamo.tracker import HandGains, Step, Track, track
 from twistcore.rotation import Array
 
+_STILL = 1e-4  # of a quaternion; of the largest way that a place moves
+
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
@@ -71,9 +73,31 @@ def placed_joint(motion: Motion) -> int | None:
     As a rule the root; in some rigs that stands still and the hips below it move. None where no
     joint has position channels; the topmost that has some where nothing moves.
     """
-    moves = np.ptp(motion.positions, axis=0).any(axis=-1)
-    moving = [j for j, m in zip(motion.positioned, moves, strict=True) if m]
+    moving = _moving(motion)
     return (*moving, *motion.positioned, None)[0]
+
+
+def left_out(
+    motion: Motion, joints: NDArray[np.int64], placed: int | None
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of joints that turn, and of those whose place moves, and that nobody tracks.
+
+    joints: whose rotation is tracked or smoothed; placed: whose place is, None for none.
+    """
+    names = motion.skeleton.names
+    turned = np.ptp(motion.rotations, axis=0).max(axis=-1) > _STILL
+    turning = np.setdiff1d(np.flatnonzero(turned), joints)
+    return (
+        tuple(names[int(j)] for j in turning),
+        tuple(names[j] for j in _moving(motion) if j != placed),
+    )
+
+
+def _moving(motion: Motion) -> list[int]:
+    """Joints whose position channels move, more than by the rounding of what is written."""
+    way = np.ptp(motion.positions, axis=0).max(axis=-1, initial=0.0)
+    least = _STILL * way.max(initial=0.0)
+    return [j for j, w in zip(motion.positioned, way, strict=True) if w > least]
 
 
 def track_by_hand(

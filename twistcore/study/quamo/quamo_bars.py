@@ -28,8 +28,8 @@ PAPER_STEPS = (
 )
 
 
-# What a causal tracker can reach here at best, as benchmarks/quamo_bounds.py measures it: a ratio
-# and what it takes, by level (docs/quamo-study.md). Where a level is missing, none is known.
+# The best seen of what sees the past alone, or is told a little more, by benchmarks/quamo_bounds.py
+# on the 37 clips of docs/quamo-study.md: a ratio and what it takes, by level.
 TaskBound = Mapping[str, tuple[float, str]]
 _LATER = "even with 80 ms of waiting"
 ACCEL_BOUND: TaskBound = {"A": (0.46, "at MPJPE ≤ 1.02"), "B": (0.53, _LATER)}
@@ -118,8 +118,9 @@ TURNS = tuple(
 class Bar:
     """A line of the table: a ratio with its bound; above: it must be at least the bound.
 
-    bound: None where the ratio is shown and nothing is demanded of it. task_bound: the best that a
-    causal tracker can reach, task: and when; None where that keeps the bar, or is not known.
+    bound: None where the ratio is shown and nothing is demanded of it. task_bound: the best that
+    was seen of a causal tracker, task: and with what; None where that keeps the bar, does not beat
+    the value (other clips than it was measured on), or is not known.
     """
 
     check: str
@@ -140,13 +141,13 @@ class Bar:
 
     @property
     def verdict(self) -> str:
-        """In Markdown: met, not met, or out of reach and by what."""
+        """In Markdown: met or not, and then what the best is that was seen."""
         if self.bound is None:
             return ""
         if self.met:
             return "met"
         if self.task_bound is not None:
-            return f"bound of the task: {self.task_bound:.2f} {self.task}"
+            return f"**not met**; at best {self.task_bound:.2f} {self.task}"
         return "**not met**"
 
     def line(self) -> str:
@@ -169,7 +170,7 @@ def bars(scores: Scores, c: Condition, demands: Sequence[Demand]) -> Iterator[Ba
             check, value, bound = f"{c}: {d.what}, {d.metric}", float(values.mean()), d.bar_at(c)
             bar = Bar(check, d.paper, bound, value, spread, d.above)
             best, given = (d.task or {}).get(c.level, (0.0, ""))
-            if bound is not None and best >= bound:
+            if bound is not None and bound < best < value:
                 bar = replace(bar, task_bound=best, task=given)
             yield bar
 
