@@ -93,7 +93,7 @@ def the_same_second(made: Made, start: int, folder: Path) -> None:
         for joint in WRISTS:
             skins.plot(*there[:, joint].T, color=TRUTH, lw=0.8, alpha=0.6)
             skins.plot(*here[:, joint].T, color=COLOURS[name], lw=1.2)
-        found = errors(places, made.truth)
+        found = errors(places[at], made.truth[at])
         skins.set_title(
             f"{name}: MPJPE {found.mpjpe:.0f} mm, Accel {found.accel:.1f} mm/frame²", loc="left"
         )
@@ -142,11 +142,12 @@ def root_path(made: Made, folder: Path) -> None:
     )
     t = 0.04 * np.arange(len(made.truth))
     for name, places in {"truth": made.truth, **made.shown}.items():
-        width = {"truth": 2.4, "input": 1.1}.get(name, 1.6)
+        # What came in is broad and pale, to be seen beside what lies on it.
+        width, alpha = (3.2, 0.5) if name == "input" else (1.5, 1.0)
         root = places[:, 0] / 1000.0
-        above.plot(root[:, 0], root[:, 2], color=COLOURS[name], lw=width)
+        above.plot(root[:, 0], root[:, 2], color=COLOURS[name], lw=width, alpha=alpha)
         off = 1000.0 * (root[:, 2] - made.truth[:, 0, 2] / 1000.0)
-        depth.plot(t, off, color=COLOURS[name], lw=width)
+        depth.plot(t, off, color=COLOURS[name], lw=width, alpha=alpha)
     above.set_xlabel("sideways, m")
     above.set_ylabel("depth, m")
     above.set_aspect("equal", adjustable="datalim")

@@ -4,8 +4,9 @@ Chosen on the subjects that no table is of (02, 08, 12), with fresh noise of bot
 of a grid, first for rotations, then with these for the root's place, the setting whose Accel (then
 G-Accel), the mean of both levels' ratios output / input, is least while at each level the MPJPE
 (then GRE) is no larger than ours: that of both ways for what sees the file, and for what is causal
-that of hand gains and 1 % more, by which subjects differ: stiffer filters than that leave jitter. The rotations of a setting whose Accel is within 1 % of the least count as equal, and
-the one with the least MPJPE is taken. Where no setting keeps up, the one that falls short least.
+that of hand gains and 1 % more, by which subjects differ: filters stiffer than that leave jitter.
+The rotations of a setting whose Accel is within 1 % of the least count as equal, and the one with
+the least MPJPE is taken. Where no setting keeps up, the one that falls short least.
 """
 
 from __future__ import annotations
