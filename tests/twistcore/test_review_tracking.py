@@ -37,7 +37,7 @@ from twistcore.review import (
     session_bytes,
     write_session,
 )
-from twistcore.review.journal import command_from_json
+from twistcore.review.journal import command_from_json, command_to_json
 from twistcore.review.session import session_from_document, tracking_to_json
 
 JOINTS = ("LeftForeArm", "LeftHand")
@@ -104,6 +104,17 @@ def test_the_journal_brings_it_back(tmp_path, tracking):
     assert found.review.state.tracking == tracking
     found.review.undo()
     assert found.review.state.tracking is None
+
+
+@pytest.mark.parametrize("tracking", EVERY)
+def test_a_step_that_older_programs_would_replay_otherwise_is_none_that_they_know(tracking):
+    """They know `Track`, and leave the keys that say which way and whether the place."""
+    line = command_to_json(Track(tracking))
+    known = tracking.causal and not tracking.place
+    assert line["do"] == ("Track" if known else "TrackBothWays")
+    assert command_from_json(line) == Track(tracking)
+    assert command_from_json({**line, "do": "Track"}) == Track(tracking)  # builds in between
+    assert command_to_json(Track(None)) == {"do": "Track", "tracking": None}
 
 
 @pytest.mark.parametrize("tracking", EVERY)
