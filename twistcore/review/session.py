@@ -175,9 +175,9 @@ def tau_from_json(entry: Mapping[str, Any]) -> dict[str, float]:
 
 
 def tracks_otherwise(tracking: Tracking | None) -> bool:
-    """Whether it tracks both ways or the place, of which the first programs that track know nothing.
+    """Whether it tracks both ways or the place.
 
-    They would read it as causal and without the place: it must not look to them like what they know.
+    The first programs that track know neither: they would leave the keys that say so.
     """
     return tracking is not None and (tracking.place or not tracking.causal)
 
