@@ -133,14 +133,13 @@ class QualityPanel(QWidget):
         """Track the selected joints with the gains of the page."""
         if self._actions["track_joints"].isEnabled():
             self.tabs.setCurrentWidget(self.page)
-            self.tracked.ask(self.page.tracking(self.chosen, self.model.place))
+            self.page.ask(self.chosen, self.model.place)
 
     # -- following ----------------------------------------------------------------------------
 
     def _renewed(self) -> None:
         """Another clip, or its numbers have come: the worst joint first."""
         self.model.reset()
-        self.page.take_clip()
         if self.model.rowCount():
             self.table.setCurrentIndex(self.model.index(0, 0))
         self._stale.mark()

@@ -26,7 +26,7 @@ from inspector.widgets.building import Wrapping, action_button, hbox, soft, vbox
 from inspector.widgets.labels import Caption, inked
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
-from twistcore.export.tracking import DEMONSTRATION, WARNING, knows_learned, weights_mark
+from twistcore.export.tracking import DEMONSTRATION, WARNING, Traces, knows_learned, weights_mark
 from twistcore.quamo import Gains
 from twistcore.quamo.response import lags, overshoots
 from twistcore.review import Tracking
@@ -48,13 +48,19 @@ class TrackPage(QWidget):
         self._document, self._tracked, self._theme = document, tracked, theme
         self._joint = ""
         self._shown: tuple[object, ...] = ()
+        self._said: Tracking | None = None  # what the review tracked when last looked
+        self._given: Tracking | None = None  # asked for here: what the page shows since is newer
         self._build(actions, theme)
+        self.take_clip()
+        document.opened.connect(self.take_clip)
+        document.intervals_changed.connect(self._follow_review)
         tracked.progress.connect(lambda share: self.bar.setValue(round(100.0 * share)))
 
     def _build(self, actions: Mapping[str, QAction], theme: Theme) -> None:
         self.warning = Caption()
         self.boxes: dict[str, QDoubleSpinBox] = {}
-        self._usual: dict[str, float] = {}
+        self._usual: dict[str, float] = {}  # gains that go with the clip and the direction
+        self._reviewed: dict[str, float] = {}  # gains that a review brought
         self.hand, self.learned = QRadioButton("Hand"), QRadioButton("Learned")
         self.learned.setToolTip("Gains of the networks, at 25 Hz: CMU's or SMPL's 24 joints only")
         self.both_ways, self.causal = QRadioButton("Both ways"), QRadioButton("Causal")
@@ -129,19 +135,46 @@ class TrackPage(QWidget):
         kp, kd, ka = (self.boxes[name].value() for _, name, _, _ in _GAINS)
         return replace(wanted, kp=kp, kd=kd, ka=ka)
 
+    def ask(self, chosen: Sequence[str], place: str) -> None:
+        """Have that tracked."""
+        self._given = self.tracking(chosen, place)
+        self._tracked.ask(self._given)
+
     def take_clip(self) -> None:
         """Another clip: are there networks for its skeleton? Direction and gains of its review."""
         data = self._document.data
-        able = data is not None and knows_learned(data.motion)
-        self.learned.setEnabled(able)
-        tracking = self._document.review.state.tracking if data else None
-        (self.causal if tracking and tracking.causal else self.both_ways).setChecked(True)
+        self.learned.setEnabled(data is not None and knows_learned(data.motion))
+        self._said = self._document.review.state.tracking if data else None
+        self._given = None
+        for name, value in self._reviewed.items():  # of the clip before, and of no person here
+            if self.boxes[name].value() == value:
+                self.boxes[name].setValue(self._usual[name])
+        self._reviewed = {}
+        self.both_ways.setChecked(True)
+        self.hand.setChecked(True)
         self._show_usual_of_clip()
-        (self.learned if tracking and tracking.learned and able else self.hand).setChecked(True)
-        if tracking and not tracking.learned:
-            self._usual = {}
-            self._show_usual(tracking)
-        self._enable()
+        if self._said is not None:
+            self._show(self._said)
+
+    def _follow_review(self) -> None:
+        """Undo, redo and a journal lead to another tracking: the page shows that one."""
+        tracking = self._document.review.state.tracking if self._document.data else None
+        if tracking == self._said:
+            return
+        self._said = tracking
+        given, self._given = self._given, None
+        if tracking is not None and tracking is not given:
+            self._show(tracking)
+
+    def _show(self, tracking: Tracking) -> None:
+        """Direction and gains of a review."""
+        (self.causal if tracking.causal else self.both_ways).setChecked(True)
+        learned = tracking.learned and self.learned.isEnabled()
+        (self.learned if learned else self.hand).setChecked(True)
+        if not tracking.learned:
+            for name, box in self.boxes.items():
+                box.setValue(getattr(tracking, name))
+                self._reviewed[name] = box.value()
 
     def _show_usual_of_clip(self) -> None:
         if (data := self._document.data) is None:
@@ -155,13 +188,15 @@ class TrackPage(QWidget):
             f"lags {late:.0f} ms and overshoots a step by {over:.0f} %"
         )
 
-    def _show_usual(self, gains: Gains | Tracking) -> None:
-        """The gains that go with the clip, unless a person has chosen others."""
-        if any(self.boxes[name].value() != value for name, value in self._usual.items()):
-            return
+    def _show_usual(self, gains: Gains) -> None:
+        """The gains that go with the clip; each that a person has chosen otherwise stays."""
         for name, box in self.boxes.items():
+            before = box.value()
+            chosen = before != self._usual.get(name, before)
             box.setValue(float(getattr(gains, name)))
-            self._usual[name] = box.value()
+            self._usual[name] = box.value()  # as the box rounds it
+            if chosen:
+                box.setValue(before)
 
     def _enable(self) -> None:
         for box in self.boxes.values():
@@ -198,12 +233,10 @@ class TrackPage(QWidget):
         self.go_to(self._document.frame)
 
     def _draw(self) -> None:
-        result = self._tracked.result
-        if result is None or not self._joint:
+        if (traces := self._traces()) is None:
             for plot in (self.gains, self.parts):
                 plot.show_lines(())
             return
-        traces = result.traces
         k = traces.names.index(self._joint)
         scales = [top for _, _, top, _ in _GAINS]
         gains = [
@@ -216,16 +249,21 @@ class TrackPage(QWidget):
             plot.count_from(self._document.first_frame)
             plot.fit(self._document.frames)
 
+    def _traces(self) -> Traces | None:
+        """Where the joint is among them and there was a step: a clip may be its start alone."""
+        traces = self._tracked.result.traces if self._tracked.result else None
+        if traces is None or self._joint not in traces.names or not len(traces.frames):
+            return None
+        return traces
+
     def go_to(self, frame: int) -> None:
         """The playhead, and the numbers there."""
-        result = self._tracked.result
         for plot in (self.gains, self.parts):
             plot.show_frame(frame)
-        if result is None or not self._joint:
+        if (traces := self._traces()) is None:
             self.gain_words.set_text("Gains of the tracker")
             self.part_words.set_text("Parts of its acceleration")
             return
-        traces = result.traces
         # A step of 25 Hz stands for all frames up to it.
         row = min(int(np.searchsorted(traces.frames, frame)), len(traces.frames) - 1)
         k = traces.names.index(self._joint)

@@ -15,11 +15,11 @@ from tests.gui.pictures import INJECTED, changed, picture
 from tests.gui.windows import act, open_clip, wait_until_active
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
-from twistcore.export.tracking import DEMONSTRATION, tracked_motion
+from twistcore.export.tracking import DEMONSTRATION, tracked_motion, weights_mark
 from twistcore.motion import forward_kinematics
 from twistcore.quality.joint_quality import joint_quality
 from twistcore.quamo import Gains
-from twistcore.review import Decide, Decision
+from twistcore.review import Decide, Decision, Review, Track, Tracking
 
 PLACE = "Hips, place"
 
@@ -202,6 +202,115 @@ def test_gains_of_the_page_follow_rate_and_direction_until_a_person_chooses(qtbo
         qtbot.waitUntil(lambda: quality.evidence.known is not None, timeout=10_000)
         qtbot.wait(50)
         assert page.boxes["kp"].value() == expected
+
+
+def shown(page):
+    gains = tuple(box.value() for box in page.boxes.values())
+    return gains, page.causal.isChecked(), page.learned.isChecked()
+
+
+def usual(dt, *, causal=False):
+    gains = Gains.by_hand(dt, causal=causal)
+    return round(gains.kp), round(gains.kd, 1), 0.0
+
+
+def show(qtbot, window, quality, tracking=None, dt=1.0 / 120.0):
+    """The clip opened again, with a review that tracks this."""
+    data, review = window.document.data, start_again(window.document.review)
+    if tracking is not None:
+        review.do(Track(tracking))
+    clip = replace(data.clip, frame_time=dt)
+    window.document.show_clip(replace(data, clip=clip, review=review))
+    qtbot.waitUntil(lambda: quality.evidence.known is not None, timeout=10_000)
+    qtbot.wait(50)
+
+
+def start_again(review):
+    return Review(replace(review.state, tracking=None))
+
+
+def test_gains_of_a_reopened_review_stay_when_the_direction_is_changed(qtbot, window, quality):
+    page = quality.page
+    show(qtbot, window, quality, Tracking(("LeftForeArm",), kp=900.0, kd=20.0, causal=False))
+    for causal in (False, True, False):
+        (page.causal if causal else page.both_ways).setChecked(True)
+        assert shown(page) == ((900.0, 20.0, 0.0), causal, False)
+    # Of the two, the one that is as usual follows.
+    kd = usual(1.0 / 120.0)[1]
+    show(qtbot, window, quality, Tracking(("LeftForeArm",), kp=900.0, kd=kd, causal=False))
+    page.causal.setChecked(True)
+    assert shown(page)[0] == (900.0, usual(1.0 / 120.0, causal=True)[1], 0.0)
+    show(qtbot, window, quality)  # nobody here chose them
+    assert shown(page) == (usual(1.0 / 120.0), False, False)
+
+
+def test_a_gain_that_was_chosen_stays_in_another_clip_and_the_others_follow(qtbot, window, quality):
+    page = quality.page
+    page.causal.setChecked(True)
+    page.boxes["kp"].setValue(900.0)
+    show(qtbot, window, quality, dt=0.04)
+    assert shown(page) == ((900.0, 17.0, 0.0), False, False)
+
+
+def test_undo_and_redo_show_direction_and_gains_of_the_review(qtbot, window, quality):
+    page = quality.page
+    first = Tracking(("LeftForeArm",), kp=900.0, kd=20.0, ka=5.0, causal=False)
+    second = Tracking(("LeftForeArm",), kp=2000.0, kd=30.0)
+    window.document.do(Track(first))
+    assert shown(page) == ((900.0, 20.0, 5.0), False, False)
+    window.document.do(Track(second))
+    assert shown(page) == ((2000.0, 30.0, 0.0), True, False)
+    act(window, "undo")
+    assert shown(page) == ((900.0, 20.0, 5.0), False, False)
+    window.document.do(Track(replace(first, learned=True, weights=weights_mark())))
+    assert shown(page)[1:] == (False, True)
+    act(window, "undo")
+    assert shown(page) == ((900.0, 20.0, 5.0), False, False)
+    page.boxes["kp"].setValue(950.0)  # chosen for the next time: steps of another kind leave it
+    window.document.accept_undecided()
+    assert shown(page)[0] == (950.0, 20.0, 5.0)
+
+
+def test_what_is_chosen_while_it_is_tracked_stays(qtbot, window, quality):
+    quality.choose("LeftForeArm")
+    quality.track()
+    quality.page.boxes["kp"].setValue(900.0)
+    qtbot.waitUntil(lambda: quality.tracked.result is not None, timeout=10_000)
+    assert window.document.review.state.tracking.kp == usual(1.0 / 120.0)[0]
+    assert quality.page.boxes["kp"].value() == 900.0
+
+
+@pytest.mark.parametrize(("frames", "steps"), [(1, (0, 0)), (2, (2, 0))])
+def test_a_clip_too_short_to_be_traced_is_tracked(qtbot, window, quality, tmp_path, frames, steps):
+    lines = INJECTED.read_bytes().splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if line.startswith(b"Frames"))
+    rows = lines[at + 12 : at + 12 + frames]
+    short = tmp_path / "short.bvh"
+    short.write_bytes(b"".join([*lines[:at], b"Frames: %d\n" % frames, lines[at + 1], *rows]))
+    open_clip(qtbot, window, short)
+    qtbot.waitUntil(lambda: quality.evidence.known is not None, timeout=10_000)
+    for button, expected in zip((quality.page.hand, quality.page.learned), steps, strict=True):
+        button.setChecked(True)
+        before = quality.tracked.result
+        quality.choose("LeftForeArm", PLACE)
+        qtbot.wait(30)
+        quality.track()
+        qtbot.waitUntil(lambda old=before: quality.tracked.result is not old, timeout=10_000)
+        qtbot.wait(50)
+        assert f"LeftForeArm and {PLACE}; untracked" in quality.page.done.text()
+        assert len(quality.tracked.result.traces.frames) == expected
+        assert ("Gains of the tracker" in quality.page.gain_words.text()) == (expected == 0)
+
+
+def test_another_joint_is_tracked_and_its_traces_drawn(qtbot, window, quality):
+    track(qtbot, quality, "LeftForeArm")
+    first = quality.tracked.result
+    quality.choose("RightLeg")
+    quality.track()
+    qtbot.waitUntil(lambda: quality.tracked.result is not first, timeout=10_000)
+    window.document.go_to(40)  # before the page is drawn again
+    qtbot.wait(50)
+    assert "RightLeg" in quality.page.gain_words.text()
 
 
 def test_both_ways_unless_causal_is_chosen_and_the_page_says_which(qtbot, window, quality):

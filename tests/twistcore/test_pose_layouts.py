@@ -119,7 +119,10 @@ def test_the_root_stands_where_smpl_rests_it_and_not_where_a_template_does(clip,
     assert read_poses(path).motion.positions[:, 0] == pytest.approx(moved, abs=1e-5)
     still = np.tile([1.0, 0.0, 0.0, 0.0], (1, 24, 1))
     template = tmp_path / "t.bvh"
-    write_motion(Motion(skeleton_24(rest), still, (0,), np.zeros((1, 1, 3)), 0.04), template)
+    other = rest.copy()
+    other[0] = [7.0, 8.0, 9.0]
+    write_motion(Motion(skeleton_24(other), still, (0,), np.zeros((1, 1, 3)), 0.04), template)
+    assert read(path, template).motion.positions[:, 0] == pytest.approx(moved, abs=1e-5)
     found = read(amass(tmp_path / "b", *clip), template)
     assert found.motion.positions[:, 0] == pytest.approx(clip[1], abs=1e-5)
 
@@ -135,6 +138,21 @@ def test_several_persons_are_named_and_one_is_chosen(clip, template, tmp_path):
         read(person_axis(tmp_path / "b", *clip), template)
     with pytest.raises(PosesError, match="no --person"):
         read(amass(tmp_path / "c", *clip), template, person="0")
+
+
+def test_several_persons_in_one_frame_are_no_frames_of_one(clip, template, tmp_path):
+    for write in (smplx, person_axis):
+        path = write(tmp_path / "a", *clip)
+        arrays = dict(np.load(path))
+        bodies = {k: v for k, v in arrays.items() if v.shape[-2:-1] == (12,)}
+        one = {k: (v if v.ndim == 3 else np.stack([v, v]))[:, 3:4] for k, v in bodies.items()}
+        np.savez(path, **one)
+        with pytest.raises(PosesError, match=r"0 \(1 frames\), 1 \(1 frames\)"):
+            read(path, template)
+        found = read(path, template, person="1", up="y" if write is smplx else "-y")
+        assert same(found, clip[0][3:4], clip[1][3:4])[0] < 1e-3
+        np.savez(path, **{k: v[1:] for k, v in one.items()})
+        assert read(path, template).motion.frames == 1
 
 
 def test_who_was_not_seen_is_nobody(clip, template, tmp_path):
@@ -353,6 +371,15 @@ def test_other_archives_are_refused(template, tmp_path):
         archive.writestr("archive/data.pkl", b"\x80\x02}.")
     with pytest.raises(PosesError, match=r"torch.*numpy\.savez"):
         read(tmp_path / "t.pt", template)
+
+
+@pytest.mark.parametrize("name", ["outputs", "smpl_params_global"])
+def test_a_pickle_that_holds_itself_is_refused_in_one_sentence(name, template, tmp_path):
+    names = {}
+    names[name] = names
+    (tmp_path / "a.pkl").write_bytes(pickle.dumps(names))
+    with pytest.raises(PosesError, match=rf"expected 'poses'.*found {name} \(dict of 1\)"):
+        read(tmp_path / "a.pkl", template)
 
 
 @given(st.integers(0, 10**9), st.integers(1, 12))

@@ -37,7 +37,7 @@ from twistcore.review import (
     session_bytes,
     write_session,
 )
-from twistcore.review.journal import command_from_json
+from twistcore.review.journal import command_from_json, command_to_json
 from twistcore.review.session import session_from_document, tracking_to_json
 
 JOINTS = ("LeftForeArm", "LeftHand")
@@ -104,6 +104,17 @@ def test_the_journal_brings_it_back(tmp_path, tracking):
     assert found.review.state.tracking == tracking
     found.review.undo()
     assert found.review.state.tracking is None
+
+
+@pytest.mark.parametrize("tracking", EVERY)
+def test_a_step_that_older_programs_would_replay_otherwise_is_none_that_they_know(tracking):
+    """They know `Track`, and leave the keys that say which way and whether the place."""
+    line = command_to_json(Track(tracking))
+    known = tracking.causal and not tracking.place
+    assert line["do"] == ("Track" if known else "TrackBothWays")
+    assert command_from_json(line) == Track(tracking)
+    assert command_from_json({**line, "do": "Track"}) == Track(tracking)  # builds in between
+    assert command_to_json(Track(None)) == {"do": "Track", "tracking": None}
 
 
 @pytest.mark.parametrize("tracking", EVERY)
@@ -228,6 +239,15 @@ def test_a_session_that_cannot_be_replayed_here_says_why(tmp_path, tracking, why
         check_belongs(read_session(path), CLIP, CHAINS)
 
 
+def test_gains_of_joints_mean_nothing_where_the_place_alone_is_tracked():
+    place = Tracking((), causal=False, place=True)
+    wild = replace(place, kd=500.0)
+    check_tracking(CLIP.motion, wild)
+    found = tracked_motion(CLIP.motion, wild)
+    assert (found.positions == tracked_motion(CLIP.motion, place).positions).all()
+    assert (found.rotations == CLIP.motion.rotations).all()
+
+
 def test_traces_are_those_of_the_run_that_is_exported():
     refined = refine(CLIP.motion, CHAINS, reviewed().state.chosen())
     motion, traces = traced_motion(refined, HAND)
@@ -289,9 +309,27 @@ def test_the_report_says_that_the_tracked_place_moves_every_joint(tmp_path):
     review.do(Track(Tracking((), causal=False, place=True)))
     refined = accepted_motion(CLIP, CHAINS, review.state)
     write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
-    moved = json.loads((tmp_path / "walk_injected.report.json").read_text())["changed"]["moved"]
-    assert moved
-    assert {move["why"] for move in moved} == {"tracking"}
+    changed = json.loads((tmp_path / "walk_injected.report.json").read_text())["changed"]
+    assert (len(changed["moved"]), changed["joints"]) == (len(CLIP.motion.skeleton), [])
+    assert {move["why"] for move in changed["moved"]} == {"tracking"}
+    rewritten = (refined.positions != CLIP.motion.positions).any(axis=(1, 2)).sum()
+    assert changed["frames"] == rewritten > 300
+    page = (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
+    assert "written anew: the place of Hips. Hips and what hangs on it move with the" in page
+    assert page.count(" of the height in ") == 1
+    assert "after the correction: the figure&#39;s place, both ways. What" in page
+    assert "κP" not in page
+
+
+def test_the_report_lists_what_turns_besides_apart_from_what_the_place_carries(tmp_path):
+    review = fresh()
+    review.do(Track(Tracking(("LeftArm",), kp=700.0, kd=20.0, place=True)))
+    refined = accepted_motion(CLIP, CHAINS, review.state)
+    write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
+    page = (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
+    told = re.search(r"<p>Joints written anew: LeftArm, the place of Hips\. (.*?)</p>", page)[1]
+    assert set(re.findall(r"(\w+) (?:moves|and what)", told)) >= {"Hips", "LeftHand"}
+    assert "RightHand" not in told
 
 
 def test_the_report_of_a_review_that_tracks_nothing_has_no_word_of_it(tmp_path):

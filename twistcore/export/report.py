@@ -19,7 +19,7 @@ from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
 from twistcore.encoding import csv_text, encoded, json_bytes
 from twistcore.errors import TwistError
-from twistcore.export.compare import compare, move_to_json
+from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.export.markers import blender_markers
 from twistcore.file_marks import file_mark
 from twistcore.limb import Limb
@@ -31,6 +31,7 @@ from twistcore.review.session import tracking_to_json
 from twistcore.version import __version__
 
 SCHEMA = "twistcore.report/1"
+_TRACKED = "tracking"  # why a joint moved
 # Columns of an interval: what stands there, by the interval and frames a second.
 _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "id": lambda j, _: j.id,
@@ -85,7 +86,7 @@ def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
     document = report_to_json(report)
     page, table, markers, last = report_files(folder, name)
     written = {
-        page: encoded(_html(document)),
+        page: encoded(_html(document, report)),
         table: encoded(intervals_csv(report)),
         markers: encoded(blender_markers(report.clip.name, report.state.intervals)),
     }
@@ -137,7 +138,8 @@ def report_to_json(report: Report) -> dict[str, Any]:
     """The report as one document; degrees, seconds and frames.
 
     tracking: what was tracked with QuaMo after the correction, as in a session, or null; changed:
-    joints that moved, too, by how much and why.
+    frames in which anything turns otherwise or has other position channels, joints that turn, and
+    joints that moved, by how much and why.
     """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
@@ -172,7 +174,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
         "intervals": [_row(j, report) for j in state.intervals],
         "tracking": state.tracking and tracking_to_json(state.tracking),
         "changed": {
-            "frames": difference.frames,
+            "frames": _frames_changed(report, difference),
             "joints": sorted({j.joint for j in difference.joints}),
             "max_deg": max((j.max_degrees for j in difference.joints), default=0.0),
             "max_position_of_height": difference.max_position_of_height,
@@ -235,22 +237,57 @@ def _speed(interval: Interval, fps: float) -> float | None:
     return None if interval.repairable else round(abs(float(np.degrees(interval.size))) * fps, 1)
 
 
-def _why_moved(report: Report, joint: str) -> str:
-    """Kinds of errors whose correction moves a joint, and tracking; '' for none of them."""
-    skeleton, chosen = report.clip.motion.skeleton, report.state.chosen()
-    at, above, why = skeleton.index(joint), set[int](), []
-    parent = int(skeleton.parents[at])
+def _frames_changed(report: Report, difference: Difference) -> int:
+    """In how many frames a row is another one: turned otherwise, or with other positions."""
+    turned = {t for j in difference.joints for t in range(j.start, j.stop)}
+    before, after = report.clip.motion.positions, report.refined.positions
+    placed = np.flatnonzero((before != after).any(axis=(1, 2)))
+    return len(turned.union(placed.tolist()))
+
+
+def _placed(report: Report) -> list[str]:
+    """Joints whose position channels have other numbers, in words."""
+    motion = report.clip.motion
+    other = (motion.positions != report.refined.positions).any(axis=(0, 2))
+    joints = np.array(motion.positioned, dtype=np.intp)[other]
+    return [f"the place of {motion.skeleton.names[j]}" for j in joints]
+
+
+def _above(report: Report, joint: str) -> set[int]:
+    """All joints that a joint hangs on."""
+    skeleton, above = report.clip.motion.skeleton, set[int]()
+    parent = int(skeleton.parents[skeleton.index(joint)])
     while parent >= 0:
         above.add(parent)
         parent = int(skeleton.parents[parent])
+    return above
+
+
+def _hangs_on_tracked(report: Report, joint: str) -> bool:
+    """Whether a joint hangs on one whose rotation was tracked."""
+    tracking, index = report.state.tracking, report.clip.motion.skeleton.index
+    tracked = map(index, tracking.joints) if tracking else ()
+    return not _above(report, joint).isdisjoint(tracked)
+
+
+def _goes_with_place(report: Report, joint: str) -> bool:
+    """Whether a joint is the one whose place was tracked, or hangs on it."""
+    tracking, motion = report.state.tracking, report.clip.motion
+    if tracking is None or not tracking.place:
+        return False
+    return placed_joint(motion) in {motion.skeleton.index(joint), *_above(report, joint)}
+
+
+def _why_moved(report: Report, joint: str) -> str:
+    """Kinds of errors whose correction moves a joint, and tracking; '' for none of them."""
+    chosen, why = report.state.chosen(), []
+    at, above = report.clip.motion.skeleton.index(joint), _above(report, joint)
     for chain in report.chains:
         own = [i for i in chosen if i.chain == chain.name]
         if own and _moves(report.clip.motion, chain, own, at, above):
             why.append(own[0].kind.value)
-    if (tracking := report.state.tracking) is not None:
-        turned = not above.isdisjoint(map(skeleton.index, tracking.joints))
-        if turned or (tracking.place and placed_joint(report.clip.motion) in {at, *above}):
-            why.append("tracking")
+    if _hangs_on_tracked(report, joint) or _goes_with_place(report, joint):
+        why.append(_TRACKED)
     return ", ".join(dict.fromkeys(why))
 
 
@@ -273,7 +310,24 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
     return {name: of(judged, fps) for name, of in _COLUMNS.items()}
 
 
-def _html(document: dict[str, Any]) -> str:
+def _html(document: dict[str, Any], report: Report) -> str:
+    """The page; joints that a tracked place carries along, and nothing else moves, are one line."""
+    moved = document["changed"]["moved"]
+    along = [
+        move
+        for move in moved
+        if move["why"] == _TRACKED
+        and _goes_with_place(report, move["joint"])
+        and not _hangs_on_tracked(report, move["joint"])
+    ]
+    told: dict[str, Any] = {
+        "placed": _placed(report),
+        "moved": [move for move in moved if move not in along],
+        "along": None,
+    }
+    if along:  # the joint whose place it is comes first
+        most = {key: max(move[key] for move in along) for key in ("max_of_height", "frames")}
+        told["along"] = {"joint": along[0]["joint"], **most}
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
         autoescape=True,
@@ -281,4 +335,4 @@ def _html(document: dict[str, Any]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("report.html").render(report=document)
+    return environment.get_template("report.html").render(report=document, **told)

@@ -143,8 +143,13 @@ def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:
-    """Those of the review; of the place, which nobody chooses, those that go with the rate."""
+    """Those of the review; of the place, which nobody chooses, those that go with the rate.
+
+    Where no joint is tracked, those of joints are of nothing and may be any.
+    """
     usual = Gains.by_hand(dt, causal=tracking.causal)
+    if not tracking.joints:
+        return usual
     return replace(usual, kp=tracking.kp, kd=tracking.kd, ka=tracking.ka)
 
 

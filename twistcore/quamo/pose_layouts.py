@@ -80,12 +80,15 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
 # -- who is in it ----------------------------------------------------------------------------------
 
 
-def _persons(path: Path, names: Names) -> dict[Any, Names]:
-    """Names of each person by their number; under None alone where it numbers none."""
-    if isinstance(inside := names.get("outputs"), dict):
-        return _persons(path, inside)
-    if isinstance(inside := names.get("smpl_params_global"), dict):
-        return {k: {**v, _UP: "y"} for k, v in _persons(path, inside).items()}
+def _persons(path: Path, names: Names, *, inside: bool = False) -> dict[Any, Names]:
+    """Names of each person by their number; under None alone where it numbers none.
+
+    inside: of a dict around them already; there is one at most, and in a pickle it may hold itself.
+    """
+    if not inside and isinstance(held := names.get("outputs"), dict):
+        return _persons(path, held, inside=True)
+    if not inside and isinstance(held := names.get("smpl_params_global"), dict):
+        return {k: {**v, _UP: "y"} for k, v in _persons(path, held, inside=True).items()}
     if "smpl_thetas" in names:
         return _by_rows(path, names)
     if _is_layout(names):
@@ -107,9 +110,16 @@ def _is_layout(names: Names) -> bool:
 
 
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
-    """Persons along the first axis, which the root's place then has too."""
+    """Persons along the first axis, which the root's place then has too.
+
+    A second axis of one is a frame of each person where poses of whole bodies have it, too, since
+    no body has one joint alone; else it is nothing.
+    """
     place = names.get(_first(names, _PLACE) or "")
-    if not isinstance(place, np.ndarray) or place.ndim != 3 or place.shape[1] == 1:
+    if not isinstance(place, np.ndarray) or place.ndim != 3:
+        return {None: names}
+    bodies = [_shape(names[n]) for n in (*(row[0] for row in _WHOLE), *_BODY) if n in names]
+    if place.shape[1] == 1 and not any(len(s) > 2 and s[1] == 1 for s in bodies):
         return {None: names}
     used = {n for row in _WHOLE for n in row[:2]} | {*_ROOT, *_BODY, *_PLACE}
     for name in used & names.keys():

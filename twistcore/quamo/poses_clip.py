@@ -36,10 +36,11 @@ def read_poses(
 
     Lengths come from a BVH `template` with the 24 joints, whose rest pose may be another than
     SMPL's (:mod:`rest_pose <twistcore.quamo.rest_pose>`), or from an array `offsets` (24, 3) in
-    metres: the rest that the poses are relative to. unit: metres in one unit of the template,
-    CMU's as a rule. up: the axis that points up in the file, 'y', 'z' or '-y'; None: as the layout
-    has it, or as the figure stands. person: who, where there are several. fps: instead of the
-    file's. What was assumed is in the clip's warnings. Raises PosesError, BvhError, OSError.
+    metres: the rest that the poses are relative to, and where the root rests, with a template too.
+    unit: metres in one unit of the template, CMU's as a rule. up: the axis that points up in the
+    file, 'y', 'z' or '-y'; None: as the layout has it, or as the figure stands. person: who, where
+    there are several. fps: instead of the file's. What was assumed is in the clip's warnings.
+    Raises PosesError, BvhError, OSError.
     """
     poses = find_poses(path, read_names(path), person)
     rate = poses.rate if fps is None else fps
@@ -81,6 +82,8 @@ def _on_skeleton(
         change = rest_change(offsets, given)
     except TwistError as error:
         raise PosesError(f"{template}: {error}") from None
+    if given is not None:
+        offsets[0] = given[0]  # where SMPL's does is one
     return offsets, change.carried(poses.rotations), change.notes
 
 

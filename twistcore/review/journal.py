@@ -32,6 +32,7 @@ from twistcore.review.commands import (
     Edit,
     Insert,
     Redetect,
+    Track,
 )
 from twistcore.review.history import Review
 from twistcore.review.left_out import LeaveOut, spans_from_json
@@ -48,6 +49,7 @@ from twistcore.review.session import (
     tau_to_json,
     tracking_from_json,
     tracking_to_json,
+    tracks_otherwise,
 )
 from twistcore.rig import Rig, rig_from_json, rig_to_json
 
@@ -289,7 +291,12 @@ def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
     return {"session": session_document(clip, state)}
 
 
-_KINDS: Mapping[str, Callable[..., Command]] = {k.__name__: k for k in Command.__subclasses__()}
+# A step of tracking both ways or of the place: a program that knows neither is to stop here.
+_BOTH_WAYS = "TrackBothWays"
+_KINDS: Mapping[str, Callable[..., Command]] = {
+    **{kind.__name__: kind for kind in Command.__subclasses__()},
+    _BOTH_WAYS: Track,
+}
 # How fields of commands are written and read, where not as they are, and their names if others.
 _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "ids": (list, tuple),
@@ -314,9 +321,10 @@ _NAMES = {"tau": "tau_deg"}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
-    """A command as data: its class name, then its fields in their order."""
+    """A command as data: its verb, as a rule its class name, then its fields in their order."""
     fields = {_NAMES.get(k, k): _FORMS.get(k, _PLAIN)[0](v) for k, v in vars(command).items()}
-    return {"do": type(command).__name__, **fields}
+    other = isinstance(command, Track) and tracks_otherwise(command.tracking)
+    return {"do": _BOTH_WAYS if other else type(command).__name__, **fields}
 
 
 def command_from_json(entry: Mapping[str, Any]) -> Command:

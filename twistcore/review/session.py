@@ -56,7 +56,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
     The oldest schema that can say it: older programs read what has nothing new in it.
     """
     tracking = state.tracking
-    otherwise = tracking is not None and (tracking.place or not tracking.causal)
+    otherwise = tracks_otherwise(tracking)
     kinds = otherwise or bool(state.rig) or _needs_kinds(clip, state)
     document = {
         "schema": LIMBS_SCHEMA if kinds else SCHEMA,
@@ -172,6 +172,14 @@ def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
 def tau_from_json(entry: Mapping[str, Any]) -> dict[str, float]:
     """The reverse; AttributeError or TypeError where it is damaged."""
     return {name: float(np.radians(t)) for name, t in entry.items()}
+
+
+def tracks_otherwise(tracking: Tracking | None) -> bool:
+    """Whether it tracks both ways or the place.
+
+    The first programs that track know neither: they would leave the keys that say so.
+    """
+    return tracking is not None and (tracking.place or not tracking.causal)
 
 
 def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
