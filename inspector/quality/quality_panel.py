@@ -72,6 +72,7 @@ class QualityPanel(QWidget):
         over_time = QWidget()
         vbox(self.curve_words, (self.plot, 1), owner=over_time, margins=(0, 0, 0, 0), spacing=2)
         self.page = TrackPage(self._document, self.tracked, theme, self._actions)
+        self.page.all_asked.connect(lambda: self.choose(*self.model.rows))
         split = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         for place, (part, stretch) in enumerate(((self.table, 3), (over_time, 2))):
             split.addWidget(part)

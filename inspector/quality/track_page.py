@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QButtonGroup,
@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
-from inspector.widgets.building import Wrapping, action_button, hbox, soft, vbox
+from inspector.widgets.building import Wrapping, action_button, hbox, soft, tool_button, vbox
 from inspector.widgets.labels import Caption, inked
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
@@ -40,6 +40,8 @@ _HIGHEST = 10000.0  # above what any frame rate asks for
 
 class TrackPage(QWidget):
     """Shows what it is told of; the buttons are the window's actions."""
+
+    all_asked = Signal()
 
     def __init__(
         self, document: Document, tracked: Tracked, theme: Theme, actions: Mapping[str, QAction]
@@ -92,6 +94,8 @@ class TrackPage(QWidget):
         self.joints = soft(QLabel())
         self.joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.buttons.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.all = tool_button("All", "Select every joint, and the place", flat=False)
+        self.all.clicked.connect(self.all_asked)
         self.done = Caption(soft=True)
         self.done.hide()
         self.gain_words, self.part_words = Caption(), Caption()
@@ -115,7 +119,7 @@ class TrackPage(QWidget):
         pairs = ((self.both_ways, self.causal), (self.hand, self.learned))
         ways = hbox(*(hbox(*pair, spacing=4) for pair in pairs), None, spacing=14)
         gains = Wrapping(ways, hbox(*self.boxes.values(), None, spacing=4), spacing=4)
-        acting = hbox((self.joints, 1), self.buttons, spacing=6)
+        acting = hbox((self.joints, 1), self.all, self.buttons, spacing=6)
         content = self.warning, gains, acting, self.done, (plots, 1)
         vbox(*content, owner=self, margins=(0, 4, 0, 0), spacing=3)
 
@@ -216,6 +220,7 @@ class TrackPage(QWidget):
         said = f"Selected: {_listed(chosen, place)}" if chosen else "Select joints in the table"
         self.joints.setText(said)
         self.joints.setToolTip(said)
+        self.all.setEnabled(len(chosen) < len(rows))
         self.done.setVisible(result is not None)
         if result is not None:
             tracking = result.wanted.tracking

@@ -151,6 +151,16 @@ def shown_motion(document):
     return refine(document.data.motion, document.data.chains, chosen)
 
 
+def test_one_button_selects_all_there_is_to_track(qtbot, quality):
+    assert len(quality.chosen) < len(quality.model.rows)
+    quality.page.all.click()
+    assert set(quality.chosen) == set(quality.model.rows)
+    assert PLACE in quality.chosen
+    qtbot.waitUntil(lambda: not quality.page.all.isEnabled())
+    quality.choose("LeftForeArm")
+    qtbot.waitUntil(quality.page.all.isEnabled)
+
+
 def test_a_rejected_interval_is_tracked_anew_with_its_error(qtbot, window, quality):
     track(qtbot, quality, "LeftForeArm")
     first = quality.tracked.result
