@@ -12,7 +12,7 @@ from twistcore.quamo.both_ways import half_way
 from twistcore.quamo.network import read_network
 from twistcore.quamo.state_space import FIRST_ORDER
 from twistcore.quamo.track_clip import placed_joint, track_by_hand
-from twistcore.quamo.tracker import LOST_AFTER
+from twistcore.quamo.tracker import LOST_AFTER, apart_sentence, snap_sentences
 from twistcore.quamo.weights import weights_file
 from twistcore.rotation import (
     exponential,
@@ -23,6 +23,7 @@ from twistcore.rotation import (
 )
 
 Z = np.array([0.0, 0.0, 1.0])
+WAYS = slice(None), slice(None, None, -1)
 RATES = st.sampled_from([1.0 / 120.0, 1.0 / 30.0, 0.04])
 
 
@@ -137,6 +138,24 @@ def test_a_joint_that_lost_the_input_in_either_pass_is_flagged():
     found = track_both_ways(q, np.zeros((60, 3)), 1.0 / 120.0, weak)
     expected = [[30 - LOST_AFTER, 1], [30 + LOST_AFTER - 1, 1]]
     assert np.argwhere(found.snapped).tolist() == expected
+    (said,) = snap_sentences(found.snapped, ("a", "b"), causal=False)
+    assert "b had lost the input by more than 90° in a pass and was set onto it there" in said
+
+
+def test_where_the_passes_lie_far_apart_is_flagged_and_said():
+    angle = np.radians(np.where(np.arange(60) < 30, 0.0, 170.0))
+    q = quaternion_from_axis_angle(Z, np.stack([angle, 0.2 * angle], axis=1))
+    found, one = (f(q, np.zeros((60, 3)), 0.04, HandGains()) for f in (track_both_ways, track))
+    ahead, back = (track(q[w], np.zeros((60, 3)), 0.04, HandGains(causal=False)).q[w] for w in WAYS)
+    np.testing.assert_array_equal(found.apart, geodesic_angle(ahead, back) > np.pi / 2.0)
+    at = np.flatnonzero(found.apart[:, 0])
+    assert len(at)
+    assert not found.apart[:, 1].any()
+    assert one.apart is None
+    said = apart_sentence(found.apart, ("a", "b"))
+    assert f"90° apart, a at frames {at[0]}–{at[-1]}: " in said
+    assert apart_sentence(found.apart[:, 1:], ("b",)) == ""
+    assert "; 3 more joints:" in apart_sentence(found.apart[:, [0] * 9], "abcdefghi")
 
 
 def test_steps_are_those_of_each_direction_in_the_order_of_the_frames():
@@ -176,8 +195,9 @@ def test_the_place_is_that_of_the_topmost_joint_that_moves(dirty_walk):
     hips = motion.translation(0)
     still = np.broadcast_to(hips[:1], hips.shape)
     assert placed_joint(motion) == 0
-    below = replace(motion, positioned=(0, 1), positions=np.stack([still, hips], axis=1))
-    assert placed_joint(below) == 1
+    back = motion.skeleton.index("LowerBack")  # 20 of 31 joints hang on it
+    below = replace(motion, positioned=(0, back), positions=np.stack([still, hips], axis=1))
+    assert placed_joint(below) == back
     found = track_by_hand(below, np.zeros(0, dtype=np.int64), causal=False, place=True).motion
     assert (found.positions[:, 0] == still).all()
     expected = track_both_ways(np.zeros((59, 0, 4)), hips, motion.frame_time, HandGains()).r

@@ -139,6 +139,30 @@ def test_the_causal_way_says_what_it_does_not_do_and_the_other_what_it_needs(cap
     assert len(before.values) == len(after.values)
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--kp", 0), "a joint does not follow, κP is 0; the place lags 18 ms"),
+        (("--fps", 4), "a joint runs 16 ms ahead and overshoots a step by 15 %"),
+    ],
+)
+def test_a_lag_that_is_none_is_said_in_other_words(capsys, tmp_path, options, said):
+    words = ("refine", WALK, "-o", tmp_path / "out.bvh", "--causal", *options)
+    code, told, _ = run_quamo(capsys, *words)
+    assert (code, said in told, "inf" in told, "-16" in told) == (0, True, False, False)
+
+
+def test_passes_that_lie_far_apart_are_said(capsys, tmp_path):
+    words = ("refine", DIRTY, "-o", tmp_path / "out.bvh")
+    err = run_quamo(capsys, *words)[2]
+    assert err.count("the two passes lie more than 90° apart") == 1
+    assert "90° apart" not in run_quamo(capsys, *words, "--causal")[2]
+    weak = (*words, "--joints", "LeftForeArm", "--kp", 5)
+    lost = "LeftForeArm had lost the input by more than 90°"
+    assert f"{lost} in a pass and was set onto it there at frame" in run_quamo(capsys, *weak)[2]
+    assert f"{lost} and was set onto it at frame" in run_quamo(capsys, *weak, "--causal")[2]
+
+
 def test_a_figure_without_a_place_is_tracked_without_one(capsys, tmp_path):
     text = WALK.read_text(encoding="ascii").replace(
         "CHANNELS 6 Xposition Yposition Zposition", "CHANNELS 3", 1
@@ -150,6 +174,11 @@ def test_a_figure_without_a_place_is_tracked_without_one(capsys, tmp_path):
     source.write_text("\n".join([head + "Frame Time" + rate, *rows, ""]), encoding="ascii")
     code, told, _ = run_quamo(capsys, "refine", source, "-o", out)
     assert (code, "31 joints tracked" in told, "the place" in told) == (0, True, False)
+    out.unlink()
+    for way in ((), ("--method", "spline")):
+        code, told, err = run_quamo(capsys, "refine", source, "-o", out, "--root-position", *way)
+        assert (code, told, out.exists()) == (2, "", False)
+        assert "expected position channels, of the root as a rule, to track the place" in err
 
 
 def test_refine_warns_of_twist_errors_that_tracking_would_smear(capsys, tmp_path):
@@ -194,6 +223,10 @@ def test_the_spline_smooths_the_file_and_says_so(capsys, tmp_path, options, cuto
         (("--gains", "learned", "--kp", "600"), "--kp is a gain of hands"),
         (("--gains", "learned", "--ka", "0"), "--ka is a gain of hands"),
         (("--gains", "learned", "--weights", "missing.npz"), "missing.npz"),
+        (("--weights", "missing.npz"), "--weights is of learned gains"),
+        (("--person", "1"), "--person is of a file of poses"),
+        (("--up", "y"), "--up is of a file of poses"),
+        (("--template", DANCE), "--template is of a file of poses"),
     ],
 )
 def test_refusals_are_one_sentence_and_write_nothing(options, what, capsys, tmp_path):

@@ -81,6 +81,19 @@ def test_a_clip_too_short_to_bend_stays(frames):
     np.testing.assert_array_equal(smoothed(values, 4.0, DT), values)
 
 
+@pytest.mark.parametrize("cutoff", [0.0, 4.0, 100.0])
+def test_of_what_cannot_bend_no_cut_off_is_asked(cutoff):
+    values = np.arange(6.0).reshape(2, 3)
+    np.testing.assert_array_equal(smoothed(values, cutoff, 0.2), values)
+
+
+@pytest.mark.parametrize("rate", [0.5, 1.0, 4.0, 5.0, 7.0, 10.0, 24.0])
+def test_the_usual_cut_off_is_one_that_every_rate_can_have(rate):
+    values = np.random.default_rng(0).normal(size=(9, 3))
+    assert np.abs(smoothed(values, usual_cutoff(1.0 / rate), 1.0 / rate) - values).max() > 1e-3
+    assert usual_cutoff(1.0 / rate) <= 0.4 * rate
+
+
 @pytest.mark.parametrize("cutoff", [0.0, -1.0, 12.5, np.nan, np.inf])
 def test_a_cut_off_that_the_rate_cannot_have_is_refused(cutoff):
     with pytest.raises(TwistError, match=r"below 12\.5 Hz"):

@@ -17,14 +17,18 @@ from twistcore.chain import find_chains
 from twistcore.cli.output import refuse_overwrite, tell_jumps
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
+from twistcore.motion import Motion
 from twistcore.quality.figure_quality import quality_before_and_after
 from twistcore.quamo.network import read_network
+from twistcore.quamo.pieces import cuts_behind
 from twistcore.quamo.pose_files import holds_poses
 from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.response import lags, overshoots
+from twistcore.quamo.response import lags, overshoots, response_words
 from twistcore.quamo.spline import usual_cutoff
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
+    Tracked,
+    check_place,
     chosen_joints,
     joints_of_24,
     left_out,
@@ -33,7 +37,7 @@ from twistcore.quamo.track_clip import (
     track_by_hand,
     track_learned,
 )
-from twistcore.quamo.tracker import snap_sentences
+from twistcore.quamo.tracker import apart_sentence, frames_listed, snap_sentences
 from twistcore.quamo.weights import weights_file
 
 _NAMED = 6  # joints, of those left as they are
@@ -57,6 +61,8 @@ def refine(arguments: argparse.Namespace) -> int:
     try:
         joints = chosen_joints(motion.skeleton, arguments.joints)
         first, placed = leading_frames(motion), placed_joint(motion)
+        if arguments.root_position:
+            check_place(motion)
         place = placed is not None and _wants_place(arguments, joints, placed)
         if spline:
             made = smooth_clip(motion, joints, cutoff, place=place, first=first)
@@ -74,8 +80,7 @@ def refine(arguments: argparse.Namespace) -> int:
     _warn_of_twist(clip, joints.tolist())
     tell_jumps(arguments.output, write_bvh(clip, made, arguments.output))
     if not spline:
-        for sentence in snap_sentences(found.snapped, motion.skeleton.names):
-            print(f"{arguments.clip}: {sentence}", file=sys.stderr)
+        _warn_of_lost(arguments, found, motion.skeleton.names)
     name = motion.skeleton.names[placed] if placed is not None else ""
     print(
         f"{arguments.output}: {len(joints)} joint{'' if len(joints) == 1 else 's'}"
@@ -91,6 +96,8 @@ def refine(arguments: argparse.Namespace) -> int:
     print(f"  {_SPLINE_WAY if spline else way}")
     if first:
         print(f"  frames before {first} are no capture and were left as they are")
+    if not arguments.causal and (cut := _cut_words(motion, first)):
+        print(f"  {cut}: nothing was smoothed across")
     given, made = (m.sliced(first, m.frames) for m in (motion, made))
     if measured := quality_before_and_after(given, made, unit):
         before, after = measured
@@ -115,6 +122,9 @@ def _read(arguments: argparse.Namespace) -> Clip:
         for warning in clip.warnings:
             print(f"{arguments.clip}: {warning}", file=sys.stderr)
         return clip
+    for name in ("template", "up", "person"):
+        if getattr(arguments, name) is not None:
+            raise TwistError(f"--{name} is of a file of poses: expected none with a BVH")
     return read_bvh(arguments.clip, fps=arguments.fps)
 
 
@@ -123,6 +133,8 @@ def _refuse_of_other_method(arguments: argparse.Namespace) -> None:
     if arguments.method != "spline":
         if arguments.cutoff is not None:
             raise TwistError("--cutoff is of the spline: expected --method spline with it")
+        if arguments.weights is not None and arguments.gains != "learned":
+            raise TwistError("--weights is of learned gains: expected --gains learned with it")
         return
     given = {"gains": arguments.gains == "learned", "causal": arguments.causal}
     given |= {k: getattr(arguments, k) is not None for k in ("weights", "kp", "kd", "ka")}
@@ -154,6 +166,13 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
+def _cut_words(motion: Motion, first: int) -> str:
+    """'cut at frame 120', 'cuts at frames 120, 300–305' of a clip, '' for none."""
+    cut = np.zeros(motion.frames, dtype=np.bool_)
+    cut[cuts_behind(motion, first)] = True
+    return f"cut{'' if cut.sum() == 1 else 's'} at {frames_listed(cut)}" if cut.any() else ""
+
+
 def _told(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> str:
     if arguments.method == "spline":
         return f"smoothed by a spline, cut-off {cutoff:.2g} Hz"
@@ -172,10 +191,17 @@ def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
     words = "causal: no frame depends on a later one"
     what = ("a joint", "the place")[: 1 + place]
     for name, late, over in zip(what, lags(gains, dt), overshoots(gains, dt), strict=False):
-        words += (
-            f"; {name} lags {1000.0 * late:.0f} ms and overshoots a step by {100.0 * over:.0f} %"
-        )
+        words += f"; {response_words(name, late, over)}"
     return words
+
+
+def _warn_of_lost(arguments: argparse.Namespace, found: Tracked, names: Sequence[str]) -> None:
+    """Say where the tracker did not follow: joints set onto the input, passes far apart."""
+    said = [*snap_sentences(found.snapped, names, causal=arguments.causal)]
+    if apart := apart_sentence(found.apart, names):
+        said.append(apart)
+    for sentence in said:
+        print(f"{arguments.clip}: {sentence}", file=sys.stderr)
 
 
 def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:

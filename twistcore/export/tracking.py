@@ -20,9 +20,9 @@ from twistcore.quamo.state_space import Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
 from twistcore.quamo.track_clip import (
     Tracked,
+    check_place,
     chosen_joints,
     joints_of_24,
-    placed_joint,
     track_by_hand,
     track_learned,
 )
@@ -81,8 +81,8 @@ def knows_learned(motion: Motion) -> bool:
 def check_tracking(motion: Motion, tracking: Tracking) -> None:
     """TwistError in one sentence where this tracking cannot be done in this motion."""
     joints = _joints(motion, tracking)
-    if tracking.place and placed_joint(motion) is None:
-        raise TwistError("expected position channels, of the root as a rule, to track the place")
+    if tracking.place:
+        check_place(motion, learned=tracking.learned)
     if not tracking.learned:
         check_stability(_gains(tracking, motion.frame_time), motion.frame_time)
         return
@@ -110,7 +110,7 @@ def traced_motion(motion: Motion, tracking: Tracking, tell: Tell = nobody) -> tu
     own = found.joints.tolist()
     columns = np.array([own.index(j) for j in joints.tolist()], dtype=np.intp)
     names = tuple(motion.skeleton.names[j] for j in joints)
-    rows = [_rows(steps, columns) for steps in found.passes]
+    rows = [_rows(steps, columns) for steps in found.passes or ((),)]
     gains, parts, seen = (np.sum(x, axis=0) for x in zip(*rows, strict=True))
     there = seen > 0  # where a pass begins is the start itself, not a step
     share = seen[there, None, None]

@@ -23,7 +23,7 @@ import numpy as np
 
 from twistcore.progress import Tell, nobody
 from twistcore.quamo.state_space import EXACT, Parts
-from twistcore.quamo.tracker import Controller, State, Step, Track, track
+from twistcore.quamo.tracker import LOST_COSINE, Controller, State, Step, Track, track
 from twistcore.rotation import Array, normalise
 
 _FORWARDS, _BACKWARDS = 0, 1
@@ -43,9 +43,9 @@ def track_both_ways(
 
     q̂ (frames, …, joints, 4), r̂ (frames, …, 3) as for :func:`track`, which steps both directions at
     once. The quaternions are in the hemisphere of the pass forwards. snapped: joints that were set
-    onto the reference in either pass; steps: those forwards; steps_back: those backwards, in the
-    order of the frames. The frames at which the two passes begin are the start itself: the first
-    of `steps`, the last of `steps_back`.
+    onto the reference in either pass; apart: those that the two leave more than 90° apart; steps:
+    those forwards; steps_back: those backwards, in the order of the frames. The frames at which the
+    two passes begin are the start itself: the first of `steps`, the last of `steps_back`.
     """
     q_two, r_two = np.stack([q_hat, q_hat[::-1]], 1), np.stack([r_hat, r_hat[::-1]], 1)
     found = track(
@@ -57,12 +57,14 @@ def track_both_ways(
         keep_steps=keep_steps,
         tell=tell,
     )
+    ahead, back = found.q[:, _FORWARDS], found.q[::-1, _BACKWARDS]
     return Track(
-        half_way(found.q[:, _FORWARDS], found.q[::-1, _BACKWARDS]),
+        half_way(ahead, back),
         0.5 * (found.r[:, _FORWARDS] + found.r[::-1, _BACKWARDS]),
         found.snapped[:, _FORWARDS] | found.snapped[::-1, _BACKWARDS],
         tuple(_of_direction(step, _FORWARDS) for step in found.steps),
         tuple(_of_direction(step, _BACKWARDS) for step in reversed(found.steps)),
+        np.abs(np.einsum("...i,...i->...", ahead, back)) < LOST_COSINE,
     )
 
 

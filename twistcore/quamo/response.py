@@ -35,3 +35,15 @@ def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
     found = track(q, r, dt, HandGains(gains))
     turned = 2.0 * np.arctan2(found.q[:, 0, 1], found.q[:, 0, 0])
     return max(float(turned.max() / _STEP) - 1.0, 0.0), max(float(found.r.max()) - 1.0, 0.0)
+
+
+def response_words(name: str, late: float, over: float) -> str:
+    """What a causal pass of hand gains does to `name`: its lag in seconds and overshoot, in words.
+
+    At a few frames a second it runs ahead of what moves steadily, where κP is 0 it does not follow.
+    """
+    if not np.isfinite(late):
+        return f"{name} does not follow, κP is 0"
+    ms = round(1000.0 * abs(late))
+    way = f"lags {ms} ms" if late > 0.0 or ms == 0 else f"runs {ms} ms ahead"
+    return f"{name} {way} and overshoots a step by {100.0 * over:.0f} %"

@@ -26,6 +26,7 @@ from twistcore.rotation import Array, continuous, normalise
 # Hz at 25 Hz; chosen on the training subjects by `python -m benchmarks.quamo_tune_rivals FOLDER`.
 CUTOFF = 4.0
 PLACE_SHARE = 0.75  # cut-off of the root's place, of that of rotations: 3 Hz
+_HIGHEST_USUAL = 0.4  # usual cut-off times frame time
 _LOWEST = 1e-3  # cut-off times frame time
 _SECOND = np.array([1.0, -2.0, 1.0])  # the second difference
 
@@ -35,24 +36,26 @@ def usual_cutoff(dt: float) -> float:
 
     The noise of a frame is taken to be as large at any rate. In a second of more frames it then
     weighs less, in proportion to Δt, and so may f⁻⁴, what the best spline weighs roughness with.
+    Below 7.4 Hz it is 0.4 of the frame rate, which a rate can always have.
     """
-    return float(CUTOFF * (NETWORK_DT / dt) ** 0.25)
+    return float(min(CUTOFF * (NETWORK_DT / dt) ** 0.25, _HIGHEST_USUAL / dt))
 
 
 def smoothed(values: Array, cutoff: float, dt: float) -> Array:
     """The smoothing spline of numbers over time, (frames, …), frame time dt in seconds.
 
-    Fewer than three frames stay as they are. TwistError where the cut-off (Hz) is below a
-    thousandth of the frame rate, where rounding would bend the result, or not below its half.
+    Fewer than three frames stay as they are, whatever the cut-off. TwistError where the cut-off
+    (Hz) is below a thousandth of the frame rate, where rounding would bend the result, or not below
+    its half.
     """
+    frames = len(values)
+    if frames < 3:
+        return values.copy()
     if not (np.isfinite(cutoff) and _LOWEST <= cutoff * dt < 0.5):
         raise TwistError(
             f"expected a cut-off from {_LOWEST / dt:.4g} Hz, a thousandth of the frame rate, to "
             f"below {0.5 / dt:.4g} Hz, its half, found {cutoff:g}"
         )
-    frames = len(values)
-    if frames < 3:
-        return values.copy()
     weight = (2.0 * np.sin(np.pi * cutoff * dt)) ** -4
     bands = np.zeros((3, frames))  # of the upper half, the diagonal last
     for i, here in enumerate(_SECOND):

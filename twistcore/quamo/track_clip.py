@@ -1,21 +1,23 @@
 """A clip tracked: chosen joints, hand gains at its own rate or learned ones at 25 Hz.
 
-Causal, or both ways where the whole clip is there.
+Causal, or both ways where the whole clip is there: then between its cuts, each capture alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton
-from twistcore.progress import Tell, nobody
+from twistcore.progress import Tell, nobody, part
 from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.network import Network
+from twistcore.quamo.pieces import pieces
 from twistcore.quamo.resample import corrected, resampled, sample_times
 from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
 from twistcore.quamo.state_space import NETWORK_DT, Gains
@@ -28,15 +30,17 @@ _STILL = 1e-4  # of a quaternion; of the largest way that a place moves
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A tracked motion; snapped: joints set onto the input, (frames, joints of the skeleton).
+    """A tracked motion.
 
-    passes: every step forwards, if asked for, and then those backwards, if both ways; at: when each
-    was, in frames of the clip (not whole at 25 Hz); joints: the skeleton's index of each joint of a
-    step.
+    snapped: joints set onto the input, apart: joints that two passes leave more than 90° from one
+    another, each (frames, joints of the skeleton); passes: every step forwards, if asked for, and
+    then those backwards, if both ways; at: when each was, in frames of the clip (not whole at 25
+    Hz); joints: the skeleton's index of each joint of a step.
     """
 
     motion: Motion
     snapped: NDArray[np.bool_]
+    apart: NDArray[np.bool_]
     passes: tuple[tuple[Step, ...], ...]
     at: Array
     joints: NDArray[np.int64]
@@ -68,13 +72,33 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """The joint whose place is the figure's: the topmost whose position channels move.
+    """The joint whose place is the figure's: the topmost that moves with half of the joints on it.
 
-    As a rule the root; in some rigs that stands still and the hips below it move. None where no
-    joint has position channels; the topmost that has some where nothing moves.
+    As a rule the root; in some rigs that stands still and the hips below it move. The root where no
+    such joint moves. None where neither has position channels. What moves in a T-pose at an end or
+    across a cut does not count.
     """
+    skeleton = motion.skeleton
+    carried = np.ones(len(skeleton), dtype=np.int64)  # joints, with the one they hang on
+    for joint in range(len(skeleton) - 1, -1, -1):
+        if (parent := skeleton.parents[joint]) >= 0:
+            carried[parent] += carried[joint]
+    able = [j for j in motion.positioned if 2 * carried[j] >= len(skeleton)]
+    roots = [j for j in motion.positioned if skeleton.parents[j] < 0]
     moving = _moving(motion)
-    return (*moving, *motion.positioned, None)[0]
+    return (*(j for j in able if j in moving), *roots, *able, None)[0]
+
+
+def check_place(motion: Motion, *, learned: bool = False) -> None:
+    """TwistError in one sentence where the place of the figure cannot be tracked."""
+    if (placed := placed_joint(motion)) is None:
+        raise TwistError("expected position channels, of the root as a rule, to track the place")
+    if learned and placed != (root := int(find_topology(motion.skeleton).joints[0])):
+        names = motion.skeleton.names
+        raise TwistError(
+            f"learned gains know the place of {names[root]!r} alone, and the figure's is that of "
+            f"{names[placed]!r}: expected gains of hands, or tracking without the place"
+        )
 
 
 def left_out(
@@ -85,7 +109,7 @@ def left_out(
     joints: whose rotation is tracked or smoothed; placed: whose place is, None for none.
     """
     names = motion.skeleton.names
-    turned = np.ptp(motion.rotations, axis=0).max(axis=-1) > _STILL
+    turned = _largest_way(motion, motion.rotations) > _STILL
     turning = np.setdiff1d(np.flatnonzero(turned), joints)
     return (
         tuple(names[int(j)] for j in turning),
@@ -95,9 +119,17 @@ def left_out(
 
 def _moving(motion: Motion) -> list[int]:
     """Joints whose position channels move, more than by the rounding of what is written."""
-    way = np.ptp(motion.positions, axis=0).max(axis=-1, initial=0.0)
+    way = _largest_way(motion, motion.positions)
     least = _STILL * way.max(initial=0.0)
     return [j for j, w in zip(motion.positioned, way, strict=True) if w > least]
+
+
+def _largest_way(motion: Motion, values: Array) -> Array:
+    """How far numbers (frames, n, components) go within a capture of the motion, (n,)."""
+    way = np.zeros(values.shape[1])
+    for start, stop in pieces(motion, leading_frames(motion)):
+        way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
+    return way
 
 
 def track_by_hand(
@@ -113,28 +145,27 @@ def track_by_hand(
 ) -> Tracked:
     """Hand gains at the clip's own rate, those that follow the rate if none are given.
 
-    causal: False for both ways, see :func:`track_both_ways`; place: track the place of
-    :func:`placed_joint` as well, if there is one; first: where to start, earlier frames stay (a
-    T-pose); tell: called with the share that is done. Raises UnstableGainsError where the gains
-    diverge at this rate.
+    causal: False for both ways, see :func:`track_both_ways`, each of :func:`pieces` alone; place:
+    track the place of :func:`placed_joint` as well, if there is one; first: where to start, earlier
+    frames stay (a T-pose); tell: called with the share that is done. Raises UnstableGainsError
+    where the gains diverge at this rate.
     """
     placed = placed_joint(motion) if place else None
-    root = np.zeros((motion.frames - first, 3))
-    if placed is not None:
-        root = motion.translation(placed)[first:]
-    found = (track if causal else track_both_ways)(
-        motion.rotations[first:, joints],
-        root,
-        motion.frame_time,
-        HandGains(gains),
-        keep_steps=keep_steps,
-        tell=tell,
-    )
-    snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
-    snapped[first:, joints] = found.snapped
-    tracked = _written(motion, first, joints, found.q, placed, found.r)
-    at = np.arange(first, motion.frames, dtype=np.float64)
-    return Tracked(tracked, snapped, _passes(found), at, joints)
+    root = np.zeros((motion.frames, 3)) if placed is None else motion.translation(placed)
+    way = track if causal else track_both_ways
+
+    def run(start: int, stop: int, tell: Tell) -> _Piece:
+        found = way(
+            motion.rotations[start:stop, joints],
+            root[start:stop],
+            motion.frame_time,
+            HandGains(gains),
+            keep_steps=keep_steps,
+            tell=tell,
+        )
+        return _Piece(found, np.arange(start, stop, dtype=np.float64), found.q, found.r)
+
+    return _tracked(motion, _spans(motion, first, causal), run, joints, joints, placed, tell)
 
 
 def track_learned(
@@ -153,35 +184,39 @@ def track_learned(
 
     A frame waits for the next sample of 25 Hz. unit: metres in one unit of the clip. All 24 joints
     are tracked, since the network looks at the whole body, and only `joints` are changed.
-    causal: False for both ways, the network started at either end; tell: called with the share that
-    is done.
+    causal: False for both ways, each of :func:`pieces` alone, the network started at either end of
+    it; place: as :func:`check_place` allows; tell: called with the share that is done.
     """
     topology = find_topology(motion.skeleton)
     scale = metres_per_unit(motion.skeleton, unit)
     if not motion.positioned or motion.positioned[0] != topology.joints[0]:
         raise TwistError("expected positions of the root for learned gains")
-    part = motion.sliced(first, motion.frames)
-    q, r = topology.reduced(part.rotations), scale * part.positions[:, 0]
-    times = sample_times(len(q), motion.frame_time)
-    q_in, r_in = resampled(q, r, times)
-    found = (track if causal else track_both_ways)(
-        q_in,
-        r_in,
-        NETWORK_DT,
-        network.started(q_in, r_in),
-        integration=network.integration,
-        keep_steps=keep_steps,
-        tell=tell,
-    )
-    q_new, r_new = corrected(q, r, times, q_in, r_in, found.q, found.r)
-    restored = topology.restored(q_new, part.rotations)
+    if place:
+        check_place(motion, learned=True)
     able = joints_of_24(motion.skeleton, joints, strict=False)
+    way = track if causal else track_both_ways
+
+    def run(start: int, stop: int, tell: Tell) -> _Piece:
+        own = motion.sliced(start, stop)
+        q, r = topology.reduced(own.rotations), scale * own.positions[:, 0]
+        times = sample_times(len(q), motion.frame_time)
+        q_in, r_in = resampled(q, r, times)
+        found = way(
+            q_in,
+            r_in,
+            NETWORK_DT,
+            network.started(q_in, r_in),
+            integration=network.integration,
+            keep_steps=keep_steps,
+            tell=tell,
+        )
+        q_new, r_new = corrected(q, r, times, q_in, r_in, found.q, found.r)
+        restored = topology.restored(q_new, own.rotations)
+        return _Piece(found, start + times, restored[:, able], r_new / scale)
+
     placed = motion.positioned[0] if place else None
-    tracked = _written(motion, first, able, restored[:, able], placed, r_new / scale)
-    snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
-    shown_at = first + np.ceil(times - 1e-9).astype(np.intp)
-    snapped[shown_at[:, None], topology.joints] = found.snapped
-    return Tracked(tracked, snapped, _passes(found), first + times, topology.joints)
+    spans = _spans(motion, first, causal)
+    return _tracked(motion, spans, run, able, topology.joints, placed, tell)
 
 
 def smooth_clip(
@@ -192,7 +227,7 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """No tracker: a smoothing spline of the whole clip, which must be there to its end.
+    """No tracker: a smoothing spline of each of :func:`pieces`, which must be there to its end.
 
     cutoff: of rotations, Hz, :func:`usual_cutoff` if none is given; the place's is three quarters
     of it. The other words are those of :func:`track_by_hand`. TwistError where the clip's rate
@@ -200,28 +235,82 @@ def smooth_clip(
     """
     dt, placed = motion.frame_time, placed_joint(motion) if place else None
     cutoff = usual_cutoff(dt) if cutoff is None else cutoff
-    q = smoothed_rotations(motion.rotations[first:, joints], cutoff, dt)
-    r = np.zeros((motion.frames - first, 3))
-    if placed is not None:
-        r = smoothed(motion.translation(placed)[first:], PLACE_SHARE * cutoff, dt)
-    return _written(motion, first, joints, q, placed, r)
+    parts = []
+    for start, stop in pieces(motion, first):
+        q = smoothed_rotations(motion.rotations[start:stop, joints], cutoff, dt)
+        r = np.zeros((stop - start, 3))
+        if placed is not None:
+            r = smoothed(motion.translation(placed)[start:stop], PLACE_SHARE * cutoff, dt)
+        parts.append((start, q, r))
+    return _written(motion, joints, placed, parts)
 
 
-def _passes(found: Track) -> tuple[tuple[Step, ...], ...]:
-    return tuple(steps for steps in (found.steps, found.steps_back) if steps)
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """Frames tracked in one go.
+
+    at: when the steps were, in frames of the clip; q (frames, joints, 4), r (frames, 3): to write.
+    """
+
+    found: Track
+    at: Array
+    q: Array
+    r: Array
+
+
+def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
+    """What is tracked in one go; causally all: a stream is never known to have been cut."""
+    return ((first, motion.frames),) if causal else pieces(motion, first)
+
+
+def _tracked(
+    motion: Motion,
+    spans: Sequence[tuple[int, int]],
+    run: Callable[[int, int, Tell], _Piece],
+    joints: NDArray[np.int64],
+    stepped: NDArray[np.int64],
+    placed: int | None,
+    tell: Tell,
+) -> Tracked:
+    """What `run` makes of every span; joints: to be written; stepped: those of a step."""
+    snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
+    apart = np.zeros_like(snapped)
+    frames = sum(stop - start for start, stop in spans)
+    done, parts = 0, []
+    at: list[Array] = [np.zeros(0)]
+    ahead: list[Step] = []
+    back: list[Step] = []
+    for start, stop in spans:
+        told, done = done, done + stop - start
+        made = run(start, stop, part(tell, told / frames, done / frames))
+        parts.append((start, made.q, made.r))
+        at.append(made.at)
+        ahead += made.found.steps
+        back += made.found.steps_back
+        shown_at = np.ceil(made.at - 1e-9).astype(np.intp)[:, None]
+        snapped[shown_at, stepped] = made.found.snapped
+        if made.found.apart is not None:
+            apart[shown_at, stepped] = made.found.apart
+    return Tracked(
+        _written(motion, joints, placed, parts),
+        snapped,
+        apart,
+        tuple(tuple(steps) for steps in (ahead, back) if steps),
+        np.concatenate(at),
+        stepped,
+    )
 
 
 def _written(
     motion: Motion,
-    first: int,
     joints: NDArray[np.int64],
-    q: Array,
     placed: int | None,
-    r: Array,
+    parts: Sequence[tuple[int, Array, Array]],
 ) -> Motion:
-    """The motion with these rotations of some joints, and places of `placed`, from a frame on."""
+    """The motion with rotations of some joints and places of `placed`, each part from its frame."""
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
-    rotations[first:, joints] = q
-    if placed is not None:
-        positions[first:, motion.positioned.index(placed)] = r
+    for start, q, r in parts:
+        rotations[start : start + len(q), joints] = q
+        if placed is not None:
+            positions[start : start + len(q), motion.positioned.index(placed)] = r
     return replace(motion, rotations=rotations, positions=positions)

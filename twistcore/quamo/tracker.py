@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from twistcore.detection.straight_limbs.straight_spells import runs
 from twistcore.errors import TwistError
 from twistcore.progress import Tell, nobody
 from twistcore.quamo.stability import check_stability
@@ -26,8 +27,9 @@ from twistcore.quamo.state_space import (
 from twistcore.rotation import Array, normalise
 
 LOST_AFTER = 5  # frames
+LOST_COSINE = np.cos(np.radians(90.0) / 2.0)  # |q·q̂| below it is more than 90° off
 _TELL_EVERY = 25  # frames
-_LOST_COSINE = np.cos(np.radians(90.0) / 2.0)
+_NAMED, _JOINTS_NAMED = 10, 6  # runs of frames and joints, of those that a sentence is about
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +141,7 @@ class Tracker:
         omega = next_velocity(state.omega, parts, dt, gains.clip)
         q = next_quaternion(state.q, omega, dt, self._integration)
         r, v = next_translation(state.r, state.v, r_hat, gains, dt)
-        away = np.abs(np.einsum("...i,...i->...", q_hat, q)) < _LOST_COSINE
+        away = np.abs(np.einsum("...i,...i->...", q_hat, q)) < LOST_COSINE
         self._lost = np.where(away, self._lost + 1, 0)
         snapped = self._lost >= LOST_AFTER
         if snapped.any():
@@ -155,7 +157,8 @@ class Track:
     """A tracked clip: q (frames, …, joints, 4), r (frames, …, 3), snapped (frames, …, joints).
 
     steps: every step with its gains and parts, if they were asked for; steps_back: likewise those
-    of the pass from the end to the beginning, if there was one, in the order of the frames.
+    of the pass from the end to the beginning, if there was one, in the order of the frames; apart:
+    where the two passes lie more than 90° from one another, shaped as snapped, None of one pass.
     """
 
     q: Array
@@ -163,6 +166,7 @@ class Track:
     snapped: NDArray[np.bool_]
     steps: tuple[Step, ...] = ()
     steps_back: tuple[Step, ...] = ()
+    apart: NDArray[np.bool_] | None = None
 
 
 def track(
@@ -194,18 +198,43 @@ def track(
 
 
 def snap_sentences(
-    snapped: NDArray[np.bool_], names: Sequence[str], limit: int = 10
+    snapped: NDArray[np.bool_], names: Sequence[str], *, causal: bool = True
 ) -> tuple[str, ...]:
-    """Which joints were set onto the reference and where, one sentence a joint."""
-    found = []
-    for joint in np.flatnonzero(snapped.any(axis=0)).tolist():
-        at = np.flatnonzero(snapped[:, joint]).tolist()
-        places = ", ".join(map(str, at[:limit])) + (" …" if len(at) > limit else "")
-        found.append(
-            f"{names[joint]} had lost the input by more than 90° and was set onto it "
-            f"at frame {places}"
-        )
-    return tuple(found)
+    """Which joints were set onto the reference and where, one sentence a joint.
+
+    causal: False where it was in either of two passes, so that the result is half way from there.
+    """
+    lost, was = ("", "") if causal else (" in a pass", " there")
+    return tuple(
+        f"{name} had lost the input by more than 90°{lost} and was set onto it{was} at {places}"
+        for name, places in _where(snapped, names)
+    )
+
+
+def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
+    """Which joints two passes leave more than 90° apart and where, all in one; '' for none."""
+    found = [f"{name} at {places}" for name, places in _where(apart, names)]
+    if not found:
+        return ""
+    if len(found) > _JOINTS_NAMED:
+        found[_JOINTS_NAMED:] = [f"{len(found) - _JOINTS_NAMED} more joints"]
+    return (
+        f"the two passes lie more than 90° apart, {'; '.join(found)}: that is faster than the "
+        "tracker follows, and what is written there may be far from the input"
+    )
+
+
+def frames_listed(there: NDArray[np.bool_]) -> str:
+    """'frame 7', 'frames 7, 12–15', with … for more than ten runs; there: (frames,), some True."""
+    at = [f"{a}" if b == a + 1 else f"{a}–{b - 1}" for a, b in runs(there)]
+    some = ", ".join(at[:_NAMED]) + (" …" if len(at) > _NAMED else "")
+    return f"frame{'' if there.sum() == 1 else 's'} {some}"
+
+
+def _where(there: NDArray[np.bool_], names: Sequence[str]) -> list[tuple[str, str]]:
+    """Names of the joints, and their frames in words; there: (frames, joints)."""
+    joints = np.flatnonzero(there.any(axis=0)).tolist()
+    return [(names[joint], frames_listed(there[:, joint])) for joint in joints]
 
 
 def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:

@@ -1,0 +1,183 @@
+"""A clip with cuts is tracked and smoothed capture by capture; its figure's place is found so."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.conftest import ASSETS
+from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh.compose import write_motion
+from twistcore.cli import main
+from twistcore.errors import TwistError
+from twistcore.export.tracking import check_tracking, traced_motion, tracked_motion, weights_mark
+from twistcore.quamo import Gains, HandGains, track
+from twistcore.quamo.network import untrained
+from twistcore.quamo.pieces import cuts_behind, pieces
+from twistcore.quamo.track_clip import (
+    check_place,
+    chosen_joints,
+    left_out,
+    placed_joint,
+    smooth_clip,
+    track_by_hand,
+    track_learned,
+)
+from twistcore.review import Tracking
+
+WALK = read_bvh(ASSETS / "walk.bvh")
+MOTION = WALK.motion
+CAPTURE = MOTION.sliced(1, 151)
+OTHER = read_bvh(ASSETS / "dance.bvh").motion.sliced(101, 221)
+JOINTS = chosen_joints(MOTION.skeleton, None)
+NETWORK = untrained(8, 4, np.random.default_rng(0), "full")
+
+
+def joined(*parts):
+    return replace(
+        MOTION,
+        rotations=np.concatenate([part.rotations for part in parts]),
+        positions=np.concatenate([part.positions for part in parts]),
+    )
+
+
+CUT = joined(CAPTURE, OTHER)
+
+
+def both_ways(motion, **options):
+    return track_by_hand(motion, JOINTS, causal=False, place=True, **options).motion
+
+
+def learned(motion, **options):
+    return track_learned(motion, JOINTS, NETWORK, causal=False, place=True, **options).motion
+
+
+def spline(motion, **options):
+    return smooth_clip(motion, JOINTS, place=True, **options)
+
+
+WAYS = pytest.mark.parametrize("way", [both_ways, learned, spline])
+
+
+def assert_same(found, expected):
+    np.testing.assert_array_equal(found.rotations, expected.rotations)
+    np.testing.assert_array_equal(found.positions, expected.positions)
+
+
+def test_a_clip_without_cuts_is_one_piece_and_one_with_a_cut_two():
+    assert pieces(MOTION, 1) == ((1, MOTION.frames),)
+    assert cuts_behind(CUT, 0).tolist() == [150]
+    assert pieces(CUT, 0) == ((0, 150), (150, 270))
+    assert pieces(CUT, 3) == ((3, 150), (150, 270))
+
+
+@WAYS
+def test_across_a_cut_nothing_is_smeared(way):
+    assert_same(way(CUT), joined(way(CAPTURE), way(OTHER)))
+
+
+@WAYS
+@pytest.mark.parametrize("length", [1, 10])
+def test_a_rest_pose_at_the_end_stays_and_moves_nothing_before_it(way, length):
+    rest = MOTION.sliced(0, 1)
+    clip = joined(CAPTURE, *[rest] * length)
+    end = int(cuts_behind(clip, 0)[0])
+    assert end == CAPTURE.frames
+    found = way(clip)
+    assert_same(found.sliced(end, clip.frames), clip.sliced(end, clip.frames))
+    assert_same(found.sliced(0, end), way(CAPTURE))
+
+
+def test_the_causal_way_goes_through_a_cut_as_the_tracker_does():
+    found = track_by_hand(CUT, JOINTS, place=True).motion
+    expected = track(CUT.rotations, CUT.positions[:, 0], CUT.frame_time, HandGains())
+    np.testing.assert_array_equal(found.rotations[:, JOINTS], expected.q[:, JOINTS])
+    np.testing.assert_array_equal(found.positions[:, 0], expected.r)
+
+
+def test_where_nothing_is_captured_nothing_is_tracked(monkeypatch):
+    every = np.ones(CAPTURE.frames, dtype=np.bool_)
+    monkeypatch.setattr("twistcore.quamo.pieces.find_cuts", lambda _motion: every)
+    tracking = Tracking(("LeftArm",), causal=False, kp=900.0, kd=20.0)
+    found, traces = traced_motion(CAPTURE, tracking)
+    assert_same(found, CAPTURE)
+    assert traces.gains.shape == (0, 1, 3)
+    assert placed_joint(CAPTURE) == 0
+
+
+def test_what_is_done_is_told_once_over_all_pieces():
+    told = []
+    track_by_hand(CUT, JOINTS[:2], causal=False, tell=told.append)
+    assert told == sorted(told)
+    assert told[0] == 0.0
+    assert 0.8 < told[-1] < 1.0
+
+
+@pytest.mark.parametrize("causal", [True, False])
+def test_refine_writes_the_bytes_of_a_session_and_names_the_cut(capsys, tmp_path, causal):
+    source, out, expected = (tmp_path / f"{name}.bvh" for name in ("cut", "out", "expected"))
+    write_motion(CUT, source)
+    clip = read_bvh(source)
+    gains = Gains.by_hand(clip.frame_time, causal=causal)
+    names = tuple(clip.skeleton.names)
+    tracking = Tracking(names, causal=causal, place=True, kp=gains.kp, kd=gains.kd, ka=0.0)
+    motion, traces = traced_motion(clip.motion, tracking)
+    assert_same(motion, tracked_motion(clip.motion, tracking))
+    if not causal:
+        assert traces.frames.tolist() == list(range(CUT.frames))
+    write_bvh(clip, motion, expected)
+    words = ["quamo", "refine", str(source), "-o", str(out)]
+    assert main(words + ["--causal"] * causal) == 0
+    assert out.read_bytes() == expected.read_bytes()
+    told = capsys.readouterr().out
+    assert ("cut at frame 150: nothing was smoothed across" in told) == (not causal)
+
+
+def with_places(moving, *, motion=MOTION):
+    """The motion with position channels on every joint; moving: how far some go, by name."""
+    skeleton = motion.skeleton
+    places = np.broadcast_to(skeleton.offsets, (motion.frames, *skeleton.offsets.shape)).copy()
+    for name, way in moving.items():
+        places[:, skeleton.index(name)] += np.asarray(way)[:, None]
+    return replace(motion, positioned=tuple(range(len(skeleton))), positions=places)
+
+
+def test_the_figures_place_is_that_of_a_joint_that_carries_the_figure():
+    names = MOTION.skeleton.names
+    wave = np.sin(np.arange(MOTION.frames) / 7.0)
+    thumb = with_places({"LThumb": wave})
+    assert names[placed_joint(thumb)] == "Hips"
+    assert left_out(thumb, JOINTS, placed_joint(thumb))[1] == ("LThumb",)
+    assert names[placed_joint(with_places({"LThumb": wave, "LowerBack": wave}))] == "LowerBack"
+    assert names[placed_joint(with_places({"Hips": wave, "LowerBack": wave}))] == "Hips"
+    at = MOTION.skeleton.index("LThumb")
+    alone = replace(thumb, positioned=(at,), positions=thumb.positions[:, [at]])
+    assert placed_joint(alone) is None
+    with pytest.raises(TwistError, match="expected position channels, of the root as a rule"):
+        check_place(alone)
+
+
+@pytest.mark.parametrize("rest", [slice(0, 1), slice(-1, None)])
+def test_a_jump_out_of_or_into_a_rest_pose_is_no_way_that_a_place_goes(rest):
+    jump = np.zeros(MOTION.frames)
+    jump[rest] = 5.0
+    motion = joined(CAPTURE, MOTION.sliced(0, 1)) if rest.start else MOTION
+    jump, wave = jump[-motion.frames :], np.sin(np.arange(motion.frames) / 7.0)
+    found = with_places({"Hips": jump, "LowerBack": wave}, motion=motion)
+    assert motion.skeleton.names[placed_joint(found)] == "LowerBack"
+    assert left_out(found, JOINTS, None)[1] == ("LowerBack",)
+
+
+def test_learned_gains_refuse_a_place_that_is_not_of_their_root():
+    wave = np.sin(np.arange(MOTION.frames) / 7.0)
+    motion = with_places({"LowerBack": wave})
+    tracking = Tracking(
+        ("LeftArm",), learned=True, weights=weights_mark(), causal=False, place=True
+    )
+    for track_it in (lambda: learned(motion), lambda: check_tracking(motion, tracking)):
+        with pytest.raises(TwistError, match=r"the place of 'Hips' alone.* that of 'LowerBack'"):
+            track_it()
+    kept = track_learned(motion, JOINTS, NETWORK, causal=False).motion
+    np.testing.assert_array_equal(kept.positions, motion.positions)
+    check_tracking(motion, replace(tracking, place=False))
+    check_tracking(MOTION, tracking)

@@ -1,0 +1,37 @@
+"""Between its cuts a clip is one capture: what looks both ways in time looks across none."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.detection.cuts import find_cuts
+from twistcore.motion import Motion
+
+
+def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
+    """Frames behind `first` into which no capture leads: cuts, steps into a rest pose at the end.
+
+    :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, ascending.
+    """
+    return first + 1 + np.flatnonzero(find_cuts(motion)[first + 1 :])
+
+
+def pieces(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
+    """The captures [start, stop) one after another, from frame `first` on; as a rule there is one.
+
+    Beside a cut a lone frame is none, nor is a rest pose that is held to the clip's end.
+    """
+    borders = [first, *cuts_behind(motion, first).tolist(), motion.frames]
+    found = list(pairwise(borders))
+    if len(found) == 1:
+        return tuple(found)
+    if _held(motion.sliced(*found[-1])):
+        found.pop()
+    return tuple((start, stop) for start, stop in found if stop - start > 1)
+
+
+def _held(part: Motion) -> bool:
+    return not any((x[1:] != x[:-1]).any() for x in (part.rotations, part.positions))
