@@ -28,7 +28,7 @@ from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.export.tracking import DEMONSTRATION, WARNING, Traces, knows_learned, weights_mark
 from twistcore.quamo import Gains
-from twistcore.quamo.response import lags, overshoots
+from twistcore.quamo.response import lags, overshoots, response_words
 from twistcore.review import Tracking
 
 _GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka", 1000.0, ""))
@@ -186,10 +186,9 @@ class TrackPage(QWidget):
         dt = data.motion.frame_time
         self._show_usual(Gains.by_hand(dt, causal=self.causal.isChecked()))
         usual = Gains.by_hand(dt)
-        late, over = 1000.0 * lags(usual, dt)[0], 100.0 * overshoots(usual, dt)[0]
+        words = response_words("a joint", lags(usual, dt)[0], overshoots(usual, dt)[0])
         self.causal.setToolTip(
-            "Frame by frame, looking at nothing that comes later: with the usual gains a joint "
-            f"lags {late:.0f} ms and overshoots a step by {over:.0f} %"
+            f"Frame by frame, looking at nothing that comes later: with the usual gains {words}"
         )
 
     def _show_usual(self, gains: Gains) -> None:
