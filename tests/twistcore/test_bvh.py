@@ -131,7 +131,7 @@ def test_a_slow_turn_is_written_without_jumps():
         quaternion_from_euler("ZYX", np.stack([t, zero, zero], axis=1)),
         quaternion_from_euler("ZYX", np.stack([zero, 0.5 * np.sin(t), 0.3 * t], axis=1)),
     )
-    angles = continuous_angles("ZYX", q, np.zeros(len(q)), np.zeros(3), None)
+    angles = continuous_angles("ZYX", q, np.zeros((len(q), 3)), np.zeros(3), None)
     assert np.abs(np.diff(angles, axis=0)).max() < 0.1
 
 

@@ -5,31 +5,49 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.rotation import Array, euler_from_quaternion, euler_with_third_held, wrap
+from twistcore.rotation import (
+    Array,
+    euler_from_quaternion,
+    euler_with_third_held,
+    geodesic_angle,
+    quaternion_from_euler,
+    wrap,
+)
 
 _GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is known to half of the float's digits
 _TURN = 2.0 * np.pi
 _MOST_TURNS = 2  # more are put at the far edge; no joint winds up further within one correction
+# What a frame has to say at least about the branch, and an angle just half a turn off about its
+# turns: far above what rounding does to a sum, far below anything that is meant.
+_LEAST_WEIGHT = 1e-6
 
 
 def continuous_angles(
-    order: str, q: Array, held_third: Array, before: Array | None, after: Array | None
+    order: str, q: Array, own: Array, before: Array | None, after: Array | None
 ) -> Array:
     """Euler angles of q, radians, on the branch that moves least.
 
-    q: (n, 4); held_third: φ3 to keep in gimbal lock, (n,); before, after: the untouched angles
-    around the run, (3,), or None at a border of the clip. Of the two solutions of every frame and
-    their full turns, the path with the smallest Σ|Δchannel| is taken, both edges fixed. Returns
-    (n, 3).
+    q: (n, 4); own: the file's angles in these frames, (n, 3), of which φ3 is kept in gimbal lock;
+    before, after: the untouched angles around the run, (3,), or None at a border of the clip. Of
+    the two solutions of every frame and their full turns, the path with the smallest Σ|Δchannel|
+    is taken, both edges fixed. Without any edge a path and the one of the other solutions are as
+    long as each other: then the distances to `own` are added to the sum, by cos θ where the
+    rotation is θ < 90° from the file's. Returns (n, 3).
     """
     first = euler_from_quaternion(order, q)
     locked = np.cos(first[:, 1]) < _GIMBAL
     if locked.any():
-        first[locked] = euler_with_third_held(order, q[locked], held_third[locked])
+        first[locked] = euler_with_third_held(order, q[locked], own[locked, 2])
     second = np.stack([first[:, 0] + np.pi, np.pi - first[:, 1], first[:, 2] + np.pi], axis=1)
     if locked.any():
         second[locked] = first[locked]
     solutions = np.stack([first, second], axis=1)
+    if before is None and after is None:
+        weight = _near_own(order, q, own)
+        extra = weight[:, None] * _far(solutions, own[:, None])
+        path = _cheapest_path(solutions, None, None, extra)
+        chosen = _unwrapped(solutions[np.arange(len(q)), path], None, None)
+        return chosen + _turns_to(own, chosen, weight)
     path = _cheapest_path(solutions, before, after)
     out = _unwrapped(solutions[np.arange(len(q)), path], before, after)
     if before is None or after is None or (np.abs(after - out[-1]) <= np.pi + 1e-9).all():
@@ -47,14 +65,25 @@ def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> lis
     return [(min(int(r) + shift, n), int(c)) for r, c in np.argwhere(large)]
 
 
+def _far(angles: Array, others: Array) -> Array:
+    """Σ|Δchannel| by the shorter way round, radians, over the last axis."""
+    far: Array = np.abs(wrap(angles - others)).sum(axis=-1)
+    return far
+
+
 def _cheapest_path(
-    solutions: Array, before: Array | None, after: Array | None
+    solutions: Array, before: Array | None, after: Array | None, extra: Array | None = None
 ) -> NDArray[np.int64]:
-    """Index 0 or 1 for every frame: the smallest sum of wrapped steps (Viterbi)."""
+    """Index 0 or 1 for every frame: the smallest sum of wrapped steps (Viterbi).
+
+    extra: what each solution costs besides, (n, 2).
+    """
     n = len(solutions)
-    step = np.abs(wrap(solutions[1:, None, :, :] - solutions[:-1, :, None, :])).sum(axis=-1)
-    start = np.zeros(2) if before is None else np.abs(wrap(solutions[0] - before)).sum(axis=-1)
-    finish = np.zeros(2) if after is None else np.abs(wrap(after - solutions[-1])).sum(axis=-1)
+    step = _far(solutions[1:, None], solutions[:-1, :, None])
+    start = np.zeros(2) if before is None else _far(solutions[0], before)
+    finish = np.zeros(2) if after is None else _far(after, solutions[-1])
+    if extra is not None:
+        start, step = start + extra[0], step + extra[1:, None]
     # Only the difference of the two costs matters: ahead = cost of solution 1 − of solution 0.
     ahead = float(start[1] - start[0])
     came = []  # whether the best way to solution 0, and to 1, comes from 1
@@ -79,6 +108,28 @@ def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Arra
         out += after - wrap(after - out[-1]) - out[-1]
     unwound: Array = out
     return unwound
+
+
+# -- without untouched frames around --------------------------------------------------------------
+#
+# Where a joint is written anew in every frame, only the file's own angles say which of two equally
+# smooth curves it is. They say so where the rotation is nearly the file's: what was turned over
+# there says nothing.
+
+
+def _near_own(order: str, q: Array, own: Array) -> Array:
+    """How much the file's angles count in each frame, from just above 0 to 1, shape (n,)."""
+    turned = geodesic_angle(quaternion_from_euler(order, own), q)
+    weight: Array = np.maximum(np.cos(turned), _LEAST_WEIGHT)
+    return weight
+
+
+def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
+    """The full turns, radians, (3,), that bring each channel as a whole nearest to `own`."""
+    off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
+    # The middle one, not a mean: where `own` wraps, most frames decide.
+    turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
+    return turns
 
 
 # -- full turns left over -------------------------------------------------------------------------

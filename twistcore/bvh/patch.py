@@ -100,8 +100,8 @@ def patched(
         for start, stop in _runs(changed[:, joint]).tolist():
             before = source[start - 1] if start > 0 else None
             after = source[stop] if stop < len(source) else None
-            q, held = rotations[start:stop], source[start:stop, 2]
-            found = continuous_angles(layout.order, q, held, before, after)
+            q, own = rotations[start:stop], source[start:stop]
+            found = continuous_angles(layout.order, q, own, before, after)
             for row, channel in angle_jumps(found, before, after):
                 letter = layout.order[channel]
                 jumps.append(EulerJump(name, start + row, f"{letter}rotation"))

@@ -49,6 +49,6 @@ class EulerChannels:
 
 def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
     """The angles of q, (4,), about three axes: of all that mean it those beside `near`, (3,)."""
-    angles = continuous_angles(order, q[None], near[2:], near, None)[0]
+    angles = continuous_angles(order, q[None], near[None], near, None)[0]
     between = float(np.arctan2(abs(np.cos(angles[1])), abs(np.sin(angles[1]))))
     return EulerChannels(order, angles, between)
