@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -67,6 +68,7 @@ class Exercise(QObject):
         self._task = OneTask(self)
         self._class: ClassExercise | None = None  # the exercise of a class that is being done
         self._since = 0.0
+        self._kept: list[tuple[Interval, Decision]] = []  # as handed in, or as the class began
         self.result: Score | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
         self.kind.addItems(KINDS)
@@ -78,7 +80,7 @@ class Exercise(QObject):
         self.score_button = QPushButton("Score")
         self.hand_in_button = QPushButton("Hand in…")
         self.hand_in_button.setToolTip("Write your verdicts into a file for your teacher")
-        self.hand_in_button.clicked.connect(self._ask_hand_in)
+        self.hand_in_button.clicked.connect(lambda: self.ask_hand_in(lambda: None))
         self.teacher = TeachersFiles(
             program.aside, clips, lambda: self.kind.currentText().lower(), self._tell, window
         )
@@ -88,9 +90,9 @@ class Exercise(QObject):
         self.for_class.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._add_menu()
         self.leave = leave_button("the exercise")
-        self.start.clicked.connect(self._start)
+        self.start.clicked.connect(lambda: self.before_leaving(self._start))
         self.score_button.clicked.connect(self.show_score)
-        self.leave.clicked.connect(self.end)
+        self.leave.clicked.connect(lambda: self.before_leaving(self.end))
         program.document.intervals_changed.connect(self._judged)
 
     def begin(self) -> None:
@@ -112,7 +114,7 @@ class Exercise(QObject):
     def end(self) -> None:
         """Back to the person's clip."""
         self._task.cancel()
-        self.running = False
+        self.running, self._class = False, None
         self.ended.emit()
 
     def _start(self) -> None:
@@ -181,6 +183,9 @@ class Exercise(QObject):
 
     def do_one(self, path: Path) -> None:
         """An exercise of a class, on a copy of its clip; the truth is the teacher's."""
+        self.before_leaving(partial(self._open, path))
+
+    def _open(self, path: Path) -> None:
         folder = self._program.aside.folder()
         self.start.setEnabled(False)
         self._task.run(lambda _: open_for_student(path, folder), self._opened, self._tell)
@@ -192,18 +197,52 @@ class Exercise(QObject):
         self._offer(self.hand_in_button)
         self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data, _HAND_IN, signed=True)
+        self._kept = self._verdicts()
         self._program.show_intervals()
         self._judged()
 
-    def _ask_hand_in(self) -> None:
+    def _verdicts(self) -> list[tuple[Interval, Decision]]:
+        return [(judged.interval, judged.decision) for judged in self._program.document.intervals]
+
+    @property
+    def not_handed_in(self) -> str:
+        """A sentence where a class's exercise is open that is not as it was handed in, else ''."""
+        borrowed = self._program.document.borrowed
+        if self._class is None or not (borrowed is not None and borrowed.signed):
+            return ""
+        same = self._verdicts() == self._kept
+        return "" if same else f"{self._class.clip} has verdicts that are not handed in."
+
+    def before_leaving(self, then: Callable[[], object]) -> None:
+        """Go on, once a class's verdicts are handed in or knowingly given up."""
+        asked = self._class
+
+        def answer(do: Callable[[], object]) -> None:
+            if self._class is asked:  # the question may have waited for longer than what it is of
+                do()
+
+        if told := self.not_handed_in:
+            first = "Hand in…", partial(answer, partial(self.ask_hand_in, then))
+            answers = first, ("Leave without", partial(answer, then)), ("Cancel", lambda: None)
+            self._program.document.question.emit(told, answers)
+        else:
+            then()
+
+    def ask_hand_in(self, then: Callable[[], object]) -> None:
+        """Ask where to, and go on once it is written."""
         name = self._program.settings.reviewer.strip() or "answers"
         wanted = Path(f"{name.replace('/', '-')}.json")
-        ask_where(self._window, "Hand in", "*.json", self.hand_in, wanted=wanted, suffix="json")
 
-    def hand_in(self, path: Path) -> None:
-        """Write every interval with its verdict, the person's name and the time it took."""
+        def write(path: Path) -> None:
+            if self.hand_in(path):
+                then()
+
+        ask_where(self._window, "Hand in", "*.json", write, wanted=wanted, suffix="json")
+
+    def hand_in(self, path: Path) -> bool:
+        """Write every interval with its verdict, the person's name and the time; if it could be."""
         if self._class is None:
-            return
+            return False
         document = self._program.document
         name = self._program.settings.reviewer.strip() or path.stem
         seconds = time.monotonic() - self._since
@@ -212,9 +251,11 @@ class Exercise(QObject):
             write_handed_in(path, HandedIn(name, seconds, *own, tuple(document.intervals)))
         except (OSError, TwistError) as error:
             self._tell(error)
-            return
+            return False
+        self._kept = self._verdicts()
         self._tell(f"Handed in as {path.name}, in the name of {name}.", wrong=False)
         self._program.guide.set_done(True)
+        return True
 
     def go_to(self, address: str) -> None:
         """Follow a link of the score: chain and frame."""

@@ -13,6 +13,11 @@ from inspector.session.keeper import PutAside
 from inspector.session.open_clip import Borrowed
 from inspector.session.opening import Analysed
 
+_OVER = (
+    "The lesson or exercise that this sample belongs to is over: nothing of it is kept. "
+    "Open a clip to review it."
+)
+
 
 class Aside:
     """A folder of its own for a borrowed clip, and what was open before.
@@ -25,7 +30,6 @@ class Aside:
         self._kept: tuple[Analysed, PutAside | None, int, str, int | None] | None = None
         self._folder: Path | None = None
         self._shown = False
-        self._left: Analysed | None = None  # borrowed, and still open for want of another clip
 
     @property
     def open(self) -> bool:
@@ -37,8 +41,7 @@ class Aside:
         """The person's clip, open or put aside."""
         if self._kept is not None:
             return self._kept[0]
-        data = self._document.data
-        return None if data is self._left or self._borrowed() else data
+        return None if self._document.borrowed is not None else self._document.data
 
     def folder(self) -> Path:
         """Where the borrowed clip lies, and whatever its review writes."""
@@ -57,7 +60,7 @@ class Aside:
             kept = replace(own, review=document.review)
             place = document.frame, document.chain, document.interval_id
             self._kept = (kept, document.keeper.put_aside(), *place)
-        if self._borrowed():
+        if document.borrowed is not None:
             document.review.mark_saved()
         self._shown = True
         document.show_clip(data, borrowed=Borrowed(self._to_keep(), why, signed))
@@ -68,12 +71,12 @@ class Aside:
         return Path.home() if own is None or ASSETS in own.parents else own.parent
 
     def put_back(self) -> None:
-        """The person's clip as it was; without one, the borrowed stays open with no folder."""
+        """The person's clip as it was; without one, the borrowed stays open, to be looked at."""
         if self._folder is None:
             return
         document = self._document
-        borrowed = self._borrowed()
-        if borrowed:
+        borrowed = document.borrowed if self._shown else None
+        if borrowed is not None:
             document.review.mark_saved()
         kept, self._kept = self._kept, None
         if kept is not None:
@@ -83,16 +86,8 @@ class Aside:
                 document.select_chain(chain)
             document.select_interval(interval)
             document.go_to(frame)
-        elif borrowed:
+        elif borrowed is not None:
             document.close_clip()
-            self._left = document.data
+            document.borrowed = replace(borrowed, why=_OVER, over=True)
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder, self._shown = None, False
-
-    def _borrowed(self) -> bool:
-        data = self._document.data
-        return (
-            data is not None
-            and self._folder is not None
-            and data.clip.path.is_relative_to(self._folder)
-        )

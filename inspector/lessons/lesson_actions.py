@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt
@@ -84,7 +85,10 @@ class LessonActions:
             lesson = read_lesson(path)
         except TwistError as error:
             self.program.document.message.emit(str(error), True)
-            return
+        else:
+            self.hidden_errors.before_leaving(partial(self._play, lesson))
+
+    def _play(self, lesson: LessonFile) -> None:
         self.leave_guide()
         self.window.statusBar().showMessage(f"{lesson.title} …")
         self._title, self._lesson = lesson.title, lesson
@@ -111,9 +115,13 @@ class LessonActions:
 
     def exercise(self) -> None:
         """Begin an exercise."""
-        self.leave_guide()
-        self._lead("Exercise")
-        self.hidden_errors.begin()
+
+        def begin() -> None:
+            self.leave_guide()
+            self._lead("Exercise")
+            self.hidden_errors.begin()
+
+        self.hidden_errors.before_leaving(begin)
 
     def why_quaternions(self) -> None:
         """One joint through ±180° with five trackers, in a window of its own."""
@@ -125,7 +133,7 @@ class LessonActions:
         self.five_trackers.activateWindow()
 
     def leave_guide(self) -> None:
-        """End lesson and exercise; the person's own clip comes back as it was."""
+        """End lesson and exercise, unasked; the person's own clip comes back as it was."""
         if self.player.running:
             self.player.end()
         if self.hidden_errors.running:

@@ -157,7 +157,9 @@ class Document(OpenClip):
         if self.opener.busy:
             self.message.emit("Another clip is being opened; nothing was changed.", False)
             return False
-        if self.keeper.may_change():
+        if self.borrowed is not None and self.borrowed.over:
+            self.message.emit(self.borrowed.why, False)
+        elif self.keeper.may_change():
             return True
         self.intervals_changed.emit()  # what a person typed or dragged is not so
         return False

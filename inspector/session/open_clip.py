@@ -33,12 +33,14 @@ class Borrowed:
     """Of a clip that a lesson or an exercise has opened, whose own folder goes with it.
 
     write_to: where files made of it belong; why: a sentence that says why its review is kept
-    nowhere; signed: whether its decisions are somebody's all the same, as a class's are.
+    nowhere; signed: whether its decisions are somebody's all the same, as a class's are; over: it
+    is open only for want of another clip, and nothing in it is to be decided any more.
     """
 
     write_to: Path
     why: str
     signed: bool = False
+    over: bool = False
 
 
 class OpenClip(QObject):

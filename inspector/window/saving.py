@@ -49,6 +49,8 @@ class Saving:
         if self.document.data is None:
             self.bar.show_message("Open a clip first.", False)
             return
+        if self._nothing_kept():
+            return
         ask_where(
             self.window,
             "Save session as",
@@ -60,8 +62,7 @@ class Saving:
     def save_session(self, path: Path | None = None) -> bool:
         """Write the session, at `path` or where it belongs; True if it is on disk."""
         self.detail.commit()
-        if path is None and self.document.borrowed is not None:
-            self.bar.show_message(self.document.borrowed.why, False)
+        if self._nothing_kept():
             return False
         saved, told = self.document.keeper.save(path)
         if saved:
@@ -78,10 +79,19 @@ class Saving:
             self.bar.show_message(told.strip(), True)
         return saved
 
+    def _nothing_kept(self) -> bool:
+        """Whether the clip is borrowed: its session would be taken for the own clip's; told."""
+        if (borrowed := self.document.borrowed) is not None:
+            self.bar.show_message(borrowed.why, False)
+        return borrowed is not None
+
     # -- leaving a clip -----------------------------------------------------------------------
 
     def leave(self, then: Callable[[], object]) -> None:
         """Go on once unsaved decisions are saved, or wait in the journal; nothing modal."""
+        self.lessons.hidden_errors.before_leaving(partial(self._leave, then))
+
+    def _leave(self, then: Callable[[], object]) -> None:
         self.lessons.leave_guide()
         self.detail.commit()
         data = self.document.data
@@ -158,15 +168,18 @@ class Saving:
             self._idle.start()
 
     def _save_by_itself(self) -> None:
-        if self.document.data is None or self.document.review.saved:
-            return
         if self.document.opener.busy or self.lessons.program.aside.open:
-            self._idle.start()
+            self._idle.start()  # what waits may be of the clip that is put aside
+        elif self.document.data is None or self.document.review.saved:
+            return
         elif not self.document.keeper.read_only and self.settings.autosave:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:
         """True once unsaved decisions are saved or knowingly given up, or wait in the journal."""
+        waits = self.lessons.hidden_errors.not_handed_in if ask else ""
+        if waits and not self._closes_without_handing_in(waits):
+            return False
         self.lessons.leave_guide()
         self.detail.commit()
         if not ask or self.document.data is None or self._is_kept():
@@ -190,6 +203,21 @@ class Saving:
             return self.save_session()
         if answer == button.Discard:
             self.document.keeper.journal.give_up()
+        return answer == button.Discard
+
+    def _closes_without_handing_in(self, told: str) -> bool:
+        """Ask about verdicts for a class; handing them in closes the window once that is done."""
+        button = QMessageBox.StandardButton
+        buttons = button.Save | button.Discard | button.Cancel
+        box = QMessageBox(QMessageBox.Icon.Question, "Twist Inspector", told, buttons, self.window)
+        box.setDefaultButton(button.Save)
+        box.button(button.Save).setText("Hand in…")
+        box.button(button.Discard).setText("Leave without")
+        answer = box.exec()
+        box.deleteLater()
+        if answer == button.Save:
+            close = partial(QTimer.singleShot, 0, self.window, self.window.close)
+            self.lessons.hidden_errors.ask_hand_in(close)
         return answer == button.Discard
 
     def _closes_unsaved(self, trouble: str) -> bool:

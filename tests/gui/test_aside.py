@@ -1,12 +1,12 @@
 """A borrowed clip: what is written of it stays, and what it takes the place of goes on."""
 
 import shutil
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from inspector.bundled import TOUR
 from inspector.lessons.classroom import write_for_class
@@ -14,9 +14,10 @@ from inspector.recording.record_dialog import RecordDialog
 from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
-from tests.gui.windows import act, open_clip
+from tests.gui.windows import act, close_and_answer, decisions, open_clip
 from twistcore.bvh import read_bvh
 from twistcore.review import Decision
+from twistcore.study.class_exercise import read_handed_in
 
 
 def begin(qtbot, window, what):
@@ -41,10 +42,6 @@ def proposed(window):
             dialog.path.setText("typed.bvh")
         paths.append(dialog.choice().path)
         dialog.reject()
-    act(window, "save_session_as")
-    dialog = window.findChildren(QFileDialog)[-1]
-    paths += map(Path, dialog.selectedFiles())
-    dialog.reject()
     return paths
 
 
@@ -52,10 +49,10 @@ def proposed(window):
 def test_what_is_written_of_a_borrowed_clip_lies_beside_the_persons_own(qtbot, at_forearm, what):
     own = at_forearm.document.data.clip.path.parent
     beside = proposed(at_forearm)
-    assert [path.parent for path in beside] == [own] * 4
+    assert [path.parent for path in beside] == [own] * 3
     begin(qtbot, at_forearm, what)
     wanted = proposed(at_forearm)
-    assert [path.parent for path in wanted] == [own] * 4
+    assert [path.parent for path in wanted] == [own] * 3
     for path in wanted:
         path.write_bytes(b"made in a lesson")
     # What is there is not proposed again: it may be the person's own export.
@@ -93,7 +90,7 @@ def test_nothing_of_a_borrowed_clip_is_kept_unasked(qtbot, at_forearm, what):
     window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
     assert any(j.decision == Decision.ACCEPTED for j in window.document.intervals)
     assert window.reviewer_line.isHidden()
-    for action in ("save_session", "save_profile"):
+    for action in ("save_session", "save_session_as", "save_profile"):
         window.bar.clear()
         act(window, action)
         assert f"{whose} keeps nothing" in said_by(window)
@@ -103,6 +100,7 @@ def test_nothing_of_a_borrowed_clip_is_kept_unasked(qtbot, at_forearm, what):
     assert dialog.isVisible()
     dialog.reject()
     assert window.findChildren(QFileDialog) == []
+    assert not window.files.save_session(own / "asked_before_the_clip_was_there.twist.json")
     assert not window.document.review.saved
     assert not window.isWindowModified()  # nothing of it waits to be saved
     assert [files(folder) for folder in folders] == before
@@ -123,12 +121,22 @@ def said_by(window):
     return window.bar.label.text() if not window.bar.isHidden() else ""
 
 
-def test_who_does_an_exercise_of_a_class_is_asked(qtbot, at_forearm, tmp_path):
+# -- a class's verdicts ----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def of_a_class(qtbot, at_forearm, tmp_path):
+    """The window with a class's exercise open."""
     write_for_class(ASSETS / "walk.bvh", tmp_path / "class.json", 3, "judge")
     own = at_forearm.document.data
     act(at_forearm, "exercise")
     at_forearm.lesson_actions.hidden_errors.do_one(tmp_path / "class.json")
     qtbot.waitUntil(lambda: at_forearm.document.data is not own, timeout=20_000)
+    return at_forearm
+
+
+def test_who_does_an_exercise_of_a_class_is_asked(of_a_class):
+    at_forearm = of_a_class
     at_forearm.document.decide(Decision.ACCEPTED, [at_forearm.document.intervals[0].id])
     assert at_forearm.reviewer_line.isVisible()
     act(at_forearm, "save_session")
@@ -136,18 +144,140 @@ def test_who_does_an_exercise_of_a_class_is_asked(qtbot, at_forearm, tmp_path):
     assert at_forearm.lesson_actions.hidden_errors._class is not None
 
 
-def test_a_lesson_that_is_left_without_a_clip_of_ones_own_asks_nothing(
+def test_verdicts_for_a_class_are_not_given_up_unasked(qtbot, of_a_class, tmp_path):
+    window, document = of_a_class, of_a_class.document
+    exercise, data = window.lesson_actions.hidden_errors, document.data
+    document.decide(Decision.ACCEPTED, [document.intervals[0].id])
+    waits = "class.bvh has verdicts that are not handed in."
+    for leave in (
+        exercise.leave.click,
+        exercise.start.click,
+        lambda: exercise.do_one(tmp_path / "class.json"),
+        lambda: act(window, "tour"),
+        lambda: act(window, "exercise"),
+        lambda: window.open_path(ASSETS / "walk.bvh"),
+    ):
+        leave()
+        assert (window.bar.asks, said_by(window)) == (True, waits)
+        assert answers(window) == ["Hand in…", "Leave without", "Cancel"]
+        answer(window, "Cancel")
+        assert not exercise._task.running
+    assert close_and_answer(window, QMessageBox.StandardButton.Cancel) == waits
+    assert (document.data, window.isVisible()) == (data, True)
+    assert decisions(window)[0] == Decision.ACCEPTED
+    # Where it cannot be written it goes nowhere, and once it is, it is left.
+    exercise.leave.click()
+    answer(window, "Hand in…")
+    window.findChildren(QFileDialog)[-1].fileSelected.emit(str(tmp_path / "no" / "ada.json"))
+    assert document.data is data
+    exercise.leave.click()
+    answer(window, "Hand in…")
+    window.findChildren(QFileDialog)[-1].fileSelected.emit(str(tmp_path / "ada.json"))
+    assert read_handed_in(tmp_path / "ada.json").verdicts[0].decision == Decision.ACCEPTED
+    assert not exercise.running
+    assert document.borrowed is None
+
+
+def test_verdicts_for_a_class_are_asked_about_where_they_are_newer(of_a_class, tmp_path):
+    window, document = of_a_class, of_a_class.document
+    exercise, first = window.lesson_actions.hidden_errors, document.intervals[0].id
+    assert not exercise.not_handed_in
+    document.decide(Decision.ACCEPTED, [first])
+    document.undo()
+    assert not exercise.not_handed_in
+    document.redo()
+    exercise.hand_in(tmp_path / "ada.json")
+    document.sign("Ada")
+    assert not exercise.not_handed_in
+    document.decide(Decision.REJECTED, [first])
+    exercise.leave.click()
+    answer(window, "Leave without")
+    assert document.borrowed is None
+
+
+def test_handing_in_on_the_way_out_closes_the_window(qtbot, of_a_class, tmp_path):
+    window = of_a_class
+    window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
+    close_and_answer(window, QMessageBox.StandardButton.Save)
+    assert window.isVisible()
+    window.findChildren(QFileDialog)[-1].fileSelected.emit(str(tmp_path / "ada.json"))
+    qtbot.waitUntil(lambda: not window.isVisible())
+    assert (tmp_path / "ada.json").exists()
+
+
+def answers(window):
+    """What the message bar offers."""
+    return [button.text() for button in window.bar.buttons()]
+
+
+def answer(window, text):
+    """Press what it offers."""
+    window.bar.buttons()[answers(window).index(text)].click()
+
+
+# -- without a clip of one's own -------------------------------------------------------------------
+
+
+def test_what_a_lesson_leaves_open_without_a_clip_of_ones_own_is_to_look_at(
     qtbot, show_window, tmp_path, monkeypatch
 ):
     monkeypatch.setenv("HOME", str(tmp_path))
     window = show_window(Settings(turn_ms=0, autosave=False))
     begin(qtbot, window, "lesson")
+    document = window.document
+    document.decide(Decision.REJECTED, [document.intervals[0].id])
     window.lesson_actions.leave_guide()
-    window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
+    state, chains = document.review.state, document.data
+    for change in (
+        lambda: document.decide(Decision.ACCEPTED, [document.intervals[0].id]),
+        document.undo,
+        lambda: document.change_chains(replace(state.rig, remove=(chains.chains[0].name,)), "Drop"),
+        lambda: act(window, "save_session"),
+    ):
+        window.bar.clear()
+        change()
+        assert "is over: nothing of it is kept. Open a clip" in said_by(window)
+        assert not document.opener.busy
+    assert (document.review.state, document.data) == (state, chains)
     assert window.reviewer_line.isHidden()
+    begin(qtbot, window, "exercise")
+    document.decide(Decision.ACCEPTED, [document.intervals[0].id])
+    assert document.review.state is not state
+    window.lesson_actions.leave_guide()
     own = shutil.copy(ASSETS / "walk.bvh", tmp_path / "own.bvh")
     open_clip(qtbot, window, own)
     assert not window.bar.asks
+
+
+def test_a_borrowed_clip_with_other_chains_is_still_borrowed(
+    qtbot, show_window, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    window = show_window()
+    aside, document = window.lesson_actions.program.aside, window.document
+    begin(qtbot, window, "lesson")
+    before = document.data
+    without = replace(document.review.state.rig, remove=(before.chains[0].name,))
+    document.change_chains(without, "Drop")
+    qtbot.waitUntil(lambda: document.data is not before, timeout=20_000)
+    window.lesson_actions.leave_guide()
+    assert aside.own is None
+    begin(qtbot, window, "lesson")
+    window.lesson_actions.leave_guide()
+    assert document.borrowed is not None
+
+
+def test_the_own_clip_is_saved_by_itself_after_a_lesson(qtbot, at_forearm):
+    window, document = at_forearm, at_forearm.document
+    document.decide(Decision.ACCEPTED, [document.intervals[0].id])
+    begin(qtbot, window, "lesson")
+    assert document.review.saved  # the lesson's
+    with qtbot.waitSignal(window.files._idle.timeout):
+        window.files._idle.start(1)
+    window.lesson_actions.leave_guide()
+    assert not document.review.saved
+    window.files._idle.setInterval(1)
+    qtbot.waitUntil(lambda: document.review.saved, timeout=10_000)
 
 
 # -- an exercise that does not begin ---------------------------------------------------------------

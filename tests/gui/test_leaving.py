@@ -4,15 +4,14 @@ import shutil
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QMessageBox
 
 from inspector.session import keeper
 from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import session_path
 from inspector.window import saving
 from tests.gui.folders import two_takes
-from tests.gui.windows import export, open_clip
+from tests.gui.windows import close_and_answer, export, open_clip
 from twistcore.review import Decision
 
 Button = QMessageBox.StandardButton
@@ -42,22 +41,6 @@ def full_disk(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(keeper, "write_known", refuse)
         yield patch
-
-
-def close_and_answer(window, wanted):
-    """What a box says that is answered so while the window closes, '' for none."""
-    told = []
-
-    def answer():
-        box = QApplication.activeModalWidget()
-        if isinstance(box, QMessageBox):
-            told.append(box.text())
-            box.button(wanted).click()
-
-    QTimer.singleShot(0, answer)
-    window.close()
-    QApplication.processEvents()
-    return "".join(told)
 
 
 def test_what_was_not_saved_when_a_clip_was_left_is_read_in_the_next(

@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMessageBox
 
 
 def wait_until_active(window):
@@ -26,6 +27,22 @@ def close_window(qtbot, window):
         window.document.review.mark_saved()
     window.close()
     qtbot.wait(20)
+
+
+def close_and_answer(window, wanted):
+    """What a box says that is answered so while the window closes, '' for none."""
+    told = []
+
+    def answer():
+        box = QApplication.activeModalWidget()
+        if isinstance(box, QMessageBox):
+            told.append(box.text())
+            box.button(wanted).click()
+
+    QTimer.singleShot(0, answer)
+    window.close()
+    QApplication.processEvents()
+    return "".join(told)
 
 
 def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
