@@ -1,5 +1,6 @@
 """What a page of a lesson asks for at once: Show me leaves all of it done, in whatever order."""
 
+import numpy as np
 import pytest
 
 from inspector.lessons.lesson_file import read_lesson
@@ -94,3 +95,12 @@ def test_what_holds_as_the_page_begins_is_no_task(tmp_path, more, done):
         read_lesson(lesson(tmp_path, done, more=more))
     read_lesson(lesson(tmp_path, f"{done}, moved 1", more=more))
     read_lesson(lesson(tmp_path, "along", more="what-if: counter"))
+
+
+def test_a_nudge_is_remembered_while_the_rest_waits(qtbot, at_forearm, tmp_path):
+    play(qtbot, at_forearm, lesson(tmp_path, "swing >= 120, nudged bend", more="tab: teaching"))
+    taught = at_forearm.lesson_actions.program.taught
+    taught.alter(bend=np.radians(1.0), nudge=np.radians(1.0))
+    assert not at_forearm.guide.done
+    taught.alter(bend=None, nudge=0.0, swing=np.radians(130.0))
+    assert at_forearm.guide.done
