@@ -284,20 +284,22 @@ def finish(child: subprocess.Popen[bytes] | Forked) -> int:
     """Wait for what was started, and return its exit status."""
     RUNNING.add(child)
     interrupted = False
-    while True:
-        try:
-            status = child.wait()
-        except KeyboardInterrupt:
-            if interrupted:
+    try:
+        while True:
+            try:
+                status = child.wait()
+            except KeyboardInterrupt:
+                if interrupted:
+                    child.terminate()
+                interrupted = True
+            except SystemExit:  # we were told to end: so is the command
                 child.terminate()
-            interrupted = True
-        except SystemExit:  # we were told to end: so is the command
-            child.terminate()
-            child.wait()
-            raise
-        else:
-            RUNNING.discard(child)
-            return status if status >= 0 else 128 - status
+                child.wait()
+                raise
+            else:
+                return status if status >= 0 else 128 - status
+    finally:
+        RUNNING.discard(child)
 
 
 @contextlib.contextmanager
@@ -478,11 +480,8 @@ def run_part(
     with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder, screen() as env:
         report = Path(folder) / "report.xml"
         words = ["-m", "pytest", f"--junitxml={report}", *part]
-        if parent and output:
-            with contextlib.closing(parent.start(words, env, output, ROOT)) as child:
-                status = finish(child)
-        else:
-            status = start([str(PYTHON), *words], env, ROOT, output)
+        forked = run_forked(parent, words, env, output) if parent and output else None
+        status = start([str(PYTHON), *words], env, ROOT, output) if forked is None else forked
         if status > 2 or not report.exists():
             return None
         suite = ElementTree.parse(report).getroot()[0]
@@ -493,6 +492,21 @@ def run_part(
     passed = number["tests"] - failed - number["skipped"]
     failed = failed or status  # what went wrong outside of any test
     return collections.Counter(passed=passed, failed=failed, skipped=number["skipped"])
+
+
+def run_forked(
+    parent: Parent, words: list[str], env: dict[str, str], output: IO[bytes]
+) -> int | None:
+    """The exit status of Python, forked off; None where it is not known, as its parent is gone."""
+    try:
+        with contextlib.closing(parent.start(words, env, output, ROOT)) as child:
+            try:
+                return finish(child)
+            except (OSError, ValueError):  # it may go on, on the screen that is needed
+                os.kill(child.pid, signal.SIGKILL)
+    except (OSError, AssertionError):
+        pass
+    return None
 
 
 def command_check(args: list[str]) -> int:

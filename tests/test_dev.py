@@ -200,6 +200,38 @@ def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
         dev.run_part(["tests/test_core.py"])
 
 
+class Forked:
+    """A program of which nothing is heard any more."""
+
+    def __init__(self, pid):
+        self.pid = pid
+
+    def wait(self):
+        return int("")
+
+    def close(self):
+        self.wait = self.terminate = None
+
+
+def test_tests_run_although_what_they_are_forked_off_is_gone(bare_project, monkeypatch):
+    monkeypatch.setattr(dev, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
+    (bare_project / "test_a.py").write_text("def test_a(): pass\n")
+
+    class Parent:
+        def start(self, *_):
+            raise self.gone
+
+    parent, passed = Parent(), {"passed": 1, "failed": 0, "skipped": 0}
+    with (bare_project / "said").open("w+b") as output:
+        for parent.gone in (BrokenPipeError(), AssertionError("nothing was forked")):
+            assert dev.run_part(["test_a.py"], output, parent) == passed
+        with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"]) as lost:
+            parent.start = lambda *_: Forked(lost.pid)
+            assert dev.run_part(["test_a.py"], output, parent) == passed
+            assert lost.wait(20) == -signal.SIGKILL
+    assert not dev.RUNNING
+
+
 def test_modules_that_take_long_come_first():
     modules = dev.window_tests()
     assert len(modules) == len(set(modules)) == len([*dev.ROOT.glob("tests/gui/test_*.py")])

@@ -200,7 +200,8 @@
       && d !== null && d.alpha >= radians(c.amount - 0.05),
     twist: (c) => Math.abs(state.whatIf.twist) >= radians(c.amount - 0.05),
     along: () => !state.whatIf.counter,
-    counter: (c, d) => state.whatIf.counter && d !== null && d.strength >= page.chain.tau,
+    counter: (c, d) => state.whatIf.counter && d !== null // before anything is taken off
+      && shown.of.correction.before.strength >= page.chain.tau,
     nudged: (c) => c.words.every((word) => state.met.has(word)),
     applied: (c) => state.whatIf.applied >= c.amount - 1e-9,
     accepted: () => false, // nothing is decided in the page

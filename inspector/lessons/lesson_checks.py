@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_conditions import Condition
+from inspector.lessons.lesson_conditions import FARTHEST, Condition, word_of
 from inspector.session.open_clip import Show
+from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 
 _NEARLY = 0.05  # degrees: sliders have steps of a tenth
@@ -21,24 +23,32 @@ _TWIST = np.radians(75.0)
 
 @dataclass(eq=False)
 class Visit:
-    """A page that is open: since when, and which singularities were nudged on it."""
+    """A page that is open: since when, and which singularities were nudged on it.
+
+    frame: at its begin; chain: that it speaks of, '' for any.
+    """
 
     program: GuidedProgram
-    frame: int  # at its begin
+    frame: int
+    chain: str = ""
     met: set[str] = field(default_factory=set)
 
 
 Check = tuple[Callable[[Visit, Condition], bool], Callable[[Visit, Condition], object]]
 
 
-def holds(visit: Visit, condition: Condition) -> bool:
-    """Whether what the condition asks for has been done."""
-    return CHECKS[condition.name][0](visit, condition)
+def all_hold(visit: Visit, conditions: Sequence[Condition]) -> bool:
+    """Whether all that they ask for has been done; each is asked, since some remember."""
+    said = [CHECKS[c.name][0](visit, c) for c in conditions]
+    return all(said)
 
 
-def do(visit: Visit, condition: Condition) -> None:
-    """Do what it asks for, as the person would."""
-    CHECKS[condition.name][1](visit, condition)
+def do(visit: Visit, conditions: Sequence[Condition]) -> None:
+    """Do what they ask for, as the person would, in an order in which all of them hold then."""
+    for condition in sorted(conditions, key=lambda c: list(CHECKS).index(c.name)):
+        check, act = CHECKS[condition.name]
+        if condition.name == "nudged" or not check(visit, condition):  # once met it stays so
+            act(visit, condition)
 
 
 # -- the frame ------------------------------------------------------------------------------------
@@ -65,13 +75,22 @@ def _see(visit: Visit, condition: Condition) -> None:
 # -- the teaching tab -----------------------------------------------------------------------------
 
 
+def _alter(visit: Visit, **change: Any) -> None:
+    """Alter the frame where one sees it: in the tab, on the chain that the page speaks of."""
+    document = visit.program.document
+    visit.program.show_teaching()
+    if visit.chain and document.chain != visit.chain:
+        document.select_chain(visit.chain)
+    visit.program.taught.alter(**change)
+
+
 def _lit(visit: Visit, condition: Condition) -> bool:
     return visit.program.taught.lit in condition.words
 
 
 def _light(visit: Visit, condition: Condition) -> None:
-    if not _lit(visit, condition):
-        visit.program.taught.light(condition.words[0])
+    visit.program.show_teaching()
+    visit.program.taught.light(condition.words[0])
 
 
 def _swung(visit: Visit, condition: Condition) -> bool:
@@ -83,7 +102,9 @@ def _swung(visit: Visit, condition: Condition) -> bool:
 
 def _swing(visit: Visit, condition: Condition) -> None:
     angle = min(condition.amount + _SHOWN, 180.0)
-    visit.program.taught.alter(swing=np.radians(angle), toward=None)
+    _alter(visit, swing=np.radians(angle), toward=None)
+    if not _swung(visit, condition):  # tipped sideways it is no longer 180°
+        _alter(visit, nudge=0.0)
 
 
 def _twisted(visit: Visit, condition: Condition) -> bool:
@@ -92,18 +113,27 @@ def _twisted(visit: Visit, condition: Condition) -> bool:
 
 
 def _twist(visit: Visit, condition: Condition) -> None:
-    angle = min(condition.amount + _SHOWN, 180.0)
-    visit.program.taught.alter(twist=np.radians(angle))
+    angle = max(condition.amount, min(condition.amount + _SHOWN, FARTHEST))
+    _alter(visit, twist=np.radians(angle))
 
 
 def _opposed(visit: Visit, _: Condition) -> bool:
-    taught, d = visit.program.taught, visit.program.taught.quantities
-    return taught.what_if.counter and d is not None and d.strength >= taught.tau
-
-
-def _oppose(visit: Visit, _: Condition) -> None:
+    """Before anything is taken off: who makes an error and removes it has made one."""
     taught = visit.program.taught
-    taught.alter(counter=True, twist=taught.what_if.twist or _TWIST)
+    if not taught.what_if.counter or (numbers := taught.numbers) is None:
+        return False
+    return bool(numbers.correction.before.strength >= taught.tau)
+
+
+def _oppose(visit: Visit, condition: Condition) -> None:
+    twist = visit.program.taught.what_if.twist
+    far = np.copysign(max(abs(twist), _TWIST), twist)
+    # The frame's own increment may be against it, and beside a singularity the angle leaps.
+    for nudge in (visit.program.taught.what_if.nudge, 0.0):
+        for angle in (twist or _TWIST, far, -far):
+            _alter(visit, counter=True, twist=float(angle), nudge=nudge)
+            if _opposed(visit, condition):
+                return
 
 
 def _along(visit: Visit, _: Condition) -> bool:
@@ -111,7 +141,7 @@ def _along(visit: Visit, _: Condition) -> bool:
 
 
 def _go_along(visit: Visit, _: Condition) -> None:
-    visit.program.taught.alter(counter=False)
+    _alter(visit, counter=False)
 
 
 def _nudged(visit: Visit, condition: Condition) -> bool:
@@ -126,11 +156,13 @@ def _nudged(visit: Visit, condition: Condition) -> bool:
 
 
 def _nudge(visit: Visit, condition: Condition) -> None:
-    taught = visit.program.taught
+    nudge = np.radians(1.0)
     if "swing" in condition.words:
-        taught.alter(swing=np.radians(179.0), bend=None, nudge=np.radians(1.0))
+        _alter(visit, swing=np.radians(179.0), bend=None, nudge=nudge)
+        _nudged(visit, condition)
     if "bend" in condition.words:
-        taught.alter(swing=None, bend=np.radians(1.0), nudge=np.radians(1.0))
+        _alter(visit, swing=None, bend=np.radians(1.0), nudge=nudge)
+        _nudged(visit, condition)
 
 
 def _applied(visit: Visit, condition: Condition) -> bool:
@@ -138,7 +170,7 @@ def _applied(visit: Visit, condition: Condition) -> bool:
 
 
 def _apply(visit: Visit, _: Condition) -> None:
-    visit.program.taught.alter(applied=1.0)
+    _alter(visit, applied=1.0)
 
 
 # -- the review -----------------------------------------------------------------------------------
@@ -149,10 +181,13 @@ def _wanted(visit: Visit, condition: Condition, decision: Decision) -> Judged | 
     document = visit.program.document
     own = [j for j in (document.interval,) if j is not None]
     for judged in (*own, *document.intervals):
-        kind = judged.interval.kind.value.replace(" ", "-")
-        if judged.decision == decision and (not condition.words or kind in condition.words):
+        if judged.decision == decision and _fits(condition, judged.interval.kind):
             return judged
     return None
+
+
+def _fits(condition: Condition, kind: Kind) -> bool:
+    return not condition.words or word_of(kind) in condition.words
 
 
 def _accepted(visit: Visit, condition: Condition) -> bool:
@@ -160,20 +195,39 @@ def _accepted(visit: Visit, condition: Condition) -> bool:
 
 
 def _accept(visit: Visit, condition: Condition) -> None:
-    if (judged := _wanted(visit, condition, Decision.UNDECIDED)) is not None:
-        visit.program.document.select_interval(judged.id, jump=True)
-        visit.program.actions["accept"].trigger()
+    document = visit.program.document
+    judged = _wanted(visit, condition, Decision.UNDECIDED)
+    judged = judged or _wanted(visit, condition, Decision.REJECTED)
+    if judged is not None:
+        document.select_interval(judged.id, jump=True)
+    else:
+        _insert(visit, condition)
+    visit.program.actions["accept"].trigger()
 
 
+def _insert(visit: Visit, condition: Condition) -> None:
+    """Make such an interval where the page begins, on its own chain if that can have it."""
+    document = visit.program.document
+    assert document.data is not None
+    for chain in sorted(document.data.chains_and_limbs, key=lambda c: c.name != visit.chain):
+        limb = document.data.limb(chain.name) is not None
+        if _fits(condition, Kind.LIMB_FLIP if limb else Kind.COUNTER_TWIST):
+            document.select_chain(chain.name)
+            document.insert_interval(visit.frame)
+            return
+
+
+# In the order in which they are done: one that comes later undoes nothing of those before. To
+# accept goes to other frames and chains, which takes a what-if off; a nudge is remembered.
 CHECKS: dict[str, Check] = {
+    "accepted": (_accepted, _accept),
     "moved": (_moved, _move),
     "seen": (_seen, _see),
-    "lit": (_lit, _light),
+    "nudged": (_nudged, _nudge),
     "swing": (_swung, _swing),
     "twist": (_twisted, _twist),
     "along": (_along, _go_along),
     "counter": (_opposed, _oppose),
-    "nudged": (_nudged, _nudge),
     "applied": (_applied, _apply),
-    "accepted": (_accepted, _accept),
+    "lit": (_lit, _light),
 }

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from inspector.lessons.lesson_place import LOOKS
+from inspector.lessons.lesson_place import LOOKS, Place
 from inspector.teaching.symbols import SYMBOLS
 from twistcore.detection import Kind
 
 _AT_LEAST = re.compile(r">=\s*(\S+)")
 _SINGULAR = ("swing", "bend")
-_KINDS = tuple(kind.value.replace(" ", "-") for kind in Kind)
+
+
+def word_of(kind: Kind) -> str:
+    """A kind of interval as one word."""
+    return kind.value.replace(" ", "-")
+
+
+_KINDS = tuple(map(word_of, Kind))
 
 _MOST = {"swing": 180.0, "twist": 180.0, "applied": 1.0}  # as far as the sliders go
+FARTHEST = 170.0  # degrees of twist up to which it can be told which way a child turned
 
 # Name → what follows it, as the documentation has it.
 CONDITIONS = {
@@ -45,15 +54,35 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
 
     All of them hold at once, so that such as exclude each other are none.
     """
-    conditions = tuple(_condition(part.strip()) for part in text.split(","))
+    conditions = [_condition(part.strip()) for part in text.split(",")]
     names = {condition.name for condition in conditions}
     if {"along", "counter"} <= names:
         raise ValueError("'along' or 'counter': a child does one of them")
+    if any(c.name == "twist" and c.amount > FARTHEST for c in conditions) and "counter" in names:
+        raise ValueError(f"'twist' up to {FARTHEST:g} beside 'counter': at 180° both ways are one")
     for name, what in (("seen", "one of what is shown"), ("lit", "one symbol: one is lit")):
-        words = [set(c.words) for c in conditions if c.name == name]
-        if words and not set.intersection(*words):
-            raise ValueError(f"{what} after {name!r}")
-    return conditions
+        if len(own := [c for c in conditions if c.name == name]) > 1:
+            common = tuple(w for w in own[0].words if all(w in c.words for c in own))
+            if not common:
+                raise ValueError(f"{what} after {name!r}")
+            conditions = [c for c in conditions if c.name != name]
+            conditions.append(Condition(name, words=common))
+    return tuple(conditions)
+
+
+def hold_at_once(conditions: Sequence[Condition], place: Place) -> bool:
+    """Whether a page's own settings fulfil them all, as far as these tell: that is no task."""
+    altered = place.what_if
+    swing = None if altered.nudge or altered.toward else altered.swing
+    set_so: dict[str, Callable[[Condition], bool]] = {
+        "seen": lambda c: place.look in c.words,
+        "lit": lambda c: place.lit in c.words,
+        "swing": lambda c: swing is not None and swing >= math.radians(c.amount),
+        "twist": lambda c: abs(altered.twist) >= math.radians(c.amount),
+        "along": lambda _: not altered.counter,
+        "applied": lambda c: altered.applied >= c.amount,
+    }
+    return bool(conditions) and all(c.name in set_so and set_so[c.name](c) for c in conditions)
 
 
 def _condition(text: str) -> Condition:
@@ -63,7 +92,11 @@ def _condition(text: str) -> Condition:
     if form is None:
         raise ValueError(f"a condition of {', '.join(CONDITIONS)}")
     if form == "frames":
-        return Condition(name, _number(rest, f"a number of frames after {name!r}"))
+        expected = f"a whole number of frames after {name!r}"
+        number = _number(rest, expected)
+        if not number.is_integer():
+            raise ValueError(expected)
+        return Condition(name, number)
     if form.startswith(">="):
         expected = f"'{name} {form.replace('>= ', '>= number of ')}'"
         limit = _AT_LEAST.fullmatch(rest)

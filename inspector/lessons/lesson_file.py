@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from inspector.bundled import ASSETS
-from inspector.lessons.lesson_conditions import Condition, read_conditions
+from inspector.lessons.lesson_conditions import Condition, hold_at_once, read_conditions
 from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import Place as Place
 from twistcore.errors import FormatError
@@ -122,6 +122,9 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
                 place = replace(place, **FIELDS[key](value))
         except ValueError as error:
             raise _error(path, line, str(error), value) from None
+    if hold_at_once(done, place):
+        line, value = settings["done"]
+        raise _error(path, line, "a task that is not done as the page begins", value)
     body, task = body_and_task(text)
     stands = {key: line for key, (line, _) in settings.items()}
     return LessonPage(lines[start][2:].strip(), body, task, place, done, start + 1, stands)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QPushButton
 
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_checks import Visit, do, holds
+from inspector.lessons.lesson_checks import Visit, all_hold, do
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.lessons.lesson_text import formulas
 from inspector.lessons.page_in_clip import chain_of
@@ -118,14 +118,13 @@ class LessonPlayer(QObject):
         self._preparing = True
         set_scene(self._program, self._clips[page.place.clip], page.place)
         self._preparing = False
-        self._visit = Visit(self._program, self._program.document.frame)
+        self._visit = Visit(self._program, self._program.document.frame, page.place.chain)
         self._check()
 
     def _show(self) -> None:
         if self.at < 0:  # the clip is the person's own still
             return
-        for condition in self.pages[self.at].done:
-            do(self._visit, condition)
+        do(self._visit, self.pages[self.at].done)
         taught = self._program.taught
         if taught.what_if.swing is not None or taught.what_if.bend is not None:
             self._program.viewport.focus_chain(self._program.settings.turn_ms)
@@ -135,5 +134,5 @@ class LessonPlayer(QObject):
         if self.at < 0 or self._preparing or guide.done:
             return
         done = self.pages[self.at].done
-        if done and all(holds(self._visit, condition) for condition in done):
+        if done and all_hold(self._visit, done):
             guide.set_done(True)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from inspector.lessons.lesson_conditions import word_of
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.session.opening import Analysed
 from twistcore.chain import Chain
+from twistcore.detection import Kind
 from twistcore.errors import FormatError
+
+_OF_CHAINS = ("swing", "counter")  # what a chain alone is measured for
 
 
 def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
     """The chain or limb of a page, None where it has none; data: its clip.
 
-    Raises FormatError where the clip has no such chain, or no such frame, or is too short for
-    what the page's task asks.
+    Raises FormatError where the clip has no such chain, or no such frame, or not what the page's
+    task asks for: so many frames, an interval of such a kind, a chain's angles.
     """
     place, last = page.place, data.motion.frames - 1
 
@@ -23,10 +27,18 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
     if place.frame > last:
         raise refused("frame", f"a frame of {place.clip.name} up to {last}", place.frame)
     far = max(place.frame, last - place.frame)
+    far, kinds = max(place.frame, last - place.frame), _kinds(data)
     for condition in page.done:
         if condition.name == "moved" and condition.amount > far:
             expected = f"'moved' and up to {far} frames, as {place.clip.name} has no more"
             raise refused("done", expected, f"moved {condition.amount:g}")
+        if condition.name == "accepted" and not kinds.intersection(condition.words or kinds):
+            there = ", ".join(sorted(kinds)) or "nothing"
+            expected = f"'accepted' and what {place.clip.name} has or is given by hand: {there}"
+            raise refused("done", expected, " ".join(("accepted", *condition.words)))
+        if condition.name in _OF_CHAINS and data.limb(place.chain) is not None:
+            expected = f"no {condition.name!r} on the page of a limb, which has none"
+            raise refused("done", expected, condition.name)
     if not place.chain:
         return None
     for chain in data.chains_and_limbs:
@@ -34,3 +46,12 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
             return chain
     known = ", ".join(c.name for c in data.chains_and_limbs) or "none: it has no chains"
     raise refused("chain", f"a chain of {place.clip.name} ({known})", place.chain)
+
+
+def _kinds(data: Analysed) -> set[str]:
+    """Of intervals that are in a clip, or that a person can make, as words of a condition."""
+    kinds = {judged.interval.kind for judged in data.review.state.intervals}
+    limbs = len(data.chains_and_limbs) - len(data.chains)
+    kinds |= {Kind.COUNTER_TWIST} if data.chains else set()
+    kinds |= {Kind.LIMB_FLIP} if limbs else set()
+    return set(map(word_of, kinds))

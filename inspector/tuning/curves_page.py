@@ -19,7 +19,7 @@ from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption, inked
 from inspector.widgets.theme import Theme
-from twistcore.tuning.cost_words import band_words, fsr_words
+from twistcore.tuning.cost_words import band_words, count_words, fsr_words
 
 _NO_COSTS = "What τ costs is measured for chains; a limb has its automatic τ."
 
@@ -128,7 +128,7 @@ class CurvesPage(QWidget):
         parts = [f"{count} at τ {degrees:.2f}°"]
         if (curve := self._costs.curves.get(self._document.chain)) is not None:
             cost = curve.cost(float(np.radians(degrees)))
-            parts += [f"FSR {fsr_words(cost)}", f"false alarms {cost.alarms:.3g}"]
+            parts += [f"FSR {fsr_words(cost)}", f"false alarms {count_words(cost)}"]
             self.state.setToolTip(band_words(cost))
         if not limb and (progress := self.progress()):
             parts.append(progress)

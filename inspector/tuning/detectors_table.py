@@ -13,7 +13,7 @@ from inspector.tuning.wishes import Wishes
 from inspector.widgets.tables import Row, RowModel
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Cost, TauCurve, cost_of_all
-from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words, fsr_words
+from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words, count_words, fsr_words
 
 _KINDS = ("suggested", "automatic")
 _AUTOMATIC = "    automatic τ"
@@ -82,7 +82,7 @@ class DetectorsModel(RowModel[_Line]):
                 texts += [unknown if chain else "", unknown, unknown]
                 tips += 3 * [""]
             else:
-                texts += [said, fsr_words(cost, 0, unit=""), f"{cost.alarms:.3g}"]
+                texts += [said, fsr_words(cost, 0, unit=""), count_words(cost)]
                 tips += ["", band_words(cost), alarm_words(cost)]
         return _Line(chain, kind, tuple(texts), tuple(tips))
 

@@ -132,7 +132,7 @@ class Browser:
     def press(self, key: str) -> None:
         """A key by its name, such as ArrowRight or Tab."""
         codes = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Tab": 9,
-                 "Enter": 13, "Home": 36, "b": 66}  # fmt: skip
+                 "Enter": 13, "End": 35, "Home": 36, "b": 66}  # fmt: skip
         for kind in ("rawKeyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key,
                       windowsVirtualKeyCode=codes[key])  # fmt: skip

@@ -46,7 +46,7 @@ done: lit w
 ```lesson
 what-if: twist 75
 show: theta_p, m
-done: counter
+done: counter, applied >= 1
 ```
 
 > Counter-twist.
@@ -177,6 +177,9 @@ def test_pages_turn_and_tasks_are_ticked(browser):
     rows = "[...document.querySelectorAll('.row')].filter((r) => !r.hidden)"
     assert browser.tell(f"{rows}.map((r) => r.dataset.symbol).join()") == "theta_p,m"
     browser.click("#counter")
+    assert browser.tell(ticks) == "done,,"
+    browser.tell("document.querySelector('#applied').focus()")
+    browser.press("End")
     assert browser.tell(ticks) == "done,done,"
     browser.click("#next")
     both = pixels(browser, "#scene")

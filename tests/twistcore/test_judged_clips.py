@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import shutil
 from dataclasses import replace
 
@@ -17,6 +18,7 @@ from twistcore.review.model import Judged, constant
 from twistcore.review.session import session_document, session_from_document
 from twistcore.rig import skeleton_mark
 from twistcore.tuning import GRID, read_profile
+from twistcore.tuning.folder_sessions import sessions_in
 from twistcore.tuning.learned_confidence import (
     seen,
 )
@@ -26,7 +28,6 @@ from twistcore.tuning.verdicts_of import (
     judged_clip,
     judged_in,
     performer_of,
-    sessions_in,
 )
 
 INJECTED = ASSETS / "walk_injected.bvh"
@@ -199,18 +200,50 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     write_session(tmp_path / "05_01.twist.json", clip, state)
     write_session(tmp_path / "05_01_refined.replay.json", clip, state)
     (tmp_path / "other.json").write_text("{}")
-    ((found, session),) = sessions_in(tmp_path)
+    ((found, session),) = sessions_in(tmp_path).of.items()
     told = judged_in(found, session)
     assert told.performer == "05"
     assert len(told.verdicts) == len(state.intervals)
     assert judged_in(found, session, "Ann").performer == "Ann"
     document = session_document(clip, state)
-    for k, name in enumerate(("", "/")):  # of no clip at all
+    for k, name in enumerate(("", "/", 300 * "a")):  # of no clip at all
         (tmp_path / f"none{k}.json").write_text(json.dumps(document | {"clip": name}))
-    assert len(list(sessions_in(tmp_path))) == 1
+    there = sessions_in(tmp_path)
+    assert (there.of, there.damaged) == ({found: session}, ())
+    stale = tmp_path / "stale.json"  # saved later, but for other bytes
+    stale.write_text(json.dumps(document | {"sha256": "0" * 64}))
+    os.utime(stale, (2e9, 2e9))
+    assert sessions_in(tmp_path).of == {found: session}
+    session.unlink()
+    assert sessions_in(tmp_path).of == {found: stale}
+    write_session(session, clip, state)
     shutil.copy(ASSETS / "walk.bvh", path)
     with pytest.raises(Exception, match="another version"):
         judged_in(found, session)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    ["garbage", {"left_out": "all"}, {"left_out": [[-5, 10]]}, {"schema": "twistcore.session/99"}],
+)
+def test_a_damaged_session_is_told_with_its_clip(tmp_path, damage):
+    for name in ("a.bvh", "b.bvh"):
+        shutil.copy(ASSETS / "kick.bvh", tmp_path / name)
+    whole = session_document(
+        read_bvh(tmp_path / "b.bvh"), Review.of(detect(read_bvh(tmp_path / "b.bvh"))).state
+    )
+    text = damage if isinstance(damage, str) else json.dumps(whole | damage)
+    for name in ("a.twist.json", "other.json"):
+        (tmp_path / name).write_text(text)
+    there = sessions_in(tmp_path)
+    assert not there.of
+    named = damage == "garbage"  # what it is of, it does not say, nor that it is a session
+    of = "a.bvh" if named else "b.bvh"
+    names = ["a.twist.json"] if named else ["a.twist.json", "other.json"]
+    assert [(d.path.name, d.clip.name) for d in there.damaged] == [(name, of) for name in names]
+    assert all(
+        d.why.startswith(f"{d.path}: expected") or "wrong kind" in d.why for d in there.damaged
+    )
 
 
 # --- the command -------------------------------------------------------------------------------
@@ -243,17 +276,25 @@ def test_tune_by_verdicts_writes_a_profile(judged_folder, tmp_path, capsys):
 
 
 def test_tune_by_verdicts_says_what_is_missing(judged_folder, tmp_path, capsys):
-    output = str(tmp_path / "p.toml")
+    output, one = str(tmp_path / "p.toml"), ("--workers", "1")
     for more, told in (
         (["--performer", "06"], "no session is of performer '06'"),
         (["--seeds", "5"], "--seeds: expected none with --verdicts"),
         (["--method", "paper"], "judged on what the consistency detector lists"),
     ):
-        command = ["tune", str(judged_folder), "--verdicts", "-o", output, *more]
+        command = ["tune", str(judged_folder), "--verdicts", "-o", output, *one, *more]
         assert main(command) == 2
         assert told in capsys.readouterr().err
+    damaged = judged_folder / "05_03.twist.json"
+    damaged.write_text("garbage")
+    assert main(["tune", str(judged_folder), "--verdicts", "-o", output, *one]) == 1
+    assert f"{damaged}: expected JSON" in capsys.readouterr().err
+    (tmp_path / "p.toml").unlink()
+    assert main(["tune", str(judged_folder), "--verdicts", "-o", str(damaged)]) == 2
+    assert damaged.read_text() == "garbage"
+    damaged.unlink()
     (judged_folder / "05_02.twist.json").unlink()
-    assert main(["tune", str(judged_folder), "--verdicts", "-o", output]) == 2
+    assert main(["tune", str(judged_folder), "--verdicts", "-o", output, *one]) == 2
     assert "10 accepted intervals or more to learn τ from, found 7" in capsys.readouterr().err
     assert main(["tune", str(INJECTED), "--verdicts", "-o", output]) == 2
     assert "expected a folder of clips with their sessions" in capsys.readouterr().err

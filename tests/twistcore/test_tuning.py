@@ -1,6 +1,7 @@
 """τ from noise and injected errors, and the profile that keeps it."""
 
 import math
+import re
 import shutil
 import tomllib
 from dataclasses import replace
@@ -37,7 +38,7 @@ from twistcore.tuning import (
     tuned,
     write_profile,
 )
-from twistcore.tuning.cost_words import fsr_words
+from twistcore.tuning.cost_words import alarm_words, count_words, fsr_words
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.profile import TauReasons
 
@@ -226,6 +227,52 @@ def test_tune_leaves_out_what_a_session_leaves_out(reviewed, tmp_path, capsys):
     path.write_bytes(path.read_bytes() + b"\n")
     assert main([*words, "--sessions"]) == 2
     assert "its session is of another version of it" in capsys.readouterr().err
+
+
+def test_tune_guesses_nothing_where_a_session_cannot_be_read(reviewed, tmp_path, capsys):
+    path, _ = reviewed
+    session, out = path.with_name("w.twist.json"), tmp_path / "p.toml"
+    words = ["-o", str(out), "--seeds", "0", "--workers", "1", "--sessions"]
+    whole = session.read_text()
+    session.write_text(whole.replace('"left_out"', '"left_out": "all", "_"'))
+    assert main(["tune", str(path), *words]) == 2
+    assert "w.twist.json: " in capsys.readouterr().err
+    shutil.copy(ASSETS / "kick.bvh", tmp_path / "k.bvh")
+    assert main(["tune", str(tmp_path), *words]) == 1
+    told = capsys.readouterr().err
+    assert "k.bvh: done\n" in told
+    assert "w.twist.json: " in told
+    assert "w.bvh: done" not in told
+    out.unlink()
+    assert main(["tune", str(tmp_path / "k.bvh"), *words]) == 2  # its neighbour's is none of its
+    assert "expected clips with sessions beside them, found none" in capsys.readouterr().err
+    session.write_text(re.sub(r'"left_out": [^"]*$', '"left_out": [[0, 344]]}', whole))
+    assert main(["tune", str(path), *words]) == 2
+    assert f"{path}: no chain that τ could be tuned on" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_tune_counts_the_minutes_of_clips_of_several_rigs_once_each(tmp_path, capsys):
+    words = ["tune", str(tmp_path), "-o", str(tmp_path / "p.toml"), "--seeds", "0", "--both"]
+    text = (ASSETS / "kick.bvh").read_text()
+    rates = []
+    for name in ("a.bvh", "b.bvh"):  # the same clip, and then twice, the other by other names
+        (tmp_path / name).write_text(text)
+        text = re.sub(r"((?:ROOT|JOINT)\s+)(\S+)", r"\1Z\2", text)
+        assert main([*words, "--workers", "1"]) == 0
+        rates.append(capsys.readouterr().out.splitlines()[-1].split())
+    assert rates[0] == rates[1]
+    assert any(float(rate) > 0.0 for rate in rates[0] if rate[0].isdigit())
+
+
+def test_in_no_minute_nothing_is_known_of_alarms(tmp_path):
+    none = TauCurve(np.radians([1.0, 2.0]), np.zeros(2), 0, np.zeros(2), 0.0, (0.01,))
+    cost = none.cost(0.02)
+    assert math.isnan(cost.rate)
+    assert np.isnan(none.alarms_per_minute).all()
+    assert (count_words(cost), alarm_words(cost)) == ("–", "No frame was looked at.")
+    write_profile(tmp_path / "p.toml", {"A": tuned(none)}, "clips", "consistency")
+    assert "false_alarms" not in (tmp_path / "p.toml").read_text()
 
 
 def test_tune_prints_bands_and_both_detectors(tmp_path, capsys):

@@ -14,14 +14,15 @@ from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.processes import each, reason
 from twistcore.rig import AS_FOUND, Rig, read_rig
-from twistcore.tuning import Cost, TauCurve, clip_curves, cost_of_all, tuned, write_profile
+from twistcore.tuning import TauCurve, clip_curves, cost_of_all, tuned, write_profile
 from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.cost_words import DETECTORS as DETECTOR_NAMES
 from twistcore.tuning.cost_words import fsr_words
+from twistcore.tuning.folder_sessions import FolderSessions, sessions_in
 from twistcore.tuning.learned_profile import learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS
-from twistcore.tuning.verdicts_of import JudgedClip, count, judged_in, sessions_in
+from twistcore.tuning.verdicts_of import JudgedClip, count, judged_in
 
 _SEEDS = 3  # draws of errors
 _ALL = "all chains"
@@ -41,20 +42,21 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     paths = sorted(source.glob("*.bvh")) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a BVH or a folder with some")
-    sessions: dict[Path, Path] = {}
+    sessions = FolderSessions({}, ())
     if arguments.sessions:
         _refuse_rig(arguments)
-        folder = source if source.is_dir() else source.parent
-        sessions = {clip: s for clip, s in sessions_in(folder) if clip in paths}
+        sessions = _beside(source, paths)
+    problems = [one.why for one in sessions.damaged]
     rigs = [arguments.rig] if arguments.rig else []
-    refuse_overwrite([arguments.output], [*paths, *sessions.values(), *rigs])
+    refuse_overwrite([arguments.output], [*paths, *sessions.files, *rigs])
     rig = read_rig(arguments.rig) if arguments.rig else AS_FOUND
     seeds = _SEEDS if arguments.seeds is None else arguments.seeds
     others = [m for m in sorted(DETECTORS) if m != arguments.method] if arguments.both else []
     methods = arguments.method, *others
-    work = partial(_curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions)
+    work = partial(_curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions.of)
     found: dict[Path, Mapping[str, ByChain]] = {}
-    problems: list[str] = []
+    mute = {one.clip for one in sessions.damaged} - sessions.of.keys()  # nothing is guessed for it
+    paths = [path for path in paths if path not in mute]
     for path, result in each(work, paths, arguments.workers):
         if isinstance(result, Exception):
             problems.append(reason(path, result))
@@ -62,7 +64,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
             problems.append(f"{path}: no chain that τ could be tuned on")
         else:
             found[path] = result
-            with_session = ", with its session" * (path in sessions)
+            with_session = ", with its session" * (path in sessions.of)
             print(f"{path.name}: done{with_session}", file=sys.stderr)
     code = tell_problems(problems, len(found))
     if not found:
@@ -72,9 +74,24 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     curves, wanted = together[arguments.method], _wanted(arguments)
     profile = {name: tuned(c, c.suggested(*wanted)) for name, c in curves.items()}
     write_profile(arguments.output, profile, source.name, arguments.method)
-    for line in _of_both(together, wanted) if arguments.both else _of_one(curves, wanted):
+    minutes = sum(_minutes(clip[arguments.method]) for clip in found.values())
+    both = _of_both(together, minutes, wanted) if arguments.both else _of_one(curves, wanted)
+    for line in both:
         print(line)
     return code
+
+
+def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
+    """The sessions of these clips, and the damaged ones that may be; TwistError without any."""
+    folder = source if source.is_dir() else source.parent
+    there = sessions_in(folder)
+    own = FolderSessions(
+        {clip: session for clip, session in there.of.items() if clip in paths},
+        tuple(one for one in there.damaged if one.clip in (*paths, folder)),
+    )
+    if source.exists() and not own.files:
+        raise TwistError(f"{source}: expected clips with sessions beside them, found none")
+    return own
 
 
 def _curves(
@@ -93,6 +110,11 @@ def _together(clips: Iterable[ByChain]) -> ByChain:
     return out
 
 
+def _minutes(curves: ByChain) -> float:
+    """How much of one clip was looked at, in whichever of its chains."""
+    return max(curve.minutes for curve in curves.values())
+
+
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[str]:
     """A line a chain; in brackets the band of its FSR."""
     for name, curve in curves.items():
@@ -100,12 +122,17 @@ def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[str]:
         cost, noise = curve.cost(tau), math.degrees(curve.floor)
         yield (
             f"{name:<20} τ {math.degrees(tau):6.2f}°   noise {noise:6.3f}°   "
-            f"FSR {fsr_words(cost, 2):>18}   {_rate(cost):.2f} false alarms a minute"
+            f"FSR {fsr_words(cost, 2):>18}   {cost.rate:.2f} false alarms a minute"
         )
 
 
-def _of_both(together: Mapping[str, ByChain], wanted: tuple[float, float]) -> Iterator[str]:
-    """Two lines a chain, at the suggested and the automatic τ, and at the end two of all chains."""
+def _of_both(
+    together: Mapping[str, ByChain], minutes: float, wanted: tuple[float, float]
+) -> Iterator[str]:
+    """Two lines a chain, at the suggested and the automatic τ, and at the end two of all chains.
+
+    minutes: of all clips, whose chains may be others in each.
+    """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
     width = max(map(len, [*names, _ALL])) + 2
@@ -122,15 +149,10 @@ def _of_both(together: Mapping[str, ByChain], wanted: tuple[float, float]) -> It
                     for n, c in together[m].items()
                     if name in (n, _ALL)
                 ]
-                cost = cost_of_all(chosen)
+                cost = cost_of_all(chosen, minutes if name == _ALL else None)
                 tau = "" if name == _ALL else f"{math.degrees(chosen[0][1]):.2f}°"
-                line += f"{tau:>8}{fsr_words(cost, unit=''):>18}{_rate(cost):>12.2f}    "
+                line += f"{tau:>8}{fsr_words(cost, unit=''):>18}{cost.rate:>12.2f}    "
             yield line.rstrip()
-
-
-def _rate(cost: Cost) -> float:
-    """False alarms a minute of clip."""
-    return cost.alarms / max(cost.minutes, 1e-9)
 
 
 def _refuse_rig(arguments: argparse.Namespace) -> None:
@@ -158,12 +180,12 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
             raise TwistError(f"--{option}: expected no --verdicts; nothing is drawn there")
     if arguments.seeds is not None:
         raise TwistError("--seeds: expected none with --verdicts; nothing is drawn there")
-    pairs = dict(sessions_in(folder))
-    if not pairs:
+    there = sessions_in(folder)
+    pairs, problems = dict(there.of), [one.why for one in there.damaged]
+    if not there.files:
         raise TwistError(f"{folder}: expected clips with sessions beside them, found none")
-    refuse_overwrite([arguments.output], [*pairs, *pairs.values()])
+    refuse_overwrite([arguments.output], [*pairs, *there.files])
     clips: list[JudgedClip] = []
-    problems: list[str] = []
     for clip, result in each(partial(_judged, pairs), sorted(pairs), arguments.workers):
         if isinstance(result, Exception):
             problems.append(reason(clip, result))

@@ -105,6 +105,7 @@ def clip_curves(
 ) -> dict[str, TauCurve]:
     """The curves of all correctable chains of a clip, by name; raises TwistError.
 
+    None where nothing was looked at: where all frames are left out every τ would cost the same.
     session: of this clip, whose chains, verdicts and frames left out are taken, as the window does.
     """
     clip = read_bvh(path)
@@ -123,4 +124,5 @@ def clip_curves(
         rig=rig,
         left_out=left_out,
     )
-    return {name: tuning.curve(name) for name in tuning.names}
+    curves = {name: tuning.curve(name) for name in tuning.names}
+    return {name: curve for name, curve in curves.items() if curve.minutes or curve.errors}

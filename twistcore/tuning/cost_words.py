@@ -19,6 +19,11 @@ def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
     return f"{said} ({100.0 * cost.low:.0f}–{100.0 * cost.high:.0f})"
 
 
+def count_words(cost: Cost) -> str:
+    """How many false alarms; '–' where nothing was looked at."""
+    return f"{cost.alarms:.3g}" if cost.minutes else "–"
+
+
 def band_words(cost: Cost) -> str:
     """What the band means."""
     if math.isnan(cost.low):
@@ -32,6 +37,8 @@ def band_words(cost: Cost) -> str:
 
 def alarm_words(cost: Cost) -> str:
     """What a count in one clip says of others."""
+    if not cost.minutes:
+        return "No frame was looked at."
     low, high = cost.rate_band
     return (
         f"{cost.alarms:.3g} in {60.0 * cost.minutes:.1f} s: in clips like this one between "

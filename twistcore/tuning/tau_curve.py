@@ -54,8 +54,8 @@ class TauCurve:
 
     @property
     def alarms_per_minute(self) -> Array:
-        """False alarms per minute of clip, (n,)."""
-        rate: Array = self.alarms / max(self.minutes, 1e-9)
+        """False alarms per minute of clip, (n,); NaN in no minute."""
+        rate: Array = self.alarms / (self.minutes or nan)
         return rate
 
     @property
@@ -148,18 +148,24 @@ class Cost:
     minutes: float
 
     @property
+    def rate(self) -> float:
+        """Alarms a minute; NaN in no minute."""
+        return self.alarms / (self.minutes or nan)
+
+    @property
     def rate_band(self) -> tuple[float, float]:
         """Alarms a minute that clips like these may have, by those counted, at 95 % confidence."""
         low, high = rate_band(self.alarms)
         return (low / self.minutes, high / self.minutes) if self.minutes else (0.0, math.inf)
 
 
-def cost_of_all(chosen: Sequence[tuple[TauCurve, float]]) -> Cost:
-    """What several chains of the same clips, each at its own τ in radians, cost together.
+def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
+    """What several chains, each at its own τ in radians, cost together.
 
-    All their frames and all their alarms, in minutes of clip: more chains make it no longer.
+    All their frames and all their alarms, in `minutes` of clip: more chains make it no longer.
+    Where it is not given they are all of the same clips.
     """
-    alarms = minutes = errors = repaired = 0.0
+    alarms = errors = repaired = 0.0
     drawn: list[DrawnErrors] = []
     for curve, tau in chosen:
         below, share = curve._place(tau)
@@ -168,11 +174,12 @@ def cost_of_all(chosen: Sequence[tuple[TauCurve, float]]) -> Cost:
         alarms += float(curve.alarms[pair] @ weights)
         repaired += float(curve.repaired[pair] @ weights)
         errors += curve.errors
-        minutes = max(minutes, curve.minutes)
         if curve.drawn is not None:
             drawn.append(curve.drawn.between(below, share))
     known = bool(drawn) and all(c.drawn is not None or not c.errors for c, _ in chosen)
     low, high = (float(end[0]) for end in reduce(add, drawn).band) if known else (nan, nan)
+    if minutes is None:
+        minutes = max((curve.minutes for curve, _ in chosen), default=0.0)
     return Cost(repaired / errors if errors else nan, low, high, alarms, minutes)
 
 
@@ -189,10 +196,10 @@ class Tuned:
 def tuned(curve: TauCurve, tau: float | None = None) -> Tuned:
     """The suggestion of a curve, or a τ in radians, with what it costs."""
     tau = curve.suggested() if tau is None else tau
-    fsr, alarms = curve.at(tau)
+    cost = curve.cost(tau)
     return Tuned(
         tau=math.degrees(tau),
         noise=math.degrees(curve.floor),
-        fsr=100.0 * fsr,
-        alarms_per_minute=alarms / max(curve.minutes, 1e-9),
+        fsr=100.0 * cost.fsr,
+        alarms_per_minute=cost.rate,
     )

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 from types import MappingProxyType
@@ -31,7 +30,6 @@ from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
 
 SAME = 0.5  # of the frames of both: what is found there is the error that was accepted
-_REPLAY = ".replay.json"  # what an export did: its review is in the clip's own session
 _PERFORMER = re.compile(
     r"(?P<number>\d{1,3})_\d+|.*?(?P<word>(?:subject|performer|actor)[-_ ]?\d+)", re.IGNORECASE
 )
@@ -245,21 +243,6 @@ def found_by_tau(
 
 
 # -- of files -----------------------------------------------------------------------------------
-
-
-def sessions_in(folder: Path) -> Iterator[tuple[Path, Path]]:
-    """Clips of a folder and the session beside each, by name; of several of a clip the latest."""
-    latest: dict[Path, tuple[int, Path]] = {}
-    for path in sorted(folder.glob("*.json")):
-        if path.name.endswith(_REPLAY):
-            continue
-        with suppress(TwistError, OSError):
-            name = PurePath(read_session(path).clip).name
-            clip = path.parent / name
-            if name and clip.is_file():  # of '' and '/' there is none
-                written = path.stat().st_mtime_ns
-                latest[clip] = max(latest.get(clip, (0, path)), (written, path))
-    yield from ((clip, session) for clip, (_, session) in sorted(latest.items()))
 
 
 def judged_in(

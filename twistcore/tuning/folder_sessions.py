@@ -1,0 +1,98 @@
+"""The sessions that lie beside a folder's clips."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path, PurePath
+
+from twistcore.errors import TwistError
+from twistcore.review import read_session
+
+_SESSION = ".twist.json"  # as the program names them; a person may choose another name
+_REPLAY = ".replay.json"  # what an export did: its review is in the clip's own session
+
+
+@dataclass(frozen=True)
+class Damaged:
+    """A session that cannot be read, and why.
+
+    clip: beside it, that it is of, as far as it or its name tells, else the folder.
+    """
+
+    path: Path
+    clip: Path
+    why: str
+
+
+@dataclass(frozen=True)
+class FolderSessions:
+    """What was found: the session of every clip that has one, and those that cannot be read."""
+
+    of: Mapping[Path, Path]
+    damaged: tuple[Damaged, ...]
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All of them."""
+        return (*self.of.values(), *(one.path for one in self.damaged))
+
+
+def sessions_in(folder: Path) -> FolderSessions:
+    """Clips of a folder and the session beside each.
+
+    Of several of a clip the latest that is of the clip as it is, else the latest.
+    """
+    found: dict[Path, list[tuple[Path, str]]] = {}
+    damaged: list[Damaged] = []
+    for path in sorted(folder.glob("*.json")):
+        if path.name.endswith(_REPLAY):
+            continue
+        try:
+            session = read_session(path)
+        except TwistError as error:
+            if (clip := _meant_for(path)) is not None:
+                damaged.append(Damaged(path, clip, str(error)))
+            continue
+        clip = folder / PurePath(session.clip).name
+        if _is_file(clip):  # not the folder, by '' or '/'
+            found.setdefault(clip, []).append((path, session.sha256))
+    of = {clip: _best(clip, found[clip]) for clip in sorted(found)}
+    return FolderSessions(of, tuple(damaged))
+
+
+def _meant_for(path: Path) -> Path | None:
+    """The clip that a damaged session is of, its folder where nothing tells; None: no session.
+
+    Beside clips there are other documents, which have nothing to do with this.
+    """
+    try:
+        document = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        document = None
+    said = document if isinstance(document, Mapping) else {}
+    named = path.name.endswith(_SESSION)
+    if not (named or str(said.get("schema")).startswith("twistcore.session/")):
+        return None
+    names = PurePath(str(said.get("clip", ""))).name, path.name.removesuffix(_SESSION) + ".bvh"
+    clips = (path.parent / name for name in names)
+    return next(filter(_is_file, clips), path.parent)
+
+
+def _is_file(path: Path) -> bool:
+    with suppress(OSError):  # a name longer than any may be
+        return path.is_file()
+    return False
+
+
+def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
+    """Of sessions, each with the SHA-256 of the clip that it was saved for."""
+    if len(sessions) == 1:
+        return sessions[0][0]
+    now = ""
+    with suppress(OSError):  # whoever reads the clip says so
+        now = hashlib.sha256(clip.read_bytes()).hexdigest()
+    return max((sha == now, path.stat().st_mtime_ns, path) for path, sha in sessions)[-1]
