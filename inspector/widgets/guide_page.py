@@ -122,6 +122,8 @@ class MarkdownPage(QTextBrowser):
     def soften_tables(self) -> None:
         """Of the page as it is; a new one has to be softened again."""
         line = self.palette().color(QPalette.ColorRole.Mid)
+        whole = QTextCursor(self.document())
+        whole.beginEditBlock()  # else each cell lays the page out anew
         for frame in self.document().rootFrame().childFrames():
             if isinstance(frame, QTextTable):
                 looks = frame.format()
@@ -135,6 +137,7 @@ class MarkdownPage(QTextBrowser):
                         under.setBottomBorderStyle(_SOLID)
                         under.setBottomBorderBrush(line)
                         cell.setFormat(under)
+        whole.endEditBlock()
 
     def changeEvent(self, event: QEvent) -> None:
         """Another theme has other lines."""
