@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
@@ -185,10 +186,9 @@ class TrackPage(QWidget):
             return
         dt = data.motion.frame_time
         self._show_usual(Gains.by_hand(dt, causal=self.causal.isChecked()))
-        usual = Gains.by_hand(dt)
-        words = response_words("a joint", lags(usual, dt)[0], overshoots(usual, dt)[0])
         self.causal.setToolTip(
-            f"Frame by frame, looking at nothing that comes later: with the usual gains {words}"
+            "Frame by frame, looking at nothing that comes later: with the usual gains "
+            + _causal_words(dt)
         )
 
     def _show_usual(self, gains: Gains) -> None:
@@ -283,6 +283,13 @@ class TrackPage(QWidget):
 
     def _key(self, role: str, text: str) -> str:
         return inked(f"━ {text}", getattr(self._theme, role))
+
+
+@lru_cache
+def _causal_words(dt: float) -> str:
+    """What a causal pass does to a joint; it takes a pass to tell, so once for each rate."""
+    usual = Gains.by_hand(dt)
+    return response_words("a joint", lags(usual, dt)[0], overshoots(usual, dt)[0])
 
 
 def _listed(names: Sequence[str], place: str) -> str:

@@ -187,10 +187,8 @@ def test_an_entry_that_is_damaged_costs_none_before_it_and_is_kept(clip, start):
     [
         ("note", 7),
         ("method", "tarot"),
-        ("next_id", 1e999),
         ("stop", 10_000),
         ("chain", "Tail"),
-        ("offset_deg", "wide"),
     ],
     ids=lambda d: d[0],
 )

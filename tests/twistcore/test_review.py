@@ -43,7 +43,7 @@ from twistcore.review.model import (
 )
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(st.data())
 def test_undo_brings_every_state_back_and_redo_does_it_again(data):
     review = fresh()
@@ -63,7 +63,7 @@ def test_undo_brings_every_state_back_and_redo_does_it_again(data):
     assert review.redo_text == ""
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(st.data())
 def test_a_name_is_no_step_and_changes_nothing_but_who_decided(data):
     review = fresh()
