@@ -74,7 +74,7 @@ def state_on_disk(clip):
     return hashlib.sha256(session_bytes(clip, state)).hexdigest()
 
 
-@pytest.mark.parametrize("seed", range(int(os.environ.get("TWIST_KILLS", "4"))))
+@pytest.mark.parametrize("seed", range(int(os.environ.get("TWIST_KILLS", "3"))))
 def test_killed_at_random_moments(tmp_path, seed):
     """Twice in a row: the second run restores what the first one left."""
     folder = tmp_path / "clips"

@@ -61,9 +61,15 @@ def found_in(motion):
 
 def soft_of(motion):
     """Intervals that stand by softness, all chains."""
-    chains = ClipAnalysis(motion, find_chains(motion)).by().chains.values()
+    return soft_in(ClipAnalysis(motion, find_chains(motion)).by())
+
+
+def soft_in(found):
     return [
-        s for c in chains for s in c.standing if s.interval.evidence["follows"] == "a soft onset"
+        s
+        for c in found.chains.values()
+        for s in c.standing
+        if s.interval.evidence["follows"] == "a soft onset"
     ]
 
 
@@ -380,9 +386,10 @@ def cut_together(a, b):
 @pytest.mark.parametrize("kind", ["plain", "rich"])
 def test_no_cut_is_bridged(kind):
     both = cut_together(clip("walk.bvh", kind).sliced(0, 170), clip("kick.bvh", kind))
-    cut = analyse(both).by().cut
+    found = analyse(both).by()
+    cut = found.cut
     assert np.flatnonzero(cut).tolist() == [0, 170]
-    assert soft_of(both) == []
+    assert soft_in(found) == []
     surprise, _ = surprise_of(both, cut=cut)
     surprise.measure(np.zeros(surprise.x.shape, dtype=bool))
     for a in surprise.at:
