@@ -74,7 +74,7 @@ TEST_PROGRAMS = {
 # it brought, elsewhere a browser that is there is used.
 BROWSER = {"chromium": ["chromium"]}
 QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
-# The modules of window tests that take longest: first, so that all lanes end together.
+# The modules of window tests that take longest: first, so that both lanes end together.
 LONG = (
     *("nothing_lost", "taken_away", "kill", "test_looks", "starts_and_ends"),
     *("by_hand", "uncovered", "page_in_browser", "test_teaching", "test_tour"),
@@ -401,9 +401,8 @@ def tell_results(began: float) -> None:
 def command_test(args: list[str]) -> int:
     """Run pytest; without arguments all of it, every module of window tests by itself.
 
-    Three parts at a time where each has a virtual screen of its own, since window tests wait half
-    of the time: on a real one windows would take each other's keys, and only what has no windows
-    runs beside them.
+    Two parts at a time where each has a virtual screen of its own: on a real one windows would take
+    each other's keys, and only what has no windows runs beside them.
     """
     if args:
         with screen() as env:
@@ -425,7 +424,7 @@ def command_test(args: list[str]) -> int:
     def test_windows() -> int:
         status = 0
         # A program has one window: hundreds in one process try Qt's bindings, not the program.
-        for module in waiting:  # one list for all lanes
+        for module in waiting:  # one list for both lanes
             status |= 0 if given_up else run_twice([module], parent)
         return status
 
@@ -434,10 +433,8 @@ def command_test(args: list[str]) -> int:
         return status if has_screen() else status | test_windows()
 
     waiting, given_up = iter(window_tests()), False
-    with parent_of_tests() as parent, ThreadPoolExecutor(3) as lanes:
-        of_windows = 1 if has_screen() else 2
-        running = [lanes.submit(test_the_rest)]
-        running += [lanes.submit(test_windows) for _ in range(of_windows)]
+    with parent_of_tests() as parent, ThreadPoolExecutor(2) as lanes:
+        running = [lanes.submit(test_the_rest), lanes.submit(test_windows)]
         try:
             status = max([lane.result() for lane in running])
         except BaseException:  # Ctrl+C, or we were told to end

@@ -249,7 +249,11 @@ class WatchedProgram:
         return answer["value"]
 
     def rect(self, widget):
-        """Where a widget is on the screen, by its expression: left, top, width, height."""
+        """Where a widget is on the screen, by its expression: left, top, width, height.
+
+        What a key or click has just asked for is waited for: before it is shown it is nowhere.
+        """
+        self.until(f"({widget}).isVisible()")
         return self.ask(f"rect({widget})")
 
     def until(self, expression, seconds=20.0):

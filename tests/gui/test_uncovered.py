@@ -36,7 +36,6 @@ KEYS = {
 COMBOS = ("window.transport.speed", "window.transport.show_box", "window.intervals.filter")
 A_FEW = ("a menu", "Recent", "palette", "export", "filter", "tip")
 PARKED = (1439, 899)
-TWO = (Look(), Look(theme="dark", compositor=True))
 
 
 def openings(p):
@@ -77,7 +76,7 @@ def openings(p):
 
 
 @needs_real_screen
-@pytest.mark.parametrize("seen_in", LOOKS if EVERY else TWO, ids=str)
+@pytest.mark.parametrize("seen_in", LOOKS if EVERY else [Look()], ids=str)
 def test_nothing_stays_of_what_lay_over_the_window(tmp_path, seen_in):
     """In a look of its own, and in the other theme, chosen in a menu."""
     clip = shutil.copy(ASSETS / "walk_injected.bvh", tmp_path / "walk.bvh")
