@@ -303,6 +303,12 @@ def test_names_in_a_pickle_are_not_looked_up_and_nothing_of_ours_is_changed():
     assert found[1:] == [2.0, [1, {2: b"c"}]]
 
 
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_numbers_of_either_byte_order_are_read(order):
+    given = np.linspace(-1.0, 1.0, 5).astype(f"{order}f4")
+    np.testing.assert_array_equal(read_pickle(pickle.dumps(given)), given)
+
+
 def test_a_length_in_a_pickle_takes_no_memory():
     tracemalloc.start()
     try:

@@ -58,8 +58,9 @@ class _Dtype(Unreadable):
 
     def plain(self) -> np.dtype[Any]:
         """As numpy's; ValueError where it is none of plain numbers."""
-        order = self.order if self.order in "<>" else "="
-        found = np.dtype(self.letters).newbyteorder("=" if order == "=" else order)  # type: ignore[arg-type]
+        found = np.dtype(self.letters)
+        if self.order in ("<", ">"):
+            found = np.dtype(self.order + found.str[1:])
         if found.kind not in _KINDS or found.subdtype or found.names:
             raise ValueError("no plain numbers")
         return found
