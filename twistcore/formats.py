@@ -7,9 +7,10 @@ from pathlib import Path
 
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
+from twistcore.npz import read_npz
 from twistcore.progress import Tell, nobody
 
-_READERS: Mapping[str, Callable[..., Clip]] = {".bvh": read_bvh}
+_READERS: Mapping[str, Callable[..., Clip]] = {".bvh": read_bvh, ".npz": read_npz}
 CLIP_SUFFIXES = tuple(_READERS)
 
 
