@@ -12,6 +12,7 @@ from twistcore.progress import Tell, nobody
 
 _READERS: Mapping[str, Callable[..., Clip]] = {".bvh": read_bvh, ".npz": read_npz}
 CLIP_SUFFIXES = tuple(_READERS)
+CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # as file dialogs have them
 
 
 def is_clip(path: str | Path) -> bool:

@@ -152,13 +152,15 @@ class OtherForms(QWidget):
         chain, joints = self._taught.chain, self._taught.joints
         assert chain is not None
         locks = []
+        data = self._taught.document.data
+        said = data.clip.format.upper() if data is not None else ""
         for key, joint, letter in (("parent", chain.parent, "P"), ("child", chain.child, "C")):
             before = self._rows["euler"][0 if key == "parent" else 2]
             assert isinstance(before, QLabel)
-            before.setText(f"BVH: {joints[letter]}")
+            before.setText(f"{said}: {joints[letter]}")
             found = self._channels(joint)
             if found is None:
-                self.values[key].setText("not three rotations in the file")
+                self.values[key].setText("no three Euler angles in the file")
                 continue
             turned = zip(found.order, found.angles, strict=True)
             self.values[key].setText("  ".join(f"{axis} {degrees(x)}" for axis, x in turned))

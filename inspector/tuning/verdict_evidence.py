@@ -17,6 +17,7 @@ from inspector.tuning.remembered_profiles import Performers
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.background import OneTask
 from twistcore.errors import TwistError
+from twistcore.formats import is_clip
 from twistcore.progress import Tell
 from twistcore.review import ReviewState
 from twistcore.tuning.common_tau import CommonTau, common_tau
@@ -152,7 +153,7 @@ def _counted(
     """In a thread: nothing here changes the review or the clip."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped = [], []
-    folder = sorted(data.clip.path.parent.glob("*.bvh"))
+    folder = sorted(filter(is_clip, data.clip.path.parent.iterdir()))
     for k, path in enumerate(folder):
         tell(k / len(folder))
         if path == data.clip.path or not (sessions := kept_sessions(path)):

@@ -12,6 +12,7 @@ from pathlib import Path
 from twistcore.cli.output import refuse_overwrite, tell_problems
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
+from twistcore.formats import is_clip
 from twistcore.processes import each, reason
 from twistcore.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import TauCurve, clip_curves, cost_of_all, tuned, write_profile
@@ -39,9 +40,9 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     source: Path = arguments.source
     if arguments.performer is not None:
         raise TwistError("--performer: expected --verdicts, too; an injected error is nobody's")
-    paths = sorted(source.glob("*.bvh")) if source.is_dir() else [source]
+    paths = sorted(filter(is_clip, source.iterdir())) if source.is_dir() else [source]
     if not paths:
-        raise TwistError(f"{source}: expected a BVH or a folder with some")
+        raise TwistError(f"{source}: expected a clip or a folder with some")
     sessions = FolderSessions({}, ())
     if arguments.sessions:
         _refuse_rig(arguments)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from twistcore.errors import TwistError
+from twistcore.formats import CLIP_SUFFIXES
 from twistcore.review import read_session
 
 _SESSION = ".twist.json"  # as the program names them; a person may choose another name
@@ -77,7 +78,8 @@ def _meant_for(path: Path) -> Path | None:
     named = path.name.endswith(_SESSION)
     if not (named or str(said.get("schema")).startswith("twistcore.session/")):
         return None
-    names = PurePath(str(said.get("clip", ""))).name, path.name.removesuffix(_SESSION) + ".bvh"
+    stem = path.name.removesuffix(_SESSION)
+    names = PurePath(str(said.get("clip", ""))).name, *(stem + ending for ending in CLIP_SUFFIXES)
     clips = (path.parent / name for name in names)
     return next(filter(_is_file, clips), path.parent)
 
