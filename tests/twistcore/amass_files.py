@@ -11,8 +11,10 @@ from twistcore.rotation import conjugate, logarithm, multiply, quaternion_from_a
 UPRIGHT = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), 0.5 * np.pi)  # from y up to z up
 
 
-def amass_arrays(motion: Motion, joints: int = 52, dtype=np.float64, *, own: bool = True):
+def amass_arrays(motion: Motion, joints=52, dtype=np.float64, *, own=True, tilt=None):
     """The arrays of a file; own: with 'J', the joints at rest, else a reader knows only β.
+
+    tilt: how bones rest off the axes of a T-pose, (24, 4).
 
     CMU rests with legs apart: its rotations are told anew as of a T-pose, so that joints stay where
     they are, bones and all.
@@ -20,6 +22,7 @@ def amass_arrays(motion: Motion, joints: int = 52, dtype=np.float64, *, own: boo
     topology = find_topology(motion.skeleton)
     offsets, q = CMU_UNIT * topology.offsets, topology.reduced(motion.rotations)
     a = rest_change(offsets).turns
+    a = a if tilt is None else multiply(tilt, a)
     turned = multiply(q, conjugate(a))
     at_rest = offsets.copy()
     for j, parent in enumerate(PARENTS):

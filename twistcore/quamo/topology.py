@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.motion import Skeleton
-from twistcore.npz.body import BODIES, BODY
+from twistcore.npz.body import BODIES
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
 CMU_UNIT = 0.056444  # metres: lengths of CMU's skeletons are inches divided by 0.45
 
 # SMPL's order, so that its poses need no reordering; CMU's joint of the same place beside it.
 SMPL_NAMES, PARENTS = BODIES[24].names, tuple(BODIES[24].parents.tolist())
-# SMPL-H and SMPL-X have fingers where SMPL has a hand.
-_FINGERED = (*SMPL_NAMES[:BODY], "left_middle1", "right_middle1")
 CMU_NAMES = (
     "Hips", "LeftUpLeg", "RightUpLeg", "LowerBack", "LeftLeg", "RightLeg", "Spine",
     "LeftFoot", "RightFoot", "Spine1", "LeftToeBase", "RightToeBase", "Neck", "LeftShoulder",
@@ -75,7 +73,7 @@ def find_topology(skeleton: Skeleton) -> Topology:
 
     TwistError where one is missing, or where the joints hang together otherwise.
     """
-    for names in (CMU_NAMES, SMPL_NAMES, _FINGERED):
+    for names in (CMU_NAMES, SMPL_NAMES):
         if set(names) <= set(skeleton.names):
             return _topology(skeleton, names)
     missing = [name for name in CMU_NAMES if name not in skeleton.names]
@@ -107,8 +105,6 @@ def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
 def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
     """The length of one unit of a skeleton: as given, or CMU's where it looks like one of CMU's.
 
-    A metre where it has SMPL's joints and the height of a person in metres.
-
     TwistError where it has to be asked for: other names, or no person's height in that unit.
     """
     if unit is not None:
@@ -116,8 +112,6 @@ def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
     height = CMU_UNIT * skeleton.height
     if set(CMU_NAMES) <= set(skeleton.names) and 1.0 < height < 2.5:
         return CMU_UNIT
-    if set(SMPL_NAMES[:BODY]) <= set(skeleton.names) and 1.0 < skeleton.height < 2.5:
-        return 1.0
     raise TwistError("expected --unit: how many metres one unit of this skeleton is")
 
 
