@@ -3,6 +3,7 @@
 import io
 import json
 import zipfile
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -206,6 +207,9 @@ def test_an_archive_written_as_a_stream_keeps_its_check_sums_behind_the_data(wal
     write_clip(clip, clip.motion.with_rotations(turned), tmp_path / "b.npz")
     with zipfile.ZipFile(tmp_path / "b.npz") as archive:
         assert archive.testzip() is None
+        poses = archive.read("poses.npy")
+    behind = b"PK\x07\x08" + zlib.crc32(poses).to_bytes(4, "little")  # which zipfile ignores
+    assert behind in (tmp_path / "b.npz").read_bytes()
     again = read_npz(tmp_path / "b.npz").motion.rotations
     assert geodesic_angle(again[:, 18], turned[:, 18]).max() < 1e-7
 
@@ -224,8 +228,11 @@ def test_moved_roots_are_written_into_trans_and_nothing_else(walk, tmp_path):
 # -- the branch of the vectors ---------------------------------------------------------------------
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.floats(0.0, 0.15), st.integers(-2, 2))
-def test_vectors_go_on_from_their_neighbours_and_mean_the_rotation(seed, frames, step, turns):
+@given(
+    st.integers(0, 2**32 - 1), st.integers(1, 40), st.floats(0.0, 0.15), st.integers(-2, 2),
+    st.sampled_from(["both", "before", "after"]),
+)  # fmt: skip
+def test_vectors_go_on_from_their_neighbours_and_mean_the_rotation(seed, frames, step, turns, side):
     """A line of vectors that passes half turns and whole ones is found again from its rotations."""
     rng = np.random.default_rng(seed)
     axis = rng.normal(size=3)
@@ -234,7 +241,8 @@ def test_vectors_go_on_from_their_neighbours_and_mean_the_rotation(seed, frames,
     line = angles[:, None] * axis
     q = exponential(line[1:-1]) * rng.choice([-1.0, 1.0], (frames, 1))
     own = exponential(rng.normal(size=(frames, 3)))[:, 1:]
-    found = continuous_vectors(q, own, line[0], line[-1])
+    before, after = line[0] if side != "after" else None, line[-1] if side != "before" else None
+    found = continuous_vectors(q, own, before, after)
     assert geodesic_angle(exponential(found), q).max() < 1e-7
     assert np.abs(found - line[1:-1]).max() < 1e-6
 
@@ -302,6 +310,16 @@ def test_damage_within_an_array_is_told(walk, capsys, tmp_path):
     (tmp_path / "a.npz").write_bytes(data)
     _, _, err = run(capsys, "detect", tmp_path / "a.npz")
     assert "expected a whole array 'poses'" in err
+
+
+def test_damage_in_another_array_ends_the_packing_anew_with_nothing_written(capsys, tmp_path):
+    path = write_amass(tmp_path / "a.npz", WALK.motion, 24, packed=True)
+    data = bytearray(path.read_bytes())
+    data[data.index(b"dmpls.npy") + 5000] ^= 1
+    path.write_bytes(data)
+    code, _, err = run(capsys, "refine", path, "-o", tmp_path / "b.npz")
+    assert (code, [*tmp_path.iterdir()]) == (2, [path])
+    assert "expected a whole array 'dmpls'" in err
 
 
 def test_an_array_that_would_fill_the_memory_is_refused_unread(capsys, tmp_path):

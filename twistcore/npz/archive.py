@@ -54,7 +54,7 @@ class Archive:
 
         Members that are stored plainly are replaced where they stand. A compressed one gets
         another length: then the archive is packed anew, members in their order, each compressed
-        as it was.
+        as it was. NpzError where another array proves to be damaged on that way.
         """
         contents = {name: self._content(name, values) for name, values in arrays.items()}
         if all(self.infos[name].compress_type == zipfile.ZIP_STORED for name in contents):
@@ -117,15 +117,16 @@ class Archive:
 
     def _packed(self, contents: Mapping[str, bytes]) -> bytes:
         out = io.BytesIO()
-        old = zipfile.ZipFile(io.BytesIO(self.data))
-        with old, zipfile.ZipFile(out, "w") as new:
-            new.comment = old.comment
+        with zipfile.ZipFile(io.BytesIO(self.data)) as old:
+            comment = old.comment
+        with zipfile.ZipFile(out, "w") as new:
+            new.comment = comment
             for name, info in self.infos.items():
                 fresh = zipfile.ZipInfo(info.filename, info.date_time)
                 for kept in ("compress_type", "comment", "create_system", "external_attr"):
                     setattr(fresh, kept, getattr(info, kept))
                 fresh.extra = b"" if _has_zip64(info.extra) else info.extra
-                new.writestr(fresh, contents[name] if name in contents else old.read(info))
+                new.writestr(fresh, contents[name] if name in contents else self._raw(name))
         return out.getvalue()
 
 
