@@ -182,7 +182,7 @@ class OtherForms(QWidget):
             off = found.correction.whole
             one = altered(data.motion, chain, frame, taught.what_if, offset=off, stage=taught.stage)
             q = one.rotations[0, joint]
-        return euler_channels(order, q, written[frame])
+        return euler_channels(order, data.clip.as_written(joint, q), written[frame])
 
     def _measured(self) -> None:
         for right in self._rights:

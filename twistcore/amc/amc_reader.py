@@ -19,6 +19,7 @@ from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 
 _ASSUMED_FPS = 120.0
+_TOLD = 64  # frames
 _ASSUMED = (
     "An AMC has no frame rate: 120 frames a second are assumed, as CMU captured; some of its "
     "trials have 60 (--fps)."
@@ -91,12 +92,18 @@ def parse_amc(
         data=data,
         skeleton=asf.skeleton,
         frame_time=1.0 / (fps or rows.fps or _ASSUMED_FPS),
-        warnings=(*asf.warnings, *rows.warnings),
+        warnings=(*(_of_the_skeleton(asf, w) for w in asf.warnings), *rows.warnings),
         asf=asf,
         values=values,
         places=places,
         radians=bool(radians),
     )
+
+
+def _of_the_skeleton(asf: Asf, warning: ClipWarning) -> ClipWarning:
+    """With the name of the other file, whose line it tells."""
+    line = "" if warning.line is None else f", line {warning.line}"
+    return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 
 
 class _Rows:
@@ -141,7 +148,8 @@ class _Rows:
                 self._bone(own[:cut], token, line)
             elif cut == 1 and own[0].isdigit() and len(own[0]) < 18:
                 self._begin(int(own[0]), line, words, places)
-                tell(line / len(lines))
+                if not self._number % _TOLD:
+                    tell(line / len(lines))
             elif cut:
                 self._other(own[:cut], line)
             token += len(own)
@@ -166,7 +174,9 @@ class _Rows:
                 raise self.fail(f"expected {bone} in frame {self._number} before this", line)
             self._put(words, places)
             text = f"Frame {number_} stands after frame {self._number}; they are read as they come."
-            if number_ != self._number + 1 and not any("they come" in str(w) for w in self.warnings):
+            if number_ != self._number + 1 and not any(
+                "they come" in str(w) for w in self.warnings
+            ):
                 self.warnings.append(ClipWarning(text, line))
         self._number = number_
         self._frame = [[] for _ in self._bones]
@@ -183,20 +193,26 @@ class _Rows:
             self._put(words, places)
             return
         there = sum(bool(own) for own in self._frame)
-        text = f"The last frame is incomplete ({there} of {len(self._bones)} bones) and was left out."
+        text = (
+            f"The last frame is incomplete ({there} of {len(self._bones)} bones) and was left out."
+        )
         self.warnings.append(ClipWarning(text, len(self._data.splitlines())))
 
     def _bone(self, own: list[bytes], token: int, line: int) -> None:
         place, count = self._bones[own[0]]
+        if len(own) != count + 1 or self._frame[place]:
+            raise self._wrong_bone(own, line)
+        self._frame[place] = own[1:]
+        self._first[place] = token + 1
+
+    def _wrong_bone(self, own: list[bytes], line: int) -> AmcError:
+        _, count = self._bones[own[0]]
         bone = shown(own[0].decode("utf-8", "replace"))
         if len(own) != count + 1:
             numbers = f"{count} number{'' if count == 1 else 's'}"
             expected = f"expected {numbers} for {bone}, found {len(own) - 1}"
-            raise self.fail(expected, line, min(len(own), count + 1))
-        if self._frame[place]:
-            raise self.fail(f"expected {bone} once in frame {self._number}", line)
-        self._frame[place] = own[1:]
-        self._first[place] = token + 1
+            return self.fail(expected, line, min(len(own), count + 1))
+        return self.fail(f"expected {bone} once in frame {self._number}", line)
 
     def _other(self, own: list[bytes], line: int) -> None:
         """A keyword of the head, or something that should not stand here."""

@@ -23,7 +23,9 @@ ROOT = "root"
 _TURNS, _MOVES = ("rx", "ry", "rz"), ("tx", "ty", "tz")
 _ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 # What describes a bone beyond its place and its turns; nothing here moves a joint.
-_OF_BONE = frozenset("id name direction length axis dof limits bodymass cofmass".split())
+_OF_BONE = frozenset(
+    ("id", "name", "direction", "length", "axis", "dof", "limits", "bodymass", "cofmass")
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +197,7 @@ def _read_root(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> None
     for what, value in (("position", read.start), ("orientation", bone.axis)):
         if any(value):
             how = "added to its translation" if what == "position" else "taken as its axes"
-            text = f"The root's {what} in {Path(read.path).name} is not zero; it is {how}."
+            text = f"The root's {what} is not zero; it is {how}."
             read.warnings.append(ClipWarning(text))
 
 

@@ -23,7 +23,12 @@ from twistcore.export.compare import compare, difference_to_json
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.export.report import Report, check_report, write_report
 from twistcore.formats import read_clip
-from twistcore.refinement import SURE_ENOUGH, applied_unasked, children_off_axis
+from twistcore.refinement import (
+    SURE_ENOUGH,
+    applied_unasked,
+    children_off_axis,
+    stuck_joints,
+)
 from twistcore.review import Review, read_session
 from twistcore.review.model import SEEN
 
@@ -46,7 +51,7 @@ def refine(arguments: argparse.Namespace) -> int:
     tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
     if arguments.report:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
-    count = told_of(applied, found, "corrected")
+    count = told_of(_correctable(clip, chains, applied), found, "corrected")
     print(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
     skipped = _tell_uncorrected(clip, chains, applied)
     return int(skipped or bool(tell_no_chain(arguments.clip, found.analysis.chains_and_limbs)))
@@ -61,7 +66,8 @@ def apply(arguments: argparse.Namespace) -> int:
     refined = accepted_motion(clip, chains, session.state)
     tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
     chosen, judged = session.state.chosen(), session.state.intervals
-    count = told_of(chosen, [j.interval for j in judged], "applied")
+    done = _correctable(clip, chains, chosen)
+    count = told_of(done, [j.interval for j in judged], "applied")
     seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
     print(f"{arguments.output}: {count}{seen}")
     return int(_tell_uncorrected(clip, chains, chosen))
@@ -79,6 +85,11 @@ def _least(asked: float | None) -> float:
     return SURE_ENOUGH if asked is None else asked
 
 
+def _correctable(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> list[Interval]:
+    by_name = {chain.name: chain for chain in chains}
+    return [i for i in chosen if not stuck_joints(clip.motion, by_name[i.chain], [i])]
+
+
 def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> bool:
     """Say what could not be corrected, or not without moving a helper joint; True if skipped."""
     skipped = False
@@ -86,10 +97,12 @@ def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Inte
     for chain in chains:
         if chain.name not in used:
             continue
-        if joints := uncorrectable_joints(clip.motion, chain):
+        if joints := stuck_joints(clip.motion, chain, chosen):
             skipped = True
+            some = uncorrectable_joints(clip.motion, chain, carried=True) != joints
+            where = " where its end was kept" if some else ""
             print(
-                f"{clip.path}: {chain.name} was not corrected: {', '.join(joints)} "
+                f"{clip.path}: {chain.name} was not corrected{where}: {', '.join(joints)} "
                 "without three rotation channels",
                 file=sys.stderr,
             )
