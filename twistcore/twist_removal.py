@@ -76,7 +76,12 @@ def refine(motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval
     Intervals that cannot be corrected (:func:`stuck_joints`) are left out.
     """
     check_motion(motion)
-    intervals, frames = tuple(intervals), motion.frames
+    by_name, frames = {chain.name: chain for chain in chains}, motion.frames
+    intervals = [
+        i
+        for i in intervals
+        if i.chain in by_name and not stuck_joints(motion, by_name[i.chain], [i])
+    ]
     offsets = offsets_by_chain(intervals, frames)
     return remove_twist(motion, chains, offsets, carried_by_limb(intervals, frames))
 

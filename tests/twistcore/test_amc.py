@@ -19,7 +19,7 @@ from twistcore.clip import changed_rotations, rewritten, write_clip
 from twistcore.errors import AmcError
 from twistcore.formats import read_clip
 from twistcore.motion import forward_kinematics
-from twistcore.refinement import refine, remove_twist, stuck_joints
+from twistcore.refinement import Corrected, refine, remove_twist, stuck_joints
 from twistcore.review import Review, session_bytes
 from twistcore.rotation import geodesic_angle, quaternion_from_euler
 
@@ -171,6 +171,18 @@ def test_one_of_two_flips_is_corrected_where_the_end_of_the_other_was_kept():
     )
     changed = (told.rotations != bad.rotations).any(axis=2)
     assert np.flatnonzero(changed.any(axis=1)).tolist() == list(range(60, 68))
+
+
+def test_what_is_shown_is_what_is_written():
+    analysis = analyse(FEW.motion.with_rotations(with_errors(FEW)))
+    (carried,) = analysis.detect(kinds=["limb flip"])
+    kept = replace(carried, start=carried.start + 4, stop=carried.stop + 4, carried=False)
+    shown = Corrected(analysis)
+    shown.take([carried, kept])
+    told = refine(analysis.motion, analysis.chains_and_limbs, [carried, kept])
+    for joint, ways in enumerate(forward_kinematics(told)[1][:, :, None].swapaxes(0, 1)):
+        np.testing.assert_array_equal(shown.ways(np.array([joint]), 0, FEW.frames), ways)
+    assert (told.rotations != analysis.motion.rotations).any()
 
 
 def test_angles_are_those_of_the_file_about_the_axes_of_the_bone():

@@ -140,15 +140,14 @@ class _Rows:
         token, line = 0, 0
         for line, raw in enumerate(lines, 1):
             own = split(raw)
-            if own and b"#" in raw:
-                cut = next((k for k, word in enumerate(own) if word.startswith(b"#")), len(own))
-            else:
-                cut = len(own)
+            cut = len(own)
+            if b"#" in raw:
+                cut = next((k for k, word in enumerate(own) if word.startswith(b"#")), cut)
             if cut and own[0] in self._bones and self._number is not None:
                 self._bone(own[:cut], token, line)
             elif cut == 1 and own[0].isdigit() and len(own[0]) < 18:
                 self._begin(int(own[0]), line, words, places)
-                if not self._number % _TOLD:
+                if not int(own[0]) % _TOLD:
                     tell(line / len(lines))
             elif cut:
                 self._other(own[:cut], line)
