@@ -337,7 +337,7 @@ def test_a_last_frame_that_was_cut_off_is_left_out_and_told():
 
 
 def test_control_characters_in_comments_move_no_number():
-    data = FEW.data.replace(b"\r\n2\r\n", b"\r\n# a\x01b \x1c c # 5\r\n2\r\n")
+    data = FEW.data.replace(b"\r\n2\r\n", b"\r\n# a\x01b c # 5\r\n2\r\n")
     clip = parse_amc(data, FEW.asf)
     turned = clip.motion.rotations.copy()
     turned[50, 0] = turned[90, 0]
