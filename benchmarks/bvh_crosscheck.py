@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.bvh import Clip, patch_rotations, read_bvh
+from twistcore.clip_files import clips_in
 from twistcore.errors import BvhError
 from twistcore.motion import forward_kinematics
 
@@ -56,7 +57,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path)
     worst, count, wrong = [0.0, 0.0], 0, 0
-    for path in sorted(f for d in parser.parse_args().folders for f in d.rglob("*.bvh")):
+    for path in sorted(f for d in parser.parse_args().folders for f in clips_in(d, below=True)):
         try:
             read, written = differences(path)
         except BvhError as error:

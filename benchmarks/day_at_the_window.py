@@ -26,6 +26,7 @@ from tests.gui.looks import LOOKS
 from tests.gui.real_screen import RealScreen, WatchedProgram, real_screen, watched
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip_files import clips_in
 from twistcore.synthesis import draw_errors, generator, inject
 
 _CHAINS = 1  # with errors in a clip
@@ -307,7 +308,7 @@ def main() -> int:
         log = stack.enter_context((arguments.log or scratch / "log.jsonl").open("w"))
         folder = scratch / "clips"
         folder.mkdir()
-        sources = sorted(arguments.folder.glob("*.bvh"))[: arguments.clips]
+        sources = clips_in(arguments.folder)[: arguments.clips]
         for source in sources:
             with_errors(source, folder / source.name)
         day = Day(log, random.Random(arguments.seed))

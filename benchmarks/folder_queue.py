@@ -25,6 +25,7 @@ from inspector.session.settings import Settings
 from twistcore.batch import severity
 from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip_files import clips_in
 from twistcore.detection import Interval
 from twistcore.synthesis import draw_errors, generator, inject
 
@@ -56,7 +57,7 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         truth = {}
-        for k, source in enumerate(sorted(arguments.folder.glob("*.bvh"))[: arguments.clips]):
+        for k, source in enumerate(clips_in(arguments.folder)[: arguments.clips]):
             target = Path(folder) / source.name
             truth[target] = with_errors(source, target, k % 9)
         window = MainWindow(Settings(), None)

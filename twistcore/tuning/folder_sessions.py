@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
+from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
 from twistcore.review import read_session
 
@@ -77,9 +78,11 @@ def _meant_for(path: Path) -> Path | None:
     named = path.name.endswith(_SESSION)
     if not (named or str(said.get("schema")).startswith("twistcore.session/")):
         return None
-    names = PurePath(str(said.get("clip", ""))).name, path.name.removesuffix(_SESSION) + ".bvh"
-    clips = (path.parent / name for name in names)
-    return next(filter(_is_file, clips), path.parent)
+    said_clip = path.parent / PurePath(str(said.get("clip", ""))).name
+    if _is_file(said_clip):
+        return said_clip
+    stem = path.name.removesuffix(_SESSION)
+    return next((clip for clip in clips_in(path.parent) if clip.stem == stem), path.parent)
 
 
 def _is_file(path: Path) -> bool:

@@ -14,9 +14,10 @@ from typing import IO, Any
 
 from tqdm import tqdm
 
+from twistcore.clip_files import clips_by_name
 from twistcore.detection.natural_events import NaturalEvent
 from twistcore.encoding import escaped
-from twistcore.errors import FormatError, TwistError
+from twistcore.errors import FormatError
 from twistcore.processes import each, reason
 from twistcore.study.benchmark.clip_run import ClipResult, Settings, result_from_json, run_clip
 from twistcore.study.benchmark.filtering_cost import Fidelity
@@ -65,11 +66,7 @@ def find_clips(folder: Path) -> dict[str, Path]:
     """BVH files below a folder, by their path in it; a single file by its name."""
     if folder.is_file():
         return {folder.name: folder}
-    named = [p for p in folder.rglob("*") if p.suffix.lower() == ".bvh"]
-    found = [p for p in named if p.is_file() or not p.exists()]  # a link astray is listed as such
-    if not found:
-        raise TwistError(f"{folder}: expected a folder with BVH files")
-    return {p.relative_to(folder).as_posix(): p for p in sorted(found)}
+    return clips_by_name(folder)
 
 
 def run_benchmark(

@@ -12,6 +12,7 @@ import numpy as np
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain
+from twistcore.clip_files import clips_in
 from twistcore.detection import DEFAULT_METHOD, Interval
 from twistcore.detection.consistency import SHORTEST_SEGMENT
 from twistcore.motion import Motion
@@ -67,7 +68,7 @@ def survey_folder(
     folder: Path | str, profile: Profile | None = None, workers: int = 1
 ) -> list[ClipSurvey]:
     """All BVH files of a folder, worst first; those that cannot be read, last, say why."""
-    paths = sorted(p for p in Path(folder).iterdir() if p.suffix.lower() == ".bvh")
+    paths = clips_in(Path(folder))
     found = [
         ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r
         for path, r in each(partial(survey, profile=profile), paths, workers)
