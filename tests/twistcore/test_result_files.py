@@ -4,8 +4,8 @@ import builtins
 import csv
 import io
 import json
-import os
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -111,13 +111,14 @@ def test_a_run_that_ends_amid_the_file_leaves_the_one_before(tmp_path, write):
 
     with pytest.raises(KeyboardInterrupt):
         write(path, records())
-    assert os.listdir(tmp_path) == ["results"]
+    assert list(tmp_path.iterdir()) == [path]
     assert path.read_bytes() == b"before"
 
 
-def test_a_full_disk_is_told_by_the_name_that_was_given(tmp_path):
-    if not os.path.exists("/dev/full"):
+def test_a_full_disk_is_told_by_the_name_that_was_given():
+    full = Path("/dev/full")
+    if not full.exists():
         pytest.skip("this system has no /dev/full")
     for write in (write_json_lines, write_clip_table):
         with pytest.raises(OSError, match="/dev/full"):
-            write(tmp_path.__class__("/dev/full"), RECORDS)
+            write(full, RECORDS)

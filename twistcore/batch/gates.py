@@ -1,4 +1,4 @@
-"""Rules that a batch has to keep, as `--fail-if "count[limb-flip]>0"`: read, and held against it."""
+"""Rules that a batch has to keep, as `--fail-if "count[limb-flip]>0"`: read and checked."""
 
 from __future__ import annotations
 
