@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
 from twistcore.chain import Chain
 from twistcore.clip_files import clips_in
 from twistcore.detection import DEFAULT_METHOD, Interval
 from twistcore.detection.consistency import SHORTEST_SEGMENT
+from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.processes import each, reason
 from twistcore.refinement import applied_unasked
@@ -46,7 +46,7 @@ def survey(
 
     rig_of: which chains a motion gets, if not those found.
     """
-    clip, profile = read_bvh(path), profile or Profile({})
+    clip, profile = read_clip(path), profile or Profile({})
     analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)

@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from tqdm import tqdm
 
-from twistcore.clip_files import clips_by_name
+from twistcore.clip_files import BVH, clips_by_name
 from twistcore.detection.natural_events import NaturalEvent
 from twistcore.encoding import escaped
 from twistcore.errors import FormatError
@@ -66,7 +66,7 @@ def find_clips(folder: Path) -> dict[str, Path]:
     """BVH files below a folder, by their path in it; a single file by its name."""
     if folder.is_file():
         return {folder.name: folder}
-    return clips_by_name(folder)
+    return clips_by_name(folder, suffixes=BVH)
 
 
 def run_benchmark(
