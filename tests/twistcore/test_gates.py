@@ -1,5 +1,6 @@
 """Rules of a batch: how they are written, what they count, and what CI is told."""
 
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -114,6 +115,10 @@ def test_the_help_shows_rules_that_are_read():
     assert len(examples) == 7
     for text in [*examples, "affected>2%", "failed>0", "severity>5"]:
         parse_rule(text)
+
+
+def test_the_page_shows_the_grammar_of_the_help():
+    assert GRAMMAR in (Path(__file__).parents[2] / "docs" / "gates.md").read_text("utf-8")
 
 
 def suite_of(records, *rules):
