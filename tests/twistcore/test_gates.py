@@ -34,8 +34,10 @@ BAD = failed("bad.bvh", "bad.bvh: expected HIERARCHY")
         ("degrees>100", 170.0),
         ("degrees[counter-twist]>30", 40.0),
         ("degrees[lone-jump]>45", 90.0),
-        ("affected>2%", 26.0),
+        ("affected>2%", 25.0),
         ("affected[counter-twist]>=15 %", 15.0),
+        ("affected[confidence>=0]>0%", 25.0),
+        ("affected[lone-jump]>0%", 1.0),
     ],
 )
 def test_a_rule_measures_a_clip(text, value):
@@ -46,7 +48,7 @@ def test_a_rule_measures_a_clip(text, value):
 
 
 @pytest.mark.parametrize(
-    "text", ["severity>5.5", "count[limb-flip]>1", "degrees<170", "affected>26%", "count==3"]
+    "text", ["severity>5.5", "count[limb-flip]>1", "degrees<170", "affected>25%", "count==3"]
 )
 def test_a_rule_that_holds_says_nothing(text):
     assert broken([parse_rule(text)], [CLIP]) == []
@@ -58,7 +60,7 @@ def test_a_rule_that_holds_says_nothing(text):
         ("total.count>3", 4),
         ("total.count[limb-flip]==1", 1),
         ("total.degrees>100", 170.0),
-        ("total.affected>6%", 6.5),
+        ("total.affected>6%", 6.25),
         ("total.severity>1", 5.5 / 4),
         ("failed>0", 1),
         ("total.failed>0", 1),
