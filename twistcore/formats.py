@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from twistcore.amc import read_amc
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
 from twistcore.npz import read_npz
 from twistcore.progress import Tell, nobody
 
-_READERS: Mapping[str, Callable[..., Clip]] = {".bvh": read_bvh, ".npz": read_npz}
+_READERS: Mapping[str, Callable[..., Clip]] = {
+    ".bvh": read_bvh,
+    ".npz": read_npz,
+    ".amc": read_amc,
+}
 CLIP_SUFFIXES = tuple(_READERS)
 CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # as file dialogs have them
 
