@@ -14,17 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.errors import TwistError
+from twistcore.errors import NpzError
 
 LARGEST = 1 << 31  # bytes that are taken into memory
 _NPY = ".npy"
 _DESCRIPTOR = 1 << 3  # flag: sizes and check sum stand behind the data
 _ENCRYPTED = 1 << 0
 _ZIP64 = 1  # of an extra field
-
-
-class NpzError(TwistError):
-    """An .npz that cannot be read: one sentence."""
 
 
 @dataclass(frozen=True, eq=False)

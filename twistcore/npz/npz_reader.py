@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.clip import LONGEST, SHORTEST, ClipWarning
+from twistcore.errors import NpzError
 from twistcore.motion import Skeleton
-from twistcore.npz.archive import LARGEST, Archive, NpzError, open_archive, too_large
+from twistcore.npz.archive import LARGEST, Archive, open_archive, too_large
 from twistcore.npz.body import BODIES, BODY, MODELS
 from twistcore.npz.npz_clip import POSES, TRANS, NpzClip, SamePoses
 from twistcore.progress import Tell, nobody
