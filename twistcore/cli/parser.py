@@ -25,6 +25,7 @@ from twistcore.cli.argument_types import (
     target,
     tau,
 )
+from twistcore.cli.export_command import add_export
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import TwistError
 from twistcore.refinement import SURE_ENOUGH
@@ -199,6 +200,8 @@ def _parser() -> argparse.ArgumentParser:
     diff.add_argument("b", type=Path, metavar="B")
     _json(diff)
     diff.set_defaults(run=correct_commands.diff)
+
+    add_export(subparsers)
     return parser
 
 
