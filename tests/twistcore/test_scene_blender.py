@@ -147,7 +147,7 @@ def test_a_scene_of_fbx(tmp_path, simplify):
         assert sum(map(sum, after.keys.values())) > sum(map(sum, before.keys.values()))
     else:
         check(before, after, 1.0, 1e-4, 0.2)
-        # The keys of an FBX lie up to a thousandth of a frame beside the frames, and so between two.
+        # Keys of an FBX lie up to a thousandth of a frame beside the frames, and so between two.
         assert before.keys == after.keys
 
 
