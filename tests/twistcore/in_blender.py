@@ -70,23 +70,35 @@ def shift_keys(by):
             key.co[0] += by
 
 
+def smooth():
+    """Curves as an animator has them, with handles that see to themselves."""
+    data = rig().animation_data
+    for curve in data.action.layers[0].strips[0].channelbag(data.action_slot).fcurves:
+        for key in curve.keyframe_points:
+            key.interpolation = "BEZIER"
+            key.handle_left_type = key.handle_right_type = "AUTO_CLAMPED"
+        curve.update()
+
+
 def look(path, frames, first=1.0, step=1.0):
     """World matrices of all bones and of the rest pose, and how many keys there are."""
     scene, figure = bpy.context.scene, rig()
     bones = list(figure.pose.bones)
-    poses = np.zeros((frames, len(bones), 4, 4))
+    poses, sides = np.zeros((frames, len(bones), 4, 4)), np.zeros((frames, len(bones), 4))
     for frame in range(frames):
         at = first + frame * step
         scene.frame_set(int(at // 1), subframe=at % 1)
         for k, bone in enumerate(bones):
             poses[frame, k] = figure.matrix_world @ bone.matrix
+            sides[frame, k] = bone.rotation_quaternion
     rest = np.array([figure.matrix_world @ b.bone.matrix_local for b in bones])
     data = figure.animation_data
     curves = data.action.layers[0].strips[0].channelbag(data.action_slot).fcurves
     keys = {}
     for curve in curves:
         keys.setdefault(curve.data_path, []).append(len(curve.keyframe_points))
-    np.savez(path, names=[b.name for b in bones], poses=poses, rest=rest, keys=json.dumps(keys))
+    names = [b.name for b in bones]
+    np.savez(path, names=names, poses=poses, rest=rest, sides=sides, keys=json.dumps(keys))
 
 
 def script(path):

@@ -1,13 +1,16 @@
 """Keys back into the scene: the script's arithmetic, and what it says to Maya and MotionBuilder."""
 
+import math
 import sys
 from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from tests.twistcore.reviews import CHAINS, CLIP, fresh
-from tests.twistcore.scene_rigs import Cmds, Rig, Sdk
+from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, flip, fresh
+from tests.twistcore.scene_rigs import ORDERS, Cmds, Rig, Sdk
 from tests.twistcore.test_cli import run
 from twistcore.errors import TwistError
 from twistcore.export.scene_keys import scene_keys
@@ -16,7 +19,7 @@ from twistcore.motion import forward_kinematics
 from twistcore.refinement import refine
 from twistcore.review import Decide, Decision, write_session
 from twistcore.review.model import constant
-from twistcore.rotation import geodesic_angle
+from twistcore.rotation import geodesic_angle, quaternion_from_euler
 
 MOTION = CLIP.motion.sliced(110, 150)
 
@@ -83,6 +86,7 @@ def test_motionbuilder_gets_the_keys_and_nothing_else(monkeypatch, capsys):
     played(monkeypatch, script("motionbuilder", take="walk"), sdk)
     check(rig, before, turns(rig))
     assert sdk.system.CurrentTake.Name == "walk"
+    assert sdk.frame == pytest.approx(3.0)  # where the person was
     assert (sdk.called[0], sdk.called[-1]) == ("begin", "end")
     assert sdk.called.count("model") == 2
     assert "32 keys set" in capsys.readouterr().out
@@ -130,7 +134,7 @@ def refused(monkeypatch, text, program):
 def test_another_scene_is_refused(monkeypatch):
     rig = Rig(MOTION)
     words = refused(monkeypatch, script("maya", namespace="Hero"), Cmds(rig))
-    assert "the scene has no Hero:LeftArm, Hero:LeftForeArm, Hero:LeftHand" in words
+    assert "the scene has no Hero:LeftForeArm, Hero:LeftHand" in words
     words = refused(monkeypatch, script("maya", start=1), Cmds(rig))
     assert "the scene fits one frame away, at START = 0" in words
     words = refused(monkeypatch, script("maya", start=-20), Cmds(rig))
@@ -170,6 +174,78 @@ def test_a_correction_of_all_frames_is_keyed_and_said_to_be_blind(monkeypatch, c
     assert f"{2 * MOTION.frames} keys set" in out
 
 
+@pytest.fixture(scope="module")
+def arithmetic():
+    """The functions of a script, without a program to run it in."""
+    text = script("maya").replace("from maya import cmds\n", "").removesuffix("main()\n")
+    functions: dict = {}
+    exec(compile(text, "script.py", "exec"), functions)
+    return functions
+
+
+@given(
+    st.sampled_from(ORDERS),
+    st.lists(st.floats(-900.0, 900.0), min_size=3, max_size=3),
+    st.lists(st.floats(-170.0, 170.0), min_size=3, max_size=3),
+    st.booleans(),
+)
+def test_angles_mean_the_rotation_and_stay_on_the_turn(arithmetic, order, near, by, locked):
+    """Any order, any number of turns, the middle angle at its end too; nearest of all that do."""
+    if locked:
+        near["XYZ".index(order[1])] = 90.0
+    angles = [math.remainder(n, 720.0) + 0.02 * b for n, b in zip(near, by, strict=True)]
+    q = arithmetic["from_angles"](order, angles)
+    ours = quaternion_from_euler(
+        order[::-1], np.radians([angles["XYZ".index(c)] for c in order[::-1]])
+    )
+    assert geodesic_angle(np.array(q), ours) < 1e-9
+    found = arithmetic["to_angles"](order, q, near)
+    assert arithmetic["degrees_between"](arithmetic["from_angles"](order, found), q) < 1e-4
+    away = [sum(abs(a - b) for a, b in zip(x, near, strict=True)) for x in (found, angles)]
+    turns = [360.0 * round((n - a) / 360.0) for n, a in zip(near, angles, strict=True)]
+    away[1] = sum(abs(a + b - n) for a, b, n in zip(angles, turns, near, strict=True))
+    assert locked or away[0] <= away[1] + 1e-6
+
+
+def test_keyed_angles_go_on_from_those_before(monkeypatch):
+    """A curve two turns further on, as after wild motion, is not thrown back."""
+    rig = Rig(MOTION)
+    joint = rig.index("LeftForeArm")
+    for frame in rig.frames.tolist():
+        rig.put(joint, 1, frame, rig.value(joint, 1, frame) + 720.0)
+    played(monkeypatch, script("maya"), Cmds(rig))
+    steps = np.diff([[rig.value(joint, axis, f) for axis in range(3)] for f in range(40)], axis=0)
+    assert np.abs(steps[:27]).max() < 180.0
+
+
+def test_a_scene_that_does_not_follow_its_keys_is_told(monkeypatch):
+    """As where a layer above holds the joint: what was meant is compared with what is seen."""
+    rig = Rig(MOTION)
+    cmds = Cmds(rig)
+    monkeypatch.setattr(cmds, "setKeyframe", lambda *_, **__: None)
+    with pytest.raises(RuntimeError, match="scene moves otherwise, by up to 20[.]63°: undo"):
+        played(monkeypatch, script("maya"), cmds)
+    assert cmds.called[-1] == ("undo", "closeChunk")
+
+
+def test_a_scene_turned_otherwise_where_nothing_is_corrected_is_refused(monkeypatch):
+    """Frames of reference must agree, or none of them tells the axes."""
+    rig = Rig(MOTION)
+    joint, frame = (
+        rig.index("LeftForeArm"),
+        float(scene_keys(MOTION, corrected()).references[2].frame),
+    )
+    kept = [rig.world(j, frame) for j in range(len(rig.names))]
+    rig.put(joint, 2, frame, rig.value(joint, 2, frame) + 4.0)
+    monkeypatch.setattr(
+        Rig, "world", lambda self, j, f, seen=Rig.world: (
+            (seen(self, j, f)[0], kept[j][1]) if f == frame and j >= 0 else seen(self, j, f)
+        )
+    )  # fmt: skip
+    words = refused(monkeypatch, script("maya"), Cmds(rig))
+    assert f"at scene frame {frame:g} LeftForeArm is turned by 4.00° otherwise" in words
+
+
 def test_references_lie_where_nothing_is_corrected():
     keys = scene_keys(MOTION, corrected())
     assert len(keys.references) == 5
@@ -184,6 +260,16 @@ def test_each_joint_has_references_where_no_frame_is_free_of_corrections():
     assert keys.unseen == ()
     seen = {j for reference in keys.references for j in reference.joints}
     assert seen == set(keys.frames)
+
+
+def test_a_joint_that_hangs_on_a_flipped_limb_is_no_reference():
+    """Its own rotation is as it was, but a scene that has its keys shows it elsewhere."""
+    half = MOTION.frames // 2
+    flipped = flip("RightUpLeg-RightFoot", 0, half)
+    knee = constant("RightLeg", half, MOTION.frames, 0.5)
+    keys = scene_keys(MOTION, refine(MOTION, (*CHAINS, *LIMBS), [flipped, knee]))
+    unseen = {MOTION.skeleton.names[j] for j in keys.unseen}
+    assert unseen == {"RightLeg", "RightFoot"}
 
 
 def test_names_with_and_without_namespaces():

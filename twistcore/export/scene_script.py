@@ -106,7 +106,7 @@ def scene_script(
             tolerance=_TOLERANCE,
         ),
         _told(intervals, [names[j] for j in keys.unseen]),
-        _data(keys, names, motion.skeleton.parents.tolist()),
+        _data(keys, names),
         _template(options.program),
         _template("common"),
     ]
@@ -143,20 +143,14 @@ def _told(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
     return "INTERVALS = [\n" + "".join(f"    {line!a},\n" for line in lines) + "]\n"
 
 
-def _data(keys: SceneKeys, names: Sequence[str], parents: Sequence[int]) -> str:
-    lines = [
-        "# by joint: (frame of the clip, its rotation there as it is, as it shall be), w x y z"
-    ]
+def _data(keys: SceneKeys, names: Sequence[str]) -> str:
+    lines = ["# by joint: (frame of the clip, its rotation as it is, as it shall be), w x y z"]
     lines.append("KEYS = {")
     for joint, at in keys.frames.items():
         lines.append(f"    {names[joint]!a}: [")
         rows = zip(at.tolist(), keys.before[joint], keys.after[joint], strict=True)
         lines += [f"        ({frame}, {_tuple(old)}, {_tuple(new)})," for frame, old, new in rows]
         lines.append("    ],")
-    lines += ["}", "PARENTS = {"]
-    for joint in keys.frames:
-        above = ascii(names[parents[joint]]) if parents[joint] >= 0 else None
-        lines.append(f"    {names[joint]!a}: {above},")
     lines += [
         "}",
         "# frames that no correction touches: what tells the scene's axes from the clip's",
