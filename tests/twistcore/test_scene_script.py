@@ -223,7 +223,7 @@ def test_a_scene_that_does_not_follow_its_keys_is_told(monkeypatch):
     rig = Rig(MOTION)
     cmds = Cmds(rig)
     monkeypatch.setattr(cmds, "setKeyframe", lambda *_, **__: None)
-    with pytest.raises(RuntimeError, match="scene moves otherwise, by up to 20[.]63°: undo"):
+    with pytest.raises(RuntimeError, match=r"scene moves otherwise, by up to 20[.]63°: undo"):
         played(monkeypatch, script("maya"), cmds)
     assert cmds.called[-1] == ("undo", "closeChunk")
 

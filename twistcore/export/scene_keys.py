@@ -68,7 +68,7 @@ def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
     free: dict[int, NDArray[np.bool_]] = {}
     for joint in joints:
         above = int(parents[joint])
-        free[joint] = ~changed[:, joint] & same[:, joint]
+        free[joint] = ~changed[:, joint]
         if above >= 0:
             free[joint] &= same[:, above]
     chosen, unseen = _chosen(free, motion.frames)
