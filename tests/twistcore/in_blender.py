@@ -41,6 +41,17 @@ def save(path):
     bpy.ops.wm.save_as_mainfile(filepath=path)
 
 
+def second_take(name):
+    """A copy of the action in which nothing turns from frame 100 on."""
+    data = rig().animation_data
+    action = data.action.copy()
+    action.name, action.use_fake_user = name, True
+    for curve in action.layers[0].strips[0].channelbags[0].fcurves:
+        held = curve.evaluate(100)
+        for key in curve.keyframe_points:
+            key.co[1] = key.co[1] if key.co[0] < 100 else held
+
+
 def rig():
     return next(o for o in bpy.data.objects if o.type == "ARMATURE")
 

@@ -232,6 +232,9 @@ def scenes(tmp_path_factory):
         ["to_fbx", folder / "few.fbx", 1.0],
         ["to_glb", folder / "walk.glb"],
         ["save", folder / "walk.blend"],
+        ["second_take", "held"],
+        ["to_fbx", folder / "takes.fbx"],
+        ["to_glb", folder / "takes.glb"],
         ["bvh", ASSETS / "kick.bvh"],
         ["save", folder / "two.blend"],
         ["empty"],
@@ -262,6 +265,26 @@ def test_scenes_come_out_as_the_clip_that_they_were_made_of(
 
 
 @needs_blender
+@pytest.mark.parametrize("name", ["takes.fbx", "takes.glb"])
+def test_one_of_several_takes_is_named(capsys, scenes, tmp_path, name):
+    words = ("convert", scenes / name, "-o", tmp_path / "o.bvh", "--blender", BLENDER)
+    code, _, err = run(capsys, *words)
+    assert code == 2
+    assert "expected one take, or --take with one of held, walk" in err
+    turns = {}
+    for take in ("walk", "held"):
+        code, told, _ = run(capsys, *words, "--take", take)
+        assert code == 0
+        assert f"344 frames at 120 fps, 31 joints of walk, take {take}" in told
+        turns[take] = forward_kinematics(read_bvh(tmp_path / "o.bvh").motion)[0]
+    assert np.degrees(geodesic_angle(turns["walk"], turns["held"])[:98]).max() < 0.1
+    still = np.degrees(geodesic_angle(turns["held"][100:101], turns["held"][100:])).max()
+    moved = np.degrees(geodesic_angle(turns["walk"][100:101], turns["walk"][100:])).max()
+    assert still < 0.1
+    assert moved > 10.0
+
+
+@needs_blender
 def test_one_of_several_is_named(capsys, scenes, tmp_path):
     out = tmp_path / "out.bvh"
     words = ("convert", scenes / "two.blend", "-o", out, "--blender", BLENDER)
@@ -277,7 +300,7 @@ def test_one_of_several_is_named(capsys, scenes, tmp_path):
     code, _, err = run(capsys, *words, "--armature", "dance")
     assert "expected an armature dance, found kick, walk" in err
     code, _, err = run(capsys, *words, "--armature", "walk", "--take", "run")
-    assert "expected a take run, found kick, walk" in err
+    assert "expected a take run, found held, kick, walk" in err
     code, _, err = run(capsys, "convert", scenes / "none.blend", "-o", out, "--blender", BLENDER)
     assert "expected a skeleton (an armature), found none" in err
     bad = tmp_path / "bad.fbx"
