@@ -12,8 +12,6 @@ from twistcore.cli.argument_types import positive, target
 from twistcore.cli.output import refuse_overwrite
 from twistcore.errors import TwistError
 
-_TIME_LIMIT = 600.0  # seconds
-
 
 def add_convert(subparsers: argparse._SubParsersAction[Any]) -> None:
     """The command's words."""
@@ -31,35 +29,33 @@ def add_convert(subparsers: argparse._SubParsersAction[Any]) -> None:
     parser.add_argument(
         "--unit", type=positive, metavar="METRES", help="of one unit of OUT; FBX 0.01, else 1"
     )
-    parser.add_argument(
-        "--time-limit", type=positive, default=_TIME_LIMIT, metavar="SECONDS", help="default 600"
-    )
+    parser.add_argument("--time-limit", type=positive, metavar="SECONDS", help="default 600")
     parser.set_defaults(run=convert)
 
 
 def convert(arguments: argparse.Namespace) -> int:
     """Write the BVH."""
+    from twistcore import convert as scenes  # scipy.spatial
     from twistcore.bvh import write_motion
-    from twistcore.convert import SUFFIXES, converted, find_blender, read_scene  # scipy.spatial
 
     source, output = arguments.scene, arguments.output
-    unit = SUFFIXES.get(source.suffix.lower())
+    unit = scenes.SUFFIXES.get(source.suffix.lower())
     if unit is None:
-        raise TwistError(f"{source}: expected a file that ends in {', '.join(SUFFIXES)}")
+        raise TwistError(f"{source}: expected a file that ends in {', '.join(scenes.SUFFIXES)}")
     if output.suffix.lower() != ".bvh" and not is_stream(output):
         raise TwistError(f"{output}: expected a name that ends in .bvh")
     refuse_overwrite([output], [source])
     unit = arguments.unit or unit
-    scene = read_scene(
+    scene = scenes.read_scene(
         source,
-        find_blender(arguments.blender),
+        scenes.find_blender(arguments.blender),
         take=arguments.take,
         figure=arguments.armature,
         fps=arguments.fps,
-        time_limit=arguments.time_limit,
+        time_limit=arguments.time_limit or scenes.TIME_LIMIT,
     )
     try:
-        found = converted(scene, unit)
+        found = scenes.converted(scene, unit)
     except TwistError as error:
         raise TwistError(f"{source}: {error}") from None
     write_motion(found.motion, output)
