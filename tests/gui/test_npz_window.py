@@ -1,11 +1,14 @@
 """An .npz of AMASS in the window: dropped, judged, exported, opened again, taught."""
 
+import shutil
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 
+from inspector.folder.queued_clip import ClipState
 from inspector.session.session_files import exports_among
 from inspector.window.export_dialog import ExportDialog
 from tests.gui.pictures import INJECTED
@@ -117,3 +120,12 @@ def test_every_body_s_joint_is_drawn(qtbot, window, tmp_path):
         path = write_amass(tmp_path / f"{joints}.npz", read_bvh(INJECTED).motion, joints)
         open_clip(qtbot, window, path)
         assert len(window.document.data.motion.skeleton) == joints
+
+
+def test_a_folder_queues_it_beside_a_bvh(qtbot, window, walk):
+    shutil.copy(INJECTED, walk.parent)
+    window.open_path(walk.parent)
+    qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
+    found = {path.name: clip for path, clip in window.queue.clips.items()}
+    assert found.keys() == {walk.name, INJECTED.name}
+    assert all(clip.state == ClipState.READY for clip in found.values())
