@@ -23,6 +23,15 @@ _ENCRYPTED = 1 << 0
 _ZIP64 = 1  # of an extra field
 
 
+def names_in(path: Path) -> list[str] | None:
+    """The names of an .npz, of which no array is read; None where it is damaged or none."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return [name.removesuffix(_NPY) for name in archive.namelist()]
+    except (OSError, zipfile.BadZipFile):
+        return None
+
+
 @dataclass(frozen=True, eq=False)
 class Archive:
     """path: for sentences; data: the bytes; infos: what the directory says of every member."""
