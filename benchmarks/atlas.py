@@ -36,6 +36,7 @@ from twistcore.refinement import applied_unasked
 
 VERDICTS = ("error", "doubtful", "alarm")
 WILSON = 1.96  # of 95 %
+FREE = "cmu"  # sets whose skeletons anybody may show
 
 Row = dict[str, float | int | str]
 
@@ -210,6 +211,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--most", type=int, default=300, help="finds on contact sheets")
     parser.add_argument("--seed", type=int, default=19)
     parser.add_argument("--verdicts", type=Path, help="a table of verdicts to count")
+    parser.add_argument("--figures", type=Path, help="a folder for the pictures that it names")
     options = parser.parse_args(arguments)
     seen = []
     for s in survey(options.folder, options.only, options.workers):
@@ -227,6 +229,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             rows = list(csv.DictReader(file))
         for by in (("kind",), ("kind", "applied"), ("set", "kind")):
             print(f"\n{markdown(precision(rows, *by))}")
+        if options.figures:
+            figures(options.folder, seen, rows, options.figures)
     return 1 if any(s.problem for s in seen) else 0
 
 
@@ -238,13 +242,32 @@ def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
     rows = [(name, folder / name / find.clip, find) for name, find in finds]
     for start in range(0, len(rows), A_SHEET):
         sheet(rows[start : start + A_SHEET], output / f"{start:04d}.png", start)
-    columns = ("set", "clip", "chain", "start", "stop", "kind", "degrees", "applied")
+    columns = ("set", "clip", "chain", "joint", "start", "stop", "kind", "degrees", "applied")
     with (output / "verdicts.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(("number", *columns, "verdict", "why"))
         for k, (name, find) in enumerate(finds):
             own = asdict(find) | {"set": name, "applied": "yes" if find.applied else "no"}
             writer.writerow((k, *(own[c] for c in columns), "", ""))
+
+
+def figures(
+    folder: Path, seen: Iterable[Seen], verdicts: Iterable[Mapping[str, str]], output: Path
+) -> None:
+    """A picture of each find that has a name for one; as a bare line but of sets that are free."""
+    from benchmarks.atlas_pictures import picture
+
+    def key(name: str, find: Mapping[str, object]) -> tuple[str, ...]:
+        columns = ("clip", "chain", "joint", "kind", "start", "stop")
+        return name, *(str(find[column]) for column in columns)
+
+    output.mkdir(parents=True, exist_ok=True)
+    finds = {key(s.set, asdict(f)): f for s in seen for f in s.finds}
+    for row in verdicts:
+        name, found = row["set"], finds.get(key(row["set"], row))
+        if row.get("picture") and found:
+            to = output / f"atlas-{row['picture']}.png"
+            picture(folder / name / found.clip, found, to, bare=not name.startswith(FREE))
 
 
 if __name__ == "__main__":

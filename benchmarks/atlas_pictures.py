@@ -55,28 +55,51 @@ def one(figure: Any, title: str, clip: Path, find: Any) -> None:
     """One find: three poses from two sides, the turns, and what says where the limb is bent."""
     motion = _motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
-    poses, turns, evidence = figure.subplots(
-        1, 3, gridspec_kw={"width_ratios": (1.0, 1.25, 1.25), "left": 0.0, "right": 0.985}
-    )
-    figure.subplots_adjust(top=0.84, bottom=0.1, wspace=0.14)
     sure = "–" if find.confidence is None else f"{find.confidence:.2f}"
     told = f"{'applied' if find.applied else 'shown'}{', open' if find.open else ''}"
     figure.suptitle(
-        f"{title} · {clip.stem[:44]} · {find.chain} {find.joint} [{find.start}, {find.stop}) of "
+        f"{title} · {clip.stem[-34:]} · {find.chain} {find.joint} [{find.start}, {find.stop}) of "
         f"{motion.frames} @ {motion.fps:.0f} · {find.kind} {find.degrees:+.0f}° · {sure} {told}",
-        fontsize=9.5,
+        fontsize=8.5,
         x=0.01,
         ha="left",
     )
+    _panels(figure, motion, chain, find, bare=False)
+
+
+def picture(clip: Path, find: Any, output: Path, *, bare: bool) -> None:
+    """One find for a page. bare: bones as lines, not as bodies."""
+    motion = _motion(clip)
+    chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
+    figure = plt.figure(figsize=(9.6, 2.9), dpi=76)
+    _panels(figure, motion, chain, find, bare=bare)
+    figure.savefig(output, pil_kwargs={"optimize": True})
+    plt.close(figure)
+
+
+def _panels(figure: Any, motion: Motion, chain: Chain, find: Any, *, bare: bool) -> None:
+    poses, turns, evidence = figure.subplots(
+        1, 3, gridspec_kw={"width_ratios": (1.0, 1.25, 1.25), "left": 0.0, "right": 0.965}
+    )
+    figure.subplots_adjust(top=0.86, bottom=0.1, wspace=0.14)
     frames = _window(motion, find)
-    draw_poses(poses, motion, chain, find)
+    draw_poses(poses, motion, chain, find, bare=bare)
     _curves(turns, evidence, motion, chain, find, frames)
     for panel in (turns, evidence):
         panel.axvspan(find.start - 0.5, find.stop - 0.5, color=WRONG, alpha=0.12, lw=0)
         panel.set_xlim(frames[0], frames[-1])
         panel.tick_params(labelsize=7.5, pad=1)
         panel.spines[["top", "right"]].set_visible(False)
-        panel.legend(fontsize=7.5, frameon=False, loc="upper left", ncols=3, borderpad=0)
+        panel.legend(
+            fontsize=7.5,
+            frameon=False,
+            loc="lower left",
+            ncols=4,
+            borderpad=0,
+            bbox_to_anchor=(0.0, 0.99),
+            columnspacing=1.0,
+            handlelength=1.4,
+        )
 
 
 _kept: dict[Path, Motion] = {}
@@ -94,7 +117,7 @@ def _window(motion: Motion, find: Any) -> NDArray[np.int64]:
     return np.arange(max(find.start - beside, 0), min(find.stop + beside, motion.frames))
 
 
-def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any) -> None:
+def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any, *, bare: bool = False) -> None:
     """The bones of P and C before, inside and behind, seen from the side and from the front.
 
     In the frame of P's parent, so that the limb alone moves; from one side in all three.
@@ -122,7 +145,7 @@ def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any) -> None:
         for k in range(3):
             origin = np.array([k * 0.95, -row * 1.2])
             for b, (a, z, q) in enumerate(((p[k], c[k], turned[0][k]), (c[k], g[k], turned[1][k]))):
-                _bone(panel, (a / length, z / length), q, (right, up, eye), origin, FACES[b])
+                _bone(panel, (a / length, z / length), q, (right, up, eye), origin, FACES[b], bare)
     for k, word in enumerate(("before", "inside", "after")):
         panel.text(k * 0.95, 0.16, f"{word} {shown[k]}", ha="center", fontsize=7.5, color=INK)
     panel.set_xlim(-0.6, 2.5)
@@ -140,7 +163,7 @@ def _tip(chain: Chain, rotations: Array, positions: Array, motion: Motion) -> Ar
     return positions[:, chain.child] + size * rotate(rotations[:, chain.child], arm)
 
 
-def _bone(panel: Any, ends: tuple[Array, Array], q: Array, view: Any, at: Array, face: Any) -> None:
+def _bone(panel: Any, ends: Any, q: Array, view: Any, at: Array, face: Any, bare: bool) -> None:
     """A flat body from one joint to the next; its side is fixed in the joint's own coordinates."""
     right, up, eye = view
     a, z = ends
@@ -150,13 +173,17 @@ def _bone(panel: Any, ends: tuple[Array, Array], q: Array, view: Any, at: Array,
     side = rotate(q, np.cross(own, least) / np.linalg.norm(np.cross(own, least)))
     light = float(np.cross(along, side) @ eye) > 0.0
     wide = WIDTH * float(np.linalg.norm(z - a)) * side
+    line = [at + np.array([v @ right, v @ up]) for v in (a, z)]
+    panel.plot(
+        *np.transpose(line), color=INK, lw=2.0 if bare else 0.7, marker="o" if bare else "", ms=3
+    )
+    if bare:
+        return
     corners = (a - wide, a + wide, z + 0.45 * wide, z - 0.45 * wide)
     flat = [at + np.array([v @ right, v @ up]) for v in corners]
     panel.add_patch(Polygon(flat, fc=face[0] if light else face[1], ec=INK, lw=0.5))
     edge = [at + np.array([v @ right, v @ up]) for v in (a + wide, z + 0.45 * wide)]
     panel.plot(*np.transpose(edge), color="#d0006f", lw=1.6)
-    line = [at + np.array([v @ right, v @ up]) for v in (a, z)]
-    panel.plot(*np.transpose(line), color=INK, lw=0.7)
 
 
 def _curves(
