@@ -16,7 +16,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.bvh import Clip, patch_rotations, read_bvh
+from twistcore.bvh import read_bvh
+from twistcore.clip import Clip
+from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import BvhError
 from twistcore.motion import forward_kinematics
 
@@ -36,7 +38,7 @@ def rewritten(clip: Clip) -> bytes:
     """The clip with every rotation number written anew from quaternions."""
     every = np.zeros(clip.motion.rotations.shape[:2], dtype=np.bool_)
     every[:] = clip.skeleton.rotatable
-    return patch_rotations(clip, clip.motion, every)
+    return clip.patched(clip.motion, every).data
 
 
 def differences(path: Path) -> tuple[float, float]:
@@ -56,7 +58,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path)
     worst, count, wrong = [0.0, 0.0], 0, 0
-    for path in sorted(f for d in parser.parse_args().folders for f in d.rglob("*.bvh")):
+    for path in sorted(
+        f for d in parser.parse_args().folders for f in clips_in(d, below=True, suffixes=BVH)
+    ):
         try:
             read, written = differences(path)
         except BvhError as error:

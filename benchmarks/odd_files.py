@@ -15,8 +15,10 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from twistcore.bvh import Clip, read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import Clip, write_clip
+from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import BvhError
 
 BEGIN, END = "<!-- odd files: begin -->", "<!-- odd files: end -->"
@@ -100,7 +102,7 @@ def _why(outcome: str, path: Path) -> str:
 def _comes_back(clip: Clip) -> bool:
     with tempfile.TemporaryDirectory() as folder:
         again = Path(folder) / "again.bvh"
-        write_bvh(clip, clip.motion.with_rotations(clip.motion.rotations.copy()), again)
+        write_clip(clip, clip.motion.with_rotations(clip.motion.rotations.copy()), again)
         return again.read_bytes() == clip.data
 
 
@@ -130,7 +132,7 @@ def main() -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--write", type=Path, metavar="PAGE")
     arguments = parser.parse_args()
-    rows = [row(path) for path in sorted(arguments.folder.rglob("*.bvh"))]
+    rows = [row(path) for path in clips_in(arguments.folder, below=True, suffixes=BVH)]
     if arguments.write:
         page = arguments.write.read_text("utf-8")
         arguments.write.write_text(written_into(page, rows), "utf-8")

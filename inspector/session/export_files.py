@@ -10,8 +10,8 @@ from pathlib import Path
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
 from twistcore.atomic import same_file
-from twistcore.bvh import Clip, EulerJump, write_bvh
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.chain import Chain
+from twistcore.clip import ChannelJump, Clip, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
@@ -19,6 +19,7 @@ from twistcore.export.report import Report, check_report, report_files, report_m
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
+from twistcore.refinement import stuck_joints
 from twistcore.review import ReviewState, read_session, write_session
 
 _STILL = 1e-9  # of the height: what a joint moves less is rounding
@@ -166,7 +167,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
     refined = accepted_motion(clip, export.chains, state, tell=tell)
     forget_marks(files_of(choice))
     check_targets(choice, clip, export.ours, export.own)
-    jumps = write_bvh(clip, refined, choice.path)
+    jumps = write_clip(clip, refined, choice.path)
     _take_note(export, choice.path)
     if choice.session:
         write_session(replay_path(choice.path), clip, state)
@@ -186,7 +187,7 @@ def _take_note(export: Export, path: Path) -> None:
         export.ours[path] = file_mark(path)
 
 
-def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:
+def _told(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> str:
     name = export.choice.path.name
     stale = f" {export.changed} This is the version that is open." if export.changed else ""
     change = compare(export.clip.motion, refined)
@@ -217,10 +218,10 @@ def uncorrected(document: Document) -> str:
     """A sentence about accepted intervals that cannot be corrected, or ''."""
     assert document.data is not None
     motion = document.data.motion
-    accepted = {i.chain for i in document.review.state.chosen()}
+    accepted = document.review.state.chosen()
     stuck = "; ".join(
         f"{c.label} ({', '.join(joints)})"
         for c in document.data.chains_and_limbs
-        if c.name in accepted and (joints := uncorrectable_joints(motion, c))
+        if (joints := stuck_joints(motion, c, accepted))
     )
     return f"Not corrected, for want of three rotation channels: {stuck}." if stuck else ""
