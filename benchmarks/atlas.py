@@ -29,8 +29,8 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
 from twistcore.detection import Interval, Kind
+from twistcore.formats import is_clip, read_clip
 from twistcore.processes import each, reason
 from twistcore.refinement import applied_unasked
 
@@ -81,7 +81,7 @@ class Seen:
 
 def look(path: Path) -> Seen:
     """Read and search a clip; raises TwistError."""
-    motion = read_bvh(path).motion
+    motion = read_clip(path).motion
     analysis = analyse(motion)
     found = analysis.detect()
     sure = {id(i) for i in applied_unasked(found)}
@@ -108,7 +108,7 @@ def _find(clip: str, i: Interval, *, applied: bool) -> Find:
 
 def survey(folder: Path, only: Sequence[str] = (), workers: int = 2) -> Iterator[Seen]:
     """What is in each clip of each set, as it comes; a clip that fails says why."""
-    paths = [p for p in sorted(folder.glob("*/*")) if p.suffix.lower() == ".bvh"]
+    paths = [p for p in sorted(folder.glob("*/*")) if is_clip(p)]
     paths = [p for p in paths if not only or p.parent.name in only]
     for path, seen in each(look, paths, workers):
         if isinstance(seen, Exception):

@@ -18,13 +18,13 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.patches import Polygon
 
-from twistcore.bvh import read_bvh
 from twistcore.chain import Chain
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips.swivel import swivel_of
 from twistcore.detection.lone_jumps import limit, own_axis
 from twistcore.detection.straight_limbs.straight_spells import bend_of
 from twistcore.detection.twist_increments import twist_increments
+from twistcore.formats import read_clip
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.rig import AS_FOUND
@@ -71,7 +71,7 @@ def picture(clip: Path, find: Any, output: Path, *, bare: bool) -> None:
     """One find for a page. bare: bones as lines, not as bodies."""
     motion = _motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
-    figure = plt.figure(figsize=(9.6, 2.9), dpi=76)
+    figure = plt.figure(figsize=(9.6, 2.9), dpi=74)
     _panels(figure, motion, chain, find, bare=bare)
     figure.savefig(output, pil_kwargs={"optimize": True})
     plt.close(figure)
@@ -108,7 +108,7 @@ _kept: dict[Path, Motion] = {}
 def _motion(clip: Path) -> Motion:
     if clip not in _kept:
         _kept.clear()
-        _kept[clip] = read_bvh(clip).motion
+        _kept[clip] = read_clip(clip).motion
     return _kept[clip]
 
 
