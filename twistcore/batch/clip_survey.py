@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from twistcore.analysis import analyse
+from twistcore.batch.how_bad import severity, unchecked
 from twistcore.bvh import read_bvh
-from twistcore.chain import Chain
-from twistcore.detection import DEFAULT_METHOD, Interval
-from twistcore.detection.consistency import SHORTEST_SEGMENT
+from twistcore.detection import DEFAULT_METHOD
 from twistcore.motion import Motion
 from twistcore.processes import each, reason
-from twistcore.refinement import applied_unasked
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.tuning import Profile
 
@@ -50,17 +46,8 @@ def survey(
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
-    why = "" if len(found) else _unchecked(clip.motion, analysis.chains_and_limbs)
+    why = "" if len(found) else unchecked(clip.motion, analysis.chains_and_limbs)
     return ClipSurvey(path, frames, fps, len(found), severity(found, frames), unchecked=why)
-
-
-def _unchecked(motion: Motion, chains: Sequence[Chain]) -> str:
-    if not chains:
-        return "no chain of parent, child and grandchild"
-    if motion.frames < max(3, round(SHORTEST_SEGMENT * motion.fps)):
-        one = motion.frames == 1
-        return f"{motion.frames} frame{' is' if one else 's are'} too few to tell error from motion"
-    return ""
 
 
 def survey_folder(
@@ -73,15 +60,3 @@ def survey_folder(
         for path, r in each(partial(survey, profile=profile), paths, workers)
     ]
     return sorted(found, key=lambda s: (bool(s.problem), -s.severity, s.path))
-
-
-def severity(intervals: Iterable[Interval], frames: int) -> float:
-    """How bad a clip is: the mean error a frame, degrees summed over all chains.
-
-    Each interval counts by its confidence, so that doubtful ones do not push a clip to the top.
-    """
-    total = sum(
-        float(np.degrees(np.abs(i.offset)).sum()) * (1.0 if i.confidence is None else i.confidence)
-        for i in applied_unasked(intervals, 0.0)
-    )
-    return total / max(frames, 1)
