@@ -1,7 +1,7 @@
 """Axial twist errors in skeleton motion: find, judge, remove.
 
 The order of the data:
-read_bvh → find_chains, find_limbs → analyse, detect → Review → refine → write_bvh.
+read_clip → find_chains, find_limbs → analyse, detect → Review → refine → write_clip.
 """
 
 from importlib import import_module
@@ -12,10 +12,13 @@ from twistcore.version import __version__
 if TYPE_CHECKING:
     from twistcore.analysis import ClipAnalysis, Detection, analyse, detect
     from twistcore.batch import ClipSurvey, survey_folder
-    from twistcore.bvh import Clip, read_bvh, write_bvh, write_motion
+    from twistcore.bvh import read_bvh, write_motion
     from twistcore.chain import Chain, find_chains
+    from twistcore.clip import Clip, write_clip
+    from twistcore.clip import write_clip as write_bvh  # its name before there were other formats
     from twistcore.detection import Interval, Kind
     from twistcore.errors import TwistError
+    from twistcore.formats import read_clip
     from twistcore.limb import Limb, find_limbs
     from twistcore.motion import Motion, Skeleton
     from twistcore.refinement import refine
@@ -46,11 +49,13 @@ __all__ = [
     "find_chains",
     "find_limbs",
     "read_bvh",
+    "read_clip",
     "read_session",
     "refine",
     "survey_folder",
     "twist_signals",
     "write_bvh",
+    "write_clip",
     "write_motion",
     "write_session",
 ]
@@ -61,10 +66,12 @@ if not TYPE_CHECKING:
     _HOMES = {
         "analysis": "ClipAnalysis Detection analyse detect",
         "batch": "ClipSurvey survey_folder",
-        "bvh": "Clip read_bvh write_bvh write_motion",
+        "bvh": "read_bvh write_motion",
         "chain": "Chain find_chains",
+        "clip": "Clip write_clip",
         "detection": "Interval Kind",
         "errors": "TwistError",
+        "formats": "read_clip",
         "limb": "Limb find_limbs",
         "motion": "Motion Skeleton",
         "refinement": "refine",
@@ -74,10 +81,13 @@ if not TYPE_CHECKING:
     }
 
     def __getattr__(name: str) -> object:
+        if name == "write_bvh":  # its name before there were other formats
+            name = "write_clip"
         for module, names in _HOMES.items():
             if name in names.split():
-                globals()[name] = value = getattr(import_module(f"{__name__}.{module}"), name)
-                return value
+                return getattr(import_module(f"{__name__}.{module}"), name)
+        if name in _HOMES:
+            return import_module(f"{__name__}.{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
     def __dir__() -> list[str]:

@@ -14,42 +14,44 @@ import numpy as np
 from twistcore.analysis import ALL_KINDS, Detection, analyse
 from twistcore.batch.how_bad import severity, unchecked
 from twistcore.batch.parameters import Parameters
-from twistcore.bvh import Clip, changed_rotations, parse_bvh, patch_rotations
+from twistcore.bvh import parse_bvh
 from twistcore.chain import uncorrectable_joints
+from twistcore.clip import Clip, rewritten
 from twistcore.detection import Kind
 from twistcore.detection.cuts import border_notes
-from twistcore.errors import TwistError
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
+from twistcore.formats import read_clip
+from twistcore.motion import Motion
 from twistcore.quality.figure_quality import figure_quality
 from twistcore.rig import AS_FOUND, rig_from_json
 
 SCHEMA = "twistcore.batch_clip/1"
 
 
-def processed(
-    data: bytes, name: str, parameters: Parameters
-) -> tuple[dict[str, Any], bytes | None]:
-    """The document of a clip, without its name, and its corrected bytes or None; raises TwistError.
+def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
+    """A clip, its document without its name, and its corrected bytes or None; raises TwistError.
 
-    A pure function: the same bytes give the same document in every process.
+    The same bytes give the same document in every process.
     """
-    clip = parse_bvh(data, name, fps=parameters.fps)
+    clip = read_clip(path, fps=parameters.fps)
     found = _detected(clip, parameters)
     document = _document(clip, found)
     if not parameters.refine:
-        return document, None
-    corrected, applied, skipped = _corrected(clip, found, parameters)
+        return clip, document, None
+    refined, applied, skipped = _refined(clip, found, parameters)
+    corrected = rewritten(clip, refined).data
     document["warnings"] += skipped
     document["applied"] = applied
-    if corrected == data:
-        document["left"] = document["intervals"]
-    else:
-        again = parse_bvh(corrected, name, fps=parameters.fps)
-        document["left"] = intervals_to_json(_detected(again, parameters))
-    return document, corrected
+    document["left"] = document["intervals"]
+    if corrected != clip.data:
+        # What was written, with its decimals; of other formats what was to be written.
+        bvh = clip.format == "bvh"
+        after = parse_bvh(corrected, path, fps=parameters.fps) if bvh else refined
+        document["left"] = intervals_to_json(_detected(after, parameters))
+    return clip, document, corrected
 
 
-def _detected(clip: Clip, parameters: Parameters) -> Detection:
+def _detected(clip: Clip | Motion, parameters: Parameters) -> Detection:
     rig = AS_FOUND if parameters.rig is None else rig_from_json(parameters.rig)
     analysis = analyse(clip, list(parameters.chains) or None, rig)
     kinds = [Kind(kind) for kind in parameters.kinds] or ALL_KINDS
@@ -77,7 +79,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "sha256": clip.sha256,
-        "format": Path(clip.name).suffix.lower().removeprefix(".") or "bvh",
+        "format": clip.format,
         "frames": motion.frames,
         "fps": motion.fps,
         "seconds": motion.frames * motion.frame_time,
@@ -105,10 +107,10 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
     }
 
 
-def _corrected(
+def _refined(
     clip: Clip, found: Detection, parameters: Parameters
-) -> tuple[bytes, int, list[str]]:
-    """The corrected bytes, how many intervals are out of them, and what could not be corrected."""
+) -> tuple[Motion, int, list[str]]:
+    """The corrected motion, how many intervals are out of it, and what could not be corrected."""
     from twistcore.export.replay import accepted_motion
     from twistcore.review import Review
 
@@ -123,5 +125,4 @@ def _corrected(
         if chain.name in used and (joints := uncorrectable_joints(clip.motion, chain))
     }
     applied = sum(interval.chain not in skipped for interval in review.accepted)
-    data = patch_rotations(clip, refined, changed_rotations(clip, refined))
-    return data, applied, list(skipped.values())
+    return refined, applied, list(skipped.values())

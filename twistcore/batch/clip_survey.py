@@ -9,8 +9,8 @@ from pathlib import Path
 
 from twistcore.analysis import analyse
 from twistcore.batch.how_bad import severity, unchecked
-from twistcore.bvh import read_bvh
 from twistcore.detection import DEFAULT_METHOD
+from twistcore.formats import is_clip, read_clip
 from twistcore.motion import Motion
 from twistcore.processes import each, reason
 from twistcore.rig import AS_FOUND, Rig
@@ -41,7 +41,7 @@ def survey(
 
     rig_of: which chains a motion gets, if not those found.
     """
-    clip, profile = read_bvh(path), profile or Profile({})
+    clip, profile = read_clip(path), profile or Profile({})
     analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
@@ -53,8 +53,8 @@ def survey(
 def survey_folder(
     folder: Path | str, profile: Profile | None = None, workers: int = 1
 ) -> list[ClipSurvey]:
-    """All BVH files of a folder, worst first; those that cannot be read, last, say why."""
-    paths = sorted(p for p in Path(folder).iterdir() if p.suffix.lower() == ".bvh")
+    """All clips of a folder, worst first; those that cannot be read, last, say why."""
+    paths = sorted(p for p in Path(folder).iterdir() if is_clip(p))
     found = [
         ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r
         for path, r in each(partial(survey, profile=profile), paths, workers)

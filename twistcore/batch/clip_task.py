@@ -8,8 +8,11 @@ from __future__ import annotations
 import hashlib
 import os
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from twistcore.batch.parameters import Parameters
@@ -93,27 +96,41 @@ def settled(status: os.stat_result) -> bool:
 def _carried_out(task: Task) -> dict[str, Any]:
     from twistcore.batch.clip_result import processed  # numpy, scipy
 
-    data, signature = _read(task)
-    known: dict[str, Any] = {"bytes": len(data), "signature": signature}
-    known["sha256"] = hashlib.sha256(data).hexdigest()
-    try:
-        result, corrected = processed(data, task.name, task.parameters)
-    except TwistError as error:
-        return known | {"reason": " ".join(str(error).splitlines())}
-    return known | {"result": result, "corrected": corrected}
+    with _on_this_disk(task) as path:
+        before = path.stat()
+        try:
+            clip, result, corrected = processed(path, task.parameters)
+        except TwistError as error:
+            path.open("rb").close()  # what cannot be opened is no matter of its content
+            known: dict[str, Any] = {"reason": " ".join(str(error).splitlines())}
+            known |= {"bytes": before.st_size, "sha256": file_sha256(path)}
+        else:
+            known = {"result": result, "corrected": corrected}
+            known |= {"bytes": len(clip.data), "sha256": clip.sha256}
+        same = signature_of(before) == signature_of(path.stat())
+    if same and settled(before) and str(path) == task.source:
+        known["signature"] = signature_of(before)
+    return known
 
 
-def _read(task: Task) -> tuple[bytes, str]:
-    """The file's bytes and its signature, '' where it changed meanwhile or may yet."""
-    if task.data is not None:
-        return task.data, ""
-    if "://" in task.source:
+def file_sha256(path: Path) -> str:
+    """Of a file's bytes; raises OSError."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@contextmanager
+def _on_this_disk(task: Task) -> Iterator[Path]:
+    """The clip's file, or one with its bytes for as long as it is read."""
+    data = task.data
+    if data is None and "://" in task.source:
         from twistcore.batch.remote_files import read_remote
 
-        return read_remote(task.source), ""
-    with Path(task.source).open("rb") as file:
-        before = os.fstat(file.fileno())
-        data = file.read()
-        after = os.fstat(file.fileno())
-    signature = signature_of(before)
-    return data, signature if settled(before) and signature == signature_of(after) else ""
+        data = read_remote(task.source)
+    if data is None:
+        yield Path(task.source)
+        return
+    with TemporaryDirectory() as folder:
+        path = Path(folder, PurePosixPath(task.name).name)
+        path.write_bytes(data)
+        yield path
