@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import stat
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -98,6 +99,8 @@ def _carried_out(task: Task) -> dict[str, Any]:
 
     with _on_this_disk(task) as path:
         before = path.stat()
+        if not stat.S_ISREG(before.st_mode):  # to open a FIFO would wait for its writer
+            raise TwistError(f"{path}: expected a file")
         try:
             clip, result, corrected = processed(path, task.parameters)
         except TwistError as error:

@@ -13,7 +13,7 @@ from twistcore.batch.clip_task import settled, signature_of
 from twistcore.batch.manifest import FILE, is_batch_folder
 from twistcore.errors import TwistError
 
-CLIP_SUFFIXES = frozenset({".bvh"})
+CLIP_SUFFIXES = frozenset({".bvh"})  # those of twistcore.formats, without loading any reader
 
 
 @dataclass(frozen=True)
@@ -46,13 +46,16 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
     A word is a file (of any suffix), a folder (its clips, and those of all folders below, but for
     hidden ones and for folders that a batch has written), a pattern with *, ? or [ ], in which **
     goes over folders, '@FILE' for a list with a word a line, '@-' or '-' for one on standard input,
-    or a URL of a file or folder. without: a folder that is left out, whatever leads there.
-    TwistError where a list cannot be read or there is no clip at all.
+    or a URL of a file or folder. without: a folder that is left out, where it lies below another.
+    TwistError where something in that is named itself, a list cannot be read, or there is no clip
+    at all.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
     files: list[str] = []
     for word in _spelled_out(words):
+        if without is not None and "://" not in word and _is_in(word, without):
+            raise TwistError(f"{word}: expected clips outside {without}, which is written into")
         group = list(_of_word(word, without, files))
         if not group and word not in files:
             problems.append(f"{word}: expected a clip, or a folder or a pattern with some")
@@ -146,7 +149,6 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
     root = Path(os.path.abspath(Path(*parts[:at]) if at else "."))  # noqa: PTH100
-    skipped = None if without is None else Path(os.path.realpath(without))
     for found in sorted(glob.glob(pattern, recursive=True)):
         path = Path(os.path.abspath(found))  # noqa: PTH100
         if path.is_dir():
@@ -154,10 +156,12 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
                 for source in _below(path, without):
                     name = (path.relative_to(root) / source.name).as_posix()
                     yield replace(source, name=name)
-        elif is_clip_name(found) and (
-            skipped is None or not Path(os.path.realpath(path)).is_relative_to(skipped)
-        ):
+        elif is_clip_name(found) and not (without and _is_in(path, without)):
             yield _looked_at(str(path), path.relative_to(root).as_posix())
+
+
+def _is_in(path: Path | str, folder: Path) -> bool:
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 def _of_files(files: Iterable[str]) -> Iterator[Source]:

@@ -11,6 +11,7 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
@@ -263,6 +264,11 @@ class Manifest:
                 self._connection.execute(statement)
             self._connection.execute(f"PRAGMA application_id = {_OURS}")
             self._connection.execute(f"PRAGMA user_version = {_SCHEMA}")
+
+
+def now() -> str:
+    """The time as a manifest has it: ISO 8601, UTC, to the second."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 @contextmanager
