@@ -62,12 +62,14 @@ class Summary:
     """What a run did.
 
     done: clips that came out; known: that were done before; failed: a sentence for each that did
-    not; stopped: why the run ended before all were tried, else ''; left: how many were not tried.
+    not; unreadable: how many of these for what is in the clip; stopped: why the run ended before
+    all were tried, else ''; left: how many were not tried.
     """
 
     done: int = 0
     known: int = 0
     failed: list[str] = field(default_factory=list)
+    unreadable: int = 0
     stopped: str = ""
     left: int = 0
 
@@ -100,6 +102,7 @@ def run_batch(
             manifest.put_rows(plan.notes)
         summary = Summary(known=plan.known, left=len(plan.todo))
         summary.failed = [row.reason for row in plan.failed]
+        summary.unreadable = len(plan.failed)
         if plan.todo:
             if parameters.refine:
                 remove_parts(folder)
@@ -182,14 +185,15 @@ class _Run:
         except TwistError as error:
             self.in_vain += 1
             row = _failed(row, f"{source.name}: is done, but cannot be noted: {error}")
-            with suppress(TwistError):  # a row for it stands there already: there may be room
-                with self.manifest.transaction():
-                    self.manifest.put_rows([row])
+            # A row for it stands there already: there may be room.
+            with suppress(TwistError), self.manifest.transaction():
+                self.manifest.put_rows([row])
         self.summary.left -= 1
         fine = row.state == DONE
         self.summary.done += fine
         if not fine:
             self.summary.failed.append(row.reason)
+            self.summary.unreadable += not row.again
         self.tell(source, fine)
 
 

@@ -14,11 +14,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, TypeAlias
 
 from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
 from twistcore.worker_memory import SPARE, forget_peak, limit_memory, peak_memory
+
+Bytes: TypeAlias = bytes  # an outcome has a number of them by that name
 
 _RACY_NS = 2_000_000_000  # a file written so lately may change again within its own time stamp
 
@@ -57,7 +59,7 @@ class Outcome:
     signature: str = ""
     seconds: float = 0.0
     peak_bytes: int = 0
-    corrected: bytes | None = field(default=None, repr=False)
+    corrected: Bytes | None = field(default=None, repr=False)
     unseen: bool = False
 
 

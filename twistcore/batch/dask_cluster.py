@@ -72,16 +72,17 @@ def _in_cluster(
     todo = deque(tasks)
     under_way: dict[str, tuple[Task, Any]] = {}
     finished: queue.Queue[str] = queue.Queue()
-    seen = time.monotonic()
+    seen, looked, threads = time.monotonic(), -_LOOK_S, 0
     try:
         while todo or under_way:
-            workers, threads = _size(client)
+            if time.monotonic() - looked >= _LOOK_S:
+                threads, looked = _threads(client), time.monotonic()
             while todo and len(under_way) < max(_AHEAD * threads, 2):
                 _send(client, todo.popleft(), seconds, under_way, finished)
             try:
                 task, future = under_way.pop(finished.get(timeout=_LOOK_S))
             except queue.Empty:
-                seen = time.monotonic() if workers else seen
+                seen = time.monotonic() if threads else seen
                 if time.monotonic() - seen > _ALONE_S:
                     raise TwistError("the Dask cluster has no worker any more") from None
                 continue
@@ -110,7 +111,7 @@ def _send(
 
 
 def _outcome(client: Any, future: Any) -> Outcome | Exception:
-    """TwistError where the scheduler is gone: its tasks are lost, and tried again by another run."""
+    """TwistError where the scheduler is gone, and with it all tasks."""
     from distributed import KilledWorker
 
     try:
@@ -126,9 +127,9 @@ def _outcome(client: Any, future: Any) -> Outcome | Exception:
     return found
 
 
-def _size(client: Any) -> tuple[int, int]:
-    """Workers and their threads; TwistError where the scheduler is gone."""
-    if client.status != "running":
-        raise TwistError("the Dask scheduler is gone")
-    info = client.scheduler_info(n_workers=-1).get("workers", {})
-    return len(info), sum(worker["nthreads"] for worker in info.values())
+def _threads(client: Any) -> int:
+    """Of all workers; TwistError where the scheduler is gone."""
+    with suppress(Exception):
+        if client.status == "running":
+            return sum(client.nthreads().values())
+    raise TwistError("the Dask scheduler is gone")

@@ -70,7 +70,8 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 
 def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
     """The same with names that are theirs already, by path; the others' avoid these."""
-    known, new = [], []
+    known: list[Source] = []
+    new: list[Source] = []
     for source in sources:
         (known if source.path in names else new).append(source)
     taken = {name.casefold() for name in names.values()}
@@ -149,7 +150,7 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
     root = Path(os.path.abspath(Path(*parts[:at]) if at else "."))  # noqa: PTH100
-    for found in sorted(glob.glob(pattern, recursive=True)):
+    for found in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207 of any folder
         path = Path(os.path.abspath(found))  # noqa: PTH100
         if path.is_dir():
             if "**" not in parts:

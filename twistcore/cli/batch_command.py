@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.atomic import write_atomically
-from twistcore.batch.batch_run import CarryOut, Limits, Summary, run_batch
+from twistcore.batch.batch_run import CarryOut, Limits, run_batch
 from twistcore.batch.clip_task import Outcome, Task, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import ClipRecord, Manifest
@@ -55,16 +55,19 @@ def batch(arguments: argparse.Namespace) -> int:
     for problem in (*inputs.problems, *summary.failed):
         print(problem, file=sys.stderr)
     if summary.stopped:
-        print(f"{summary.stopped}: {summary.left} clips to go; the same again goes on", file=sys.stderr)
+        print(
+            f"{summary.stopped}: {summary.left} clips to go; the same again goes on",
+            file=sys.stderr,
+        )
     broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
     print(
         f"{folder}: {summary.done} clips done, {summary.known} known, {len(summary.failed)} failed"
     )
-    if summary.stopped:
-        return 130 if summary.stopped == "stopped" else 1
-    if inputs.problems or broken:
-        return 1
-    return (1 if summary.done + summary.known else 2) if summary.failed else 0
+    if summary.stopped == "stopped":
+        return 130
+    if summary.unreadable and not summary.done + summary.known + summary.left:
+        return 1 if summary.unreadable < len(summary.failed) else 2
+    return int(bool(summary.failed or summary.stopped or inputs.problems or broken))
 
 
 def _written(
