@@ -4,9 +4,14 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from twistcore.batch.batch_run import run_batch
 from twistcore.batch.clip_task import Outcome, Task, process
+from twistcore.batch.inputs import find_inputs
+from twistcore.batch.parameters import Parameters
+from twistcore.processes import each
 
 ROOT = Path(__file__).parents[2]
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
@@ -46,8 +51,20 @@ def as_its_name_says(task: Task) -> Outcome:
 
 def slowly(task: Task) -> Outcome:
     """The same after a while, so that others can be ended meanwhile."""
-    time.sleep(0.2)
+    time.sleep(0.15)
     return process(task)
+
+
+def run_slowly(folder: str, out: str) -> None:
+    """A whole run over two processes, in one that is to be ended."""
+    sources = find_inputs([folder]).sources
+    run_batch(Path(out), sources, Parameters(refine=True), _two_slow_ones)
+
+
+def _two_slow_ones(
+    tasks: Sequence[Task], seconds: Callable[[Task], float]
+) -> Iterator[tuple[Task, Outcome | Exception]]:
+    return each(slowly, tasks, 2, apart=True, seconds=seconds)
 
 
 def _greedy(task: Task) -> Outcome:
