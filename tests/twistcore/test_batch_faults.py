@@ -4,7 +4,6 @@ import contextlib
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import time
@@ -174,18 +173,14 @@ def scheduler(tmp_path):
     first = started("-m", "distributed.cli.dask_scheduler", "--port", "0", *here, *own)
     until(listing.exists)
     worker = started(
-        "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--death-timeout", "2",
-        "--local-directory", tmp_path, *own,
+        "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny",
+        "--death-timeout", "30", "--local-directory", tmp_path, *own,
     )  # fmt: skip
     address = until(lambda: json.loads(listing.read_text() or "{}").get("address"))
     yield first, address
-    for process in (worker, first):
-        process.send_signal(signal.SIGTERM)
-        try:
-            process.wait(20)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+    for one in (worker, first):
+        one.kill()
+        one.wait()
 
 
 def test_a_scheduler_that_is_killed_ends_the_run_and_another_goes_on(scheduler, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 import time
@@ -40,7 +41,8 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
         raise TwistError(
             'a cluster needs Dask: expected pip install "twist-inspector[cluster]"'
         ) from None
-    local = None
+    local, disabled = None, logging.root.manager.disable
+    logging.disable(logging.CRITICAL)  # what Dask has to say of what is lost is said here, once
     try:
         if address is None:
             local = LocalCluster(
@@ -56,6 +58,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
             client.close(timeout=2.0)
         if local is not None:
             local.close()
+        logging.disable(disabled)
 
 
 def process_apart(task: Task, seconds: float) -> Outcome | Exception:
