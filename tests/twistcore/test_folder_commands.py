@@ -218,13 +218,14 @@ def test_a_session_finds_its_clip_by_name_and_bytes(capsys, delivery):
     clips, sessions, out = delivery
     (sessions / "broken.twist.json").unlink()
     session = sessions / "two" / "WALK.twist.json"
-    (clips / "two" / "WALK.BVH").rename(clips / "renamed.bvh")
     later = session.with_name("later.json")
-    shutil.copy(session, later)
+    shutil.move(session, later)
+    write_session(session, read_bvh(clips / "two" / "WALK.BVH"), judged(decide=False))
     os.utime(session, (1e9, 1e9))
+    (clips / "two" / "WALK.BVH").rename(clips / "renamed.bvh")
     code, _, err = apply(capsys, clips, sessions, out)
     assert (code, f"{session}: note: its clip has a later session" in err) == (0, True)
-    assert "renamed.bvh" in files_of(out)
+    assert (out / "renamed.bvh").read_bytes() != (clips / "renamed.bvh").read_bytes()
     later.unlink()
     shutil.copy(clips / "renamed.bvh", clips / "again.bvh")
     shutil.rmtree(out)
