@@ -41,24 +41,34 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
         raise TwistError(
             'a cluster needs Dask: expected pip install "twist-inspector[cluster]"'
         ) from None
-    local, disabled = None, logging.root.manager.disable
-    logging.disable(logging.CRITICAL)  # what Dask has to say of what is lost is said here, once
+    local = None
+    with _silence():
+        try:
+            if address is None:
+                local = LocalCluster(
+                    n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50
+                )
+            client = Client(local or address, timeout=_CONNECT_S, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise TwistError(f"{address}: no Dask scheduler answers ({error})") from None
+        try:
+            yield partial(_in_cluster, client)
+        finally:
+            with suppress(Exception):  # of a scheduler that is gone there is nothing to close
+                client.close(timeout=2.0)
+            if local is not None:
+                local.close()
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Without Dask's tracebacks: what they are about is said once, in a sentence."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
     try:
-        if address is None:
-            local = LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50
-            )
-        client = Client(local or address, timeout=_CONNECT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise TwistError(f"{address}: no Dask scheduler answers ({error})") from None
-    try:
-        yield partial(_in_cluster, client)
+        yield
     finally:
-        with suppress(Exception):  # of a scheduler that is gone there is nothing to close
-            client.close(timeout=2.0)
-        if local is not None:
-            local.close()
-        logging.disable(disabled)
+        logging.disable(before)
 
 
 def process_apart(task: Task, seconds: float) -> Outcome | Exception:

@@ -9,10 +9,11 @@ from typing import Any
 from twistcore.errors import TwistError
 
 
-def find_remote(url: str) -> Iterator[tuple[str, str, int]]:
+def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, str, int]]:
     """The files at a URL, or below it: their URL, name below it with '/', and bytes.
 
-    TwistError where fsspec is not installed or nothing can be reached.
+    may_be_none: whether nothing at all may be there. TwistError where fsspec is not installed or
+    nothing can be reached.
     """
     files, root = _opened(url)
     try:
@@ -23,6 +24,9 @@ def find_remote(url: str) -> Iterator[tuple[str, str, int]]:
             name = PurePosixPath(path).relative_to(root).as_posix()
             if not any(part.startswith(".") for part in PurePosixPath(name).parts):
                 yield files.unstrip_protocol(path), name, int(about.get("size") or 0)
+    except FileNotFoundError as error:
+        if not may_be_none:
+            raise _refused(url, error) from None
     except Exception as error:  # as many kinds as there are services
         raise _refused(url, error) from None
 
