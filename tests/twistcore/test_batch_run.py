@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import sqlite3
 from functools import partial
@@ -9,11 +10,11 @@ from functools import partial
 import pytest
 
 from tests.conftest import ASSETS
-from tests.twistcore.batch_folders import as_its_name_says, clips
+from tests.twistcore.batch_folders import ROOT, as_its_name_says, clips
 from twistcore.batch.batch_run import Limits, run_batch
 from twistcore.batch.clip_task import process
 from twistcore.batch.inputs import CLIP_SUFFIXES, find_inputs
-from twistcore.batch.manifest import Manifest
+from twistcore.batch.manifest import Manifest, is_batch_folder
 from twistcore.batch.parameters import DEFAULT_METHOD, Parameters
 from twistcore.cli import main
 from twistcore.detection import DEFAULT_METHOD as METHOD
@@ -35,6 +36,10 @@ def apart(work, workers=2):
 def run(folder, out, carry_out=here, **more):
     parameters = more.pop("parameters", Parameters())
     return run_batch(out, find_inputs([str(folder)], out).sources, parameters, carry_out, **more)
+
+
+def _patience(task):
+    return 0.7 if "hangs" in task.name else 60.0
 
 
 def results(out):
@@ -96,13 +101,17 @@ def test_a_clip_that_fails_costs_itself_alone(tmp_path):
         path.rename(folder / f"{name}.bvh")
     (folder / "broken.bvh").write_text("HIERARCHY\nROOT")
     (folder / "astray.bvh").symlink_to("nowhere")
-    limits = Limits(seconds=5.0, memory=300_000_000)
-    summary = run(folder, out, apart(as_its_name_says), limits=limits)
+
+    def carry_out(tasks, seconds):
+        assert seconds(tasks[0]) > 60.0
+        return each(as_its_name_says, tasks, 2, apart=True, seconds=_patience)
+
+    summary = run(folder, out, carry_out, limits=Limits(memory=300_000_000))
     assert (summary.done, len(summary.failed)) == (4, 5)
     with Manifest.open(out) as manifest:
         records = {r.name: r for r in manifest.records()}
     reasons = {name: r.reason for name, r in records.items() if r.state == "failed"}
-    assert "took longer than 5 s" in reasons["hangs.bvh"]
+    assert "took longer than 1 s" in reasons["hangs.bvh"]
     assert "ended by the system" in reasons["dies.bvh"]
     assert "more memory" in reasons["greedy.bvh"]
     assert "line 2" in reasons["broken.bvh"]
@@ -214,3 +223,57 @@ def test_shards_are_all_clips_and_none_twice(tmp_path):
         run(folder, tmp_path / str(k), part=(k, 3))
         names += results(tmp_path / str(k))
     assert sorted(names) == sorted(p.name for p in folder.iterdir())
+
+
+def test_the_page_shows_what_a_result_is(tmp_path):
+    page = (ROOT / "docs" / "batch.md").read_text("utf-8")
+    [example] = [json.loads(block) for block in re.findall(r"```json\n(.*?)```", page, re.S)]
+    run(DIRTY, tmp_path / "out", parameters=Parameters(refine=True))
+    with Manifest.open(tmp_path / "out") as manifest:
+        result = manifest.records()[0].result
+    assert list(example) == list(result)
+    assert {type(v) for v in example.values()} == {type(v) for v in result.values()}
+    assert list(example["intervals"][0]) == list(result["intervals"][0])
+    for key in ("counts", "degrees", "quality"):
+        assert list(example[key]) == list(result[key])
+
+
+def test_what_is_no_manifest_is_said(tmp_path, capsys):
+    assert not is_batch_folder(tmp_path)
+    (tmp_path / "manifest.sqlite").write_text("somebody's")
+    assert not is_batch_folder(tmp_path)
+    assert main(["batch", str(DIRTY), "-o", str(tmp_path)]) == 2
+    assert "expected a manifest of twistcore batch" in capsys.readouterr().err
+    assert (tmp_path / "manifest.sqlite").read_text() == "somebody's"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((), "expected clips"),
+        (("gone",), "there is no such file"),
+        (("x", "--include-open"), "--refine"),
+        (("x", "--profile", "gone"), "gone: cannot be read"),
+        (("x", "--fail-if", "severity"), "rule 'severity'"),
+        (("x", "--scheduler", "tcp://127.0.0.1:9"), "no Dask scheduler answers"),
+    ],
+)
+def test_wrong_words_are_refused(tmp_path, monkeypatch, capsys, words, said):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("twistcore.batch.dask_cluster._CONNECT_S", 0.2)
+    clips(tmp_path / "x", DIRTY, 1, 40)
+    workers = () if "--scheduler" in words else ("--workers", "1")
+    assert main(["batch", *words, "-o", "out", *workers]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_files_and_rules_of_what_was_named(tmp_path, capsys):
+    clips(tmp_path / "in", DIRTY, 2)
+    words = ["batch", str(tmp_path / "in"), "-o", str(tmp_path / "out"), "--workers", "1"]
+    files = [w for n in ("jsonl", "csv", "junit") for w in (f"--{n}", str(tmp_path / n))]
+    assert main([*words, *files, "--fail-if", "count>0"]) == 1
+    assert capsys.readouterr().err.count("which breaks 'count>0'") == 2
+    assert len((tmp_path / "jsonl").read_text().splitlines()) == 2
+    assert len((tmp_path / "csv").read_text().splitlines()) == 3
+    assert (tmp_path / "junit").read_text().count("<testcase") == 2
+    assert main([*words, "--fail-if", "count>99"]) == 0

@@ -193,7 +193,7 @@ class _Run:
         self.summary.done += fine
         if not fine:
             self.summary.failed.append(row.reason)
-            self.summary.unreadable += not row.again
+            self.summary.unreadable += outcome.unseen or not row.again
         self.tell(source, fine)
 
 

@@ -87,7 +87,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="RULE",
-        help="exit 1 where a rule holds, as 'severity>5' (again for more; docs/batch.md)",
+        help="exit 1 where a rule holds, as 'severity>5' (again for more; docs/gates.md)",
     )
     parser.set_defaults(run=_run)
 
