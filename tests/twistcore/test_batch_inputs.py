@@ -78,6 +78,7 @@ def test_what_a_batch_has_written_is_no_input(folder):
     assert names("in", without=out) == [made[0].name]
     assert names("in") == [made[0].name]  # that of another run is none, either
     assert names("in/**/*.bvh", without=out) == [made[0].name]
+    assert names("a", without=folder / "a" / "deep") == ["x.bvh", "y.BVH"]
     with pytest.raises(TwistError, match="outside"):
         find_inputs([str(out / "corrected")], out)
     assert names(str(out / "corrected")) == [made[0].name]  # unless it is asked for

@@ -23,7 +23,8 @@ from twistcore.worker_memory import SPARE
 
 LOCK = "manifest.lock"
 
-_PATIENCE_S = 60.0  # for any clip, and a second more for every megabyte
+# Quick motion with many joints takes some 70 s for every megabyte, and a busy machine more.
+_PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
 _IN_VAIN = 20  # clips one after the other that could not be noted: the disk stays full
 
 
@@ -45,7 +46,7 @@ class CarryOut(Protocol):
 class Limits:
     """What a clip may take.
 
-    seconds: None for a minute, and a second more for every megabyte; memory: bytes beyond what a
+    seconds: None for five minutes, and another for every megabyte; memory: bytes beyond what a
     clip of its size should need.
     """
 
@@ -54,7 +55,11 @@ class Limits:
 
     def seconds_of(self, task: Task) -> float:
         """For a task."""
-        return _PATIENCE_S + task.size / 1e6 if self.seconds is None else self.seconds
+        return (
+            _PATIENCE_S + _PER_MEGABYTE_S * task.size / 1e6
+            if self.seconds is None
+            else self.seconds
+        )
 
 
 @dataclass

@@ -58,7 +58,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         "--time-limit",
         type=positive,
         metavar="SECONDS",
-        help="a clip may take; default 60 and one more for every megabyte",
+        help="a clip may take; default 300 and 60 more for every megabyte",
     )
     parser.add_argument(
         "--memory-limit",
