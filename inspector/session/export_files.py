@@ -10,7 +10,7 @@ from pathlib import Path
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
 from twistcore.atomic import same_file
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.chain import Chain
 from twistcore.clip import ChannelJump, Clip, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
@@ -19,6 +19,7 @@ from twistcore.export.report import Report, check_report, report_files, report_m
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
+from twistcore.refinement import stuck_joints
 from twistcore.review import ReviewState, read_session, write_session
 
 _STILL = 1e-9  # of the height: what a joint moves less is rounding
@@ -217,10 +218,10 @@ def uncorrected(document: Document) -> str:
     """A sentence about accepted intervals that cannot be corrected, or ''."""
     assert document.data is not None
     motion = document.data.motion
-    accepted = {i.chain for i in document.review.state.chosen()}
+    accepted = document.review.state.chosen()
     stuck = "; ".join(
         f"{c.label} ({', '.join(joints)})"
         for c in document.data.chains_and_limbs
-        if c.name in accepted and (joints := uncorrectable_joints(motion, c))
+        if (joints := stuck_joints(motion, c, accepted))
     )
     return f"Not corrected, for want of three rotation channels: {stuck}." if stuck else ""
