@@ -4,6 +4,7 @@ import io
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -46,6 +47,13 @@ def test_folders_files_and_patterns(folder):
     assert names("**/x.bvh") == ["a/deep/x.bvh", "a/x.bvh", "b/x.bvh"]
     assert names("a", "b") == ["b/x.bvh", "deep/x.bvh", "folder.bvh/z.bvh", "x.bvh", "y.BVH"]
     assert names("a", "a/x.bvh", "./a/../a") == names("a")  # nothing twice
+
+
+def test_an_npz_without_poses_is_no_clip_of_a_folder(folder):
+    np.savez(folder / "a" / "shape.npz", betas=np.zeros(3))
+    np.savez(folder / "a" / "poses.NPZ", poses=np.zeros((3, 72)))
+    assert names("a") == ["deep/x.bvh", "poses.NPZ", "x.bvh", "y.BVH"]
+    assert names("a/*.[nN]*") == ["poses.NPZ"]
 
 
 def test_lists(folder, monkeypatch):

@@ -277,3 +277,17 @@ def test_files_and_rules_of_what_was_named(tmp_path, capsys):
     assert len((tmp_path / "csv").read_text().splitlines()) == 3
     assert (tmp_path / "junit").read_text().count("<testcase") == 2
     assert main([*words, "--fail-if", "count>99"]) == 0
+
+
+def test_an_amc_is_new_where_its_skeleton_changed(tmp_path):
+    folder, out = tmp_path / "in", tmp_path / "out"
+    folder.mkdir()
+    for name in ("a.amc", "a.asf"):
+        (folder / name).write_text("nothing")
+        os.utime(folder / name, (1e9, 1e9))
+    assert run(folder, out).unreadable == 1
+    counts = []
+    assert run(folder, out, counted(counts)).unreadable == 1
+    os.utime(folder / "a.asf", (1.1e9, 1.1e9))
+    run(folder, out, counted(counts))
+    assert counts == ["a.amc"]

@@ -33,7 +33,7 @@ def write_corrected(folder: Path, row: ClipRow, known: ClipRow | None, data: byt
         row,
         corrected=relative,
         corrected_sha256=mark,
-        corrected_signature=signature_of(path.stat()),
+        corrected_signature=signature_of(path)[0],
     )
 
 
@@ -44,7 +44,7 @@ def is_intact(folder: Path, row: ClipRow) -> bool:
     """
     path = folder / row.corrected
     try:
-        if signature_of(path.stat()) == row.corrected_signature:
+        if signature_of(path)[0] == row.corrected_signature:
             return True
         return bool(row.corrected) and file_sha256(path) == row.corrected_sha256
     except OSError:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from twistcore.batch.clip_task import file_sha256
+from twistcore.batch.clip_task import file_sha256, has_companions
 from twistcore.batch.inputs import Source
 from twistcore.batch.manifest import DONE, FAILED, ClipRow, Manifest, now
 from twistcore.batch.parameters import Parameters
@@ -81,7 +81,7 @@ def _same_bytes(row: ClipRow, source: Source) -> ClipRow | None:
         return row
     if not source.signature:  # gone, or at a URL
         return row if "://" in source.path and source.size == row.bytes else None
-    if source.size != row.bytes or _sha256(source) != row.sha256:
+    if has_companions(source.path) or source.size != row.bytes or _sha256(source) != row.sha256:
         return None
     return replace(row, signature=source.signature if source.settled else "")
 
@@ -90,7 +90,7 @@ def _of_other_name(
     manifest: Manifest, row: ClipRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ClipRow | None:
     """The row as done, where the same bytes have a result under whatever name."""
-    if not source.signature or source.size not in sizes:
+    if not source.signature or has_companions(source.path) or source.size not in sizes:
         return None
     sha256 = _sha256(source)
     if not sha256 or not manifest.has_result(sha256, mark):
