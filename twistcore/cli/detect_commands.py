@@ -21,6 +21,7 @@ from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
+from twistcore.export.detection_json import intervals_to_json, tau_to_json
 from twistcore.formats import read_clip
 from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
@@ -196,38 +197,14 @@ def _shown(value: Any) -> str:
 def _detection_to_json(
     arguments: argparse.Namespace, clip: Clip, found: Detection
 ) -> dict[str, Any]:
-    chains = {chain.name: chain for chain in found.chains_and_limbs}
-    names = clip.motion.skeleton.names
-    intervals = []
-    for i in found:
-        chain = chains[i.chain]
-        entry: dict[str, Any] = {
-            "chain": names[chain.parent],
-            "parent": names[chain.parent],
-            "child": names[chain.child],
-            "start": i.start,
-            "stop": i.stop,
-            "delta_deg": math.degrees(i.delta),
-            "confidence": i.confidence,
-            "open": i.open,
-            "kind": i.kind.value,
-        }
-        if isinstance(chain, Limb):
-            entry |= {"limb": chain.name, "end": names[chain.end], "carried": i.carried}
-        if i.kind == Kind.LONE_JUMP:
-            entry |= i.evidence or {}
-        if arguments.explain:
-            entry["residual_deg"] = math.degrees(i.residual)
-            entry["evidence"] = i.evidence
-        intervals.append(entry)
     document = {
         "schema": "twistcore.detection/1",
         "clip": str(arguments.clip),
         "frames": clip.motion.frames,
         "fps": clip.motion.fps,
         "method": found.method,
-        "tau_deg": {name: math.degrees(t) for name, t in found.tau.items()},
-        "intervals": intervals,
+        "tau_deg": tau_to_json(found),
+        "intervals": intervals_to_json(found, explain=arguments.explain),
     }
     return document | {"peaks": _peaks_to_json(found)} if arguments.explain else document
 
