@@ -15,7 +15,7 @@ from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
-from twistcore.export.report import Report, check_report, report_files, report_marks, write_report
+from twistcore.report.clip_report import Report, check_report, report_files, report_marks, write_report
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody

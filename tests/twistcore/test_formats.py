@@ -127,7 +127,7 @@ def session_documents(path, folder):
     from twistcore.bvh import read_bvh
     from twistcore.chain import find_chains
     from twistcore.export.replay import accepted_motion
-    from twistcore.export.report import Report, write_report
+    from twistcore.report.clip_report import Report, write_report
     from twistcore.review import (
         Decide,
         Decision,

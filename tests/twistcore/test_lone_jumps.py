@@ -14,7 +14,7 @@ from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import limit, lone_jumps
-from twistcore.export.report import Report, write_report
+from twistcore.report.clip_report import Report, write_report
 from twistcore.refinement import applied_unasked, refine
 from twistcore.review import (
     Decide,

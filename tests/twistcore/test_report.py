@@ -12,7 +12,7 @@ from twistcore.bvh import read_bvh, write_bvh
 from twistcore.cli import main
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
-from twistcore.export.report import Report, write_report
+from twistcore.report.clip_report import Report, write_report
 from twistcore.review import Decide, Decision, Tracking, start_review
 from twistcore.review.model import constant
 from twistcore.version import __version__

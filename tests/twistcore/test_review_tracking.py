@@ -15,7 +15,7 @@ from twistcore.bvh import read_bvh, write_bvh
 from twistcore.cli import main
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import accepted_motion, check_belongs
-from twistcore.export.report import Report, write_report
+from twistcore.report.clip_report import Report, write_report
 from twistcore.export.tracking import (
     DEMONSTRATION,
     check_tracking,

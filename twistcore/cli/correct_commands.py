@@ -21,7 +21,7 @@ from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
 from twistcore.export.replay import accepted_motion, chains_of
-from twistcore.export.report import Report, check_report, write_report
+from twistcore.report.clip_report import Report, check_report, write_report
 from twistcore.refinement import SURE_ENOUGH, applied_unasked, children_off_axis
 from twistcore.review import Review, read_session
 from twistcore.review.model import SEEN
