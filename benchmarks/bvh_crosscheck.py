@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.bvh import Clip, patch_rotations, read_bvh
+from twistcore.bvh import read_bvh
+from twistcore.clip import Clip
 from twistcore.errors import BvhError
 from twistcore.motion import forward_kinematics
 
@@ -36,7 +37,7 @@ def rewritten(clip: Clip) -> bytes:
     """The clip with every rotation number written anew from quaternions."""
     every = np.zeros(clip.motion.rotations.shape[:2], dtype=np.bool_)
     every[:] = clip.skeleton.rotatable
-    return patch_rotations(clip, clip.motion, every)
+    return clip.patched(clip.motion, every).data
 
 
 def differences(path: Path) -> tuple[float, float]:

@@ -66,7 +66,7 @@ def steps(tool: str, path: str, out: str) -> Steps:
 
 
 def _ours(path: str, out: str) -> Steps:
-    from twistcore.bvh import read_bvh, write_bvh
+    from twistcore.bvh import read_bvh, write_clip
     from twistcore.motion import forward_kinematics
     from twistcore.rotation import multiply, quaternion_from_axis_angle
 
@@ -77,7 +77,7 @@ def _ours(path: str, out: str) -> Steps:
         for joint in (at, at + 1):
             rotations[:, joint] = multiply(rotations[:, joint], turn)
         corrected = clip.motion.with_rotations(rotations)
-        return lambda: write_bvh(clip, corrected, out)
+        return lambda: write_clip(clip, corrected, out)
 
     return lambda: read_bvh(path), lambda clip: forward_kinematics(clip.motion), write
 

@@ -24,8 +24,9 @@ from typing import IO
 
 from tests.gui.looks import LOOKS
 from tests.gui.real_screen import RealScreen, WatchedProgram, real_screen, watched
-from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import rewritten
 from twistcore.synthesis import draw_errors, generator, inject
 
 _CHAINS = 1  # with errors in a clip
@@ -40,7 +41,7 @@ def with_errors(source: Path, target: Path) -> None:
     rng = generator(7, source.name)
     chosen = [chains[k] for k in rng.permutation(len(chains))[:_CHAINS]]
     dirty = inject(clip.motion, chains, draw_errors(clip.motion, chosen, rng))
-    target.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
+    target.write_bytes(rewritten(clip, dirty).data)
 
 
 @dataclass

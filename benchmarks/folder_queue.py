@@ -23,8 +23,9 @@ from inspector.app import make_application
 from inspector.collector import keep_for_good
 from inspector.session.settings import Settings
 from twistcore.batch import severity
-from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import rewritten
 from twistcore.detection import Interval
 from twistcore.synthesis import draw_errors, generator, inject
 
@@ -39,7 +40,7 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
     chosen = [chains[k] for k in rng.permutation(len(chains))[:chains_hit]]
     errors = draw_errors(clip.motion, chosen, rng)
     dirty = inject(clip.motion, chains, errors)
-    target.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
+    target.write_bytes(rewritten(clip, dirty).data)
     found = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
     return severity(found, clip.motion.frames)
 

@@ -15,8 +15,9 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from twistcore.bvh import Clip, read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import Clip, write_clip
 from twistcore.errors import BvhError
 
 BEGIN, END = "<!-- odd files: begin -->", "<!-- odd files: end -->"
@@ -100,7 +101,7 @@ def _why(outcome: str, path: Path) -> str:
 def _comes_back(clip: Clip) -> bool:
     with tempfile.TemporaryDirectory() as folder:
         again = Path(folder) / "again.bvh"
-        write_bvh(clip, clip.motion.with_rotations(clip.motion.rotations.copy()), again)
+        write_clip(clip, clip.motion.with_rotations(clip.motion.rotations.copy()), again)
         return again.read_bytes() == clip.data
 
 

@@ -38,9 +38,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from benchmarks.mirrored_turns import Straightness, bends, mirrored, straightness
-from twistcore.bvh import Clip, read_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main as twistcore
+from twistcore.clip import Clip
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, forward_kinematics
 

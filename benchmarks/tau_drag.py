@@ -32,9 +32,9 @@ from inspector.app import keep_for_good, make_application
 from inspector.session.opening import analysed
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
-from twistcore.bvh import Clip, parse_bvh, read_bvh
-from twistcore.bvh.patch import changed_rotations, patch_rotations
+from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import Clip, rewritten
 from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk.bvh"
@@ -61,7 +61,7 @@ def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
             offset = np.full(stop - start, rng.choice([-size, size]))
             errors.append(InjectedError(CHAIN, start, stop, offset))
         twisted = inject(motion, chains, errors)
-        data = patch_rotations(clip, twisted, changed_rotations(clip, twisted))
+        data = rewritten(clip, twisted).data
         rounds.append(parse_bvh(data, clip.path).values)
     return replace(clip, path=folder / clip.path.name, values=np.concatenate(rounds)[:frames])
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from twistcore.bvh import Clip, read_bvh
+from twistcore.bvh import read_bvh
+from twistcore.clip import Clip
 
 # A machine that is busy with something else is no reason to fail.
 settings.register_profile("patient", deadline=None)

@@ -16,7 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 HOUSES = ("inspector", "twistcore")
 MODULES = [f for h in HOUSES for f in sorted((ROOT / h).rglob("*.py")) if f.stem != "__init__"]
-SPAWNED = ("inspector.session.survey_worker", "inspector.tuning.cost_worker")
+SPAWNED = ("inspector.folder.survey_worker", "inspector.tuning.cost_worker")
 
 
 def lines(module: Path) -> int:

@@ -11,8 +11,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from twistcore.bvh import Clip
 from twistcore.chain import Chain
+from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps

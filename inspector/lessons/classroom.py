@@ -9,8 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from inspector.session.opening import Analysed, analysed
-from twistcore.bvh import Clip, read_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import Clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.motion import Motion

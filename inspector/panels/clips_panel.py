@@ -20,8 +20,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.folder.queue import FolderQueue
+from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.session.document import Document
-from inspector.session.queue import ClipState, FolderQueue, QueuedClip
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme

@@ -10,8 +10,8 @@ from pathlib import Path
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
 from twistcore.atomic import same_file
-from twistcore.bvh import Clip, EulerJump, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.clip import ChannelJump, Clip, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
@@ -166,7 +166,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
     refined = accepted_motion(clip, export.chains, state, tell=tell)
     forget_marks(files_of(choice))
     check_targets(choice, clip, export.ours, export.own)
-    jumps = write_bvh(clip, refined, choice.path)
+    jumps = write_clip(clip, refined, choice.path)
     _take_note(export, choice.path)
     if choice.session:
         write_session(replay_path(choice.path), clip, state)
@@ -186,7 +186,7 @@ def _take_note(export: Export, path: Path) -> None:
         export.ours[path] = file_mark(path)
 
 
-def _told(export: Export, refined: Motion, jumps: Sequence[EulerJump]) -> str:
+def _told(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> str:
     name = export.choice.path.name
     stale = f" {export.changed} This is the version that is open." if export.changed else ""
     change = compare(export.clip.motion, refined)

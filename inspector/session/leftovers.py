@@ -19,7 +19,7 @@ from inspector.session.session_files import (
     written,
 )
 from twistcore.analysis import ClipAnalysis
-from twistcore.bvh import Clip
+from twistcore.clip import Clip
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_lock import is_held
 from twistcore.limb import Limb

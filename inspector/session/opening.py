@@ -12,14 +12,15 @@ from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import REPLAY_SUFFIX, kept_sessions, set_aside
 from twistcore import analysis as core
 from twistcore.analysis import ClipAnalysis
-from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import chains_of
 from twistcore.file_marks import file_mark
+from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
@@ -156,7 +157,7 @@ def _read(
 ) -> Analysed:
     """A clip with a review of its own; session: whose chains it gets, if the clip has such."""
     stamp = stamp_of(path)
-    clip = read_bvh(path, tell=part(tell, 0.0, _READ))
+    clip = read_clip(path, tell=part(tell, 0.0, _READ))
     rig, told = _rig_of(session, clip.motion)
     found = analysed(clip, profile, part(tell, _READ, 1.0), rig)
     return replace(found, stamp=stamp, notes=(told,) if told else ())

@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QTimer, Signal, SignalInstance
 from inspector.session.leftovers import same_review
 from inspector.session.session_files import JOURNAL_SUFFIX, at_first, refuge_path, session_path
 from twistcore.atomic import free_name
-from twistcore.bvh import Clip
+from twistcore.clip import Clip
 from twistcore.errors import TwistError
 from twistcore.review import Command, Journal, Recovered, Review, ReviewState, Sign, recover
 from twistcore.review.journal import command_to_json, state_entry

@@ -21,7 +21,7 @@ from twistcore.decomposition import (
     other_order,
     unwrapped_twist,
 )
-from twistcore.rotation import Array, wrap
+from twistcore.rotation import wrap
 
 ROWS = ("order", "minus_q", "euler")  # what a lesson may list
 _UNDEFINED = "undefined: w points against a"
@@ -174,16 +174,15 @@ class OtherForms(QWidget):
         assert data is not None
         assert chain is not None
         assert found is not None
-        layout = data.clip.channels[joint]
-        if not layout.rotatable:
+        if (channels := data.clip.euler(joint)) is None:
             return None
-        written: Array = np.radians(data.clip.values[frame, list(layout.rotation)])
+        order, written = channels
         q = data.motion.rotations[frame, joint]
         if taught.what_if.changes or taught.stage is not None:
             off = found.correction.whole
             one = altered(data.motion, chain, frame, taught.what_if, offset=off, stage=taught.stage)
             q = one.rotations[0, joint]
-        return euler_channels(layout.order, q, written)
+        return euler_channels(order, q, written[frame])
 
     def _measured(self) -> None:
         for right in self._rights:

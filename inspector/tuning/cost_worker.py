@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from twistcore.bvh import read_bvh
 from twistcore.errors import TwistError
+from twistcore.formats import read_clip
 from twistcore.rig import Rig
 from twistcore.tuning import Span, Verdicts, clip_tuning
 
@@ -49,7 +49,7 @@ def measure(pipe: Connection, request: Request) -> None:
     if hasattr(os, "nice"):
         os.nice(_NICE)
     try:
-        clip = read_bvh(request.path)
+        clip = read_clip(request.path)
         if clip.sha256 != request.sha256:
             pipe.send(f"{clip.name} has changed on disk: open it again to measure what τ costs.")
             return

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QDockWidget, QWidget
 
+from inspector.folder.queue import FolderQueue
 from inspector.session.document import Document
-from inspector.session.queue import FolderQueue
 from inspector.tuning.remembered_profiles import ProfileOffers
 from inspector.tuning.tau_table import Column
 from inspector.tuning.tuning_panel import TuningPanel

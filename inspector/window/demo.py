@@ -9,8 +9,8 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication, QMessageBox
 
+from inspector.folder.queued_clip import ClipState
 from inspector.session.export_files import ExportChoice
-from inspector.session.queue import ClipState
 from inspector.window.main_window import MainWindow
 from twistcore.review import Decision
 

@@ -17,6 +17,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
 
+from inspector.folder.queue import FolderQueue
 from inspector.lessons.guide_card import GuideCard
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.interrupted_review import Aside
@@ -36,7 +37,6 @@ from inspector.recording.recorder import Recorder, RecordingBar
 from inspector.session.document import Document
 from inspector.session.exporter import Exporter
 from inspector.session.player import Player
-from inspector.session.queue import FolderQueue
 from inspector.session.settings import Settings
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.teaching_panel import TeachingPanel

@@ -11,10 +11,10 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QMainWindow, QMessageBox
 
 from inspector.bundled import ASSETS
+from inspector.folder.queue import FolderQueue
 from inspector.lessons.lesson_actions import LessonActions
 from inspector.panels.detail_card import DetailCard
 from inspector.session.document import Document
-from inspector.session.queue import FolderQueue
 from inspector.session.session_files import SESSION_SUFFIX, is_session
 from inspector.session.settings import Settings
 from inspector.widgets.file_dialog import ask_where

@@ -24,8 +24,9 @@ from tests.gui.looks import looks_of
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
 from tests.gui.programs import Program
 from tests.gui.windows import act, close_window, open_clip, wait_until_active
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import write_clip
 from twistcore.rotation import multiply, quaternion_from_axis_angle
 
 
@@ -210,7 +211,7 @@ def lone_turn(tmp_path):
     q[200:, chain.parent] = multiply(q[200:, chain.parent], turn)
     path = tmp_path / "lone" / "lone.bvh"
     path.parent.mkdir()
-    write_bvh(clip, replace(clip.motion, rotations=q), path)
+    write_clip(clip, replace(clip.motion, rotations=q), path)
     return path
 
 

@@ -3,8 +3,9 @@
 from inspector.session.settings import Settings
 from tests.conftest import ASSETS
 from twistcore.batch import severity
-from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import rewritten
 from twistcore.detection import Interval
 from twistcore.synthesis import draw_errors, generator, inject
 
@@ -15,7 +16,7 @@ def put_errors(path, chains_hit, seed=1):
     chains = find_chains(clip.motion)
     errors = draw_errors(clip.motion, chains[:chains_hit], generator(seed, path.name))
     dirty = inject(clip.motion, chains, errors)
-    path.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
+    path.write_bytes(rewritten(clip, dirty).data)
     found = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
     return severity(found, clip.motion.frames)
 

@@ -8,7 +8,8 @@ import pytest
 
 from inspector.lessons.classroom import open_for_student, scored, write_for_class
 from tests.conftest import ASSETS
-from twistcore.bvh import changed_rotations, read_bvh
+from twistcore.bvh import read_bvh
+from twistcore.clip import changed_rotations
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.study.class_exercise import HandedIn, write_handed_in
 from twistcore.synthesis.truth import read_truth, write_truth

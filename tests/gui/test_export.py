@@ -12,7 +12,7 @@ from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
 from tests.gui.windows import act, wait_until_active
-from twistcore.bvh import write_bvh
+from twistcore.clip import write_clip
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
 from twistcore.review import Track, Tracking
@@ -73,7 +73,7 @@ def test_the_window_is_usable_and_told_how_far_it_is(qtbot, window, held, tmp_pa
     assert "joints changed" in window.bar.label.text()
     assert not (tmp_path / "other.bvh").exists()
     clip = window.document.data.clip
-    write_bvh(clip, accepted_motion(clip, window.document.data.chains, state), tmp_path / "a.bvh")
+    write_clip(clip, accepted_motion(clip, window.document.data.chains, state), tmp_path / "a.bvh")
     assert out.read_bytes() == (tmp_path / "a.bvh").read_bytes()
     assert (tmp_path / "out.report.html").exists()
 

@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer
 
+from inspector.folder.queue import FolderQueue
+from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.panels.clips_panel import ClipsPanel
 from inspector.session.document import Document
 from inspector.session.export_files import ExportChoice
-from inspector.session.queue import ClipState, FolderQueue, QueuedClip
 from inspector.session.session_files import exports_among
 from inspector.session.settings import Settings
 from inspector.widgets.theme import LIGHT
@@ -53,7 +54,7 @@ def test_a_clip_that_hangs_or_eats_memory_takes_only_itself_down(
 ):
     for k in (1, 2, 3):
         put_errors(tmp_path / f"{k}.bvh", k)
-    monkeypatch.setattr("inspector.session.queue._PATIENCE_S", 0.0)
+    monkeypatch.setattr("inspector.folder.queue._PATIENCE_S", 0.0)
     slow = tmp_path / "0_hangs.bvh"
     # A pipe nobody writes to: opening it never returns.
     if sys.platform != "linux":
@@ -61,7 +62,7 @@ def test_a_clip_that_hangs_or_eats_memory_takes_only_itself_down(
     import os
 
     os.mkfifo(slow)
-    monkeypatch.setattr("inspector.session.queue._PATIENCE_S", 8.0)  # of a busy machine
+    monkeypatch.setattr("inspector.folder.queue._PATIENCE_S", 8.0)  # of a busy machine
     with qtbot.waitSignal(queue.finished, timeout=60_000):
         queue.open(tmp_path)
     states = {c.path.name: c for c in queue.ordered}

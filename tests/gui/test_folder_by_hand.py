@@ -7,8 +7,9 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, real_screen, wait_until, watched
-from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import rewritten
 from twistcore.synthesis import draw_errors, generator, inject
 
 TEXTS = (  # of the clips' list: what each row says, by the clip's name
@@ -25,7 +26,7 @@ def put_errors(path, chains_hit):
     chains = find_chains(clip.motion)
     errors = draw_errors(clip.motion, chains[:chains_hit], generator(1, path.name))
     dirty = inject(clip.motion, chains, errors)
-    path.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
+    path.write_bytes(rewritten(clip, dirty).data)
 
 
 @pytest.fixture

@@ -6,8 +6,9 @@ import pytest
 from inspector.session.player import Player
 from inspector.window.review_actions import faint_intervals
 from tests.gui.pictures import INJECTED
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import write_clip
 from twistcore.refinement import remove_twist
 from twistcore.review import Decide, Decision, recover, session_bytes
 
@@ -142,7 +143,7 @@ def faint_walk(open_document, tmp_path):
     offsets["LeftForeArm"][200:230] = np.radians(30.0)
     path = tmp_path / "faint" / "faint.bvh"
     path.parent.mkdir()
-    write_bvh(clip, remove_twist(clip.motion, find_chains(clip.motion), offsets), path)
+    write_clip(clip, remove_twist(clip.motion, find_chains(clip.motion), offsets), path)
     document = open_document(path)
     document.set_tau(np.radians(4.0), "LeftForeArm")
     return document

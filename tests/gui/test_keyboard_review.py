@@ -8,9 +8,10 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import wait_until_active
-from twistcore.bvh import changed_rotations, patch_rotations, read_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main as twistcore
+from twistcore.clip import rewritten
 from twistcore.review import Decision
 from twistcore.synthesis import draw_errors, generator, inject
 
@@ -24,7 +25,7 @@ def injected(folder, name):
     errors = draw_errors(clip.motion, chains[::2] + chains[9:], generator(3, name))
     dirty = inject(clip.motion, chains, errors)
     path = folder / f"{name}.bvh"
-    path.write_bytes(patch_rotations(clip, dirty, changed_rotations(clip, dirty)))
+    path.write_bytes(rewritten(clip, dirty).data)
     return path
 
 

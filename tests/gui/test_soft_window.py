@@ -7,8 +7,9 @@ from inspector.panels.detail_card import explanation
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import write_clip
 from twistcore.refinement import remove_twist
 
 RAMP = np.radians(np.concatenate([np.arange(1, 13), np.full(10, 13), np.arange(12, 0, -1)]) * 6.0)
@@ -21,7 +22,7 @@ def ramped(qtbot, window, tmp_path):
     offset = np.zeros(clip.motion.frames)
     offset[80 : 80 + len(RAMP)] = -RAMP
     wrong = remove_twist(clip.motion, find_chains(clip.motion), {"RightShoulder": offset})
-    write_bvh(clip, wrong, tmp_path / "ramped.bvh")
+    write_clip(clip, wrong, tmp_path / "ramped.bvh")
     open_clip(qtbot, window, tmp_path / "ramped.bvh")
     return window
 

@@ -32,8 +32,9 @@ from tests.gui.pictures import (
     show_instead,
 )
 from tests.gui.windows import act, open_clip
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import write_clip
 from twistcore.motion import forward_kinematics
 from twistcore.review import Decide, Decision
 from twistcore.synthesis import InjectedError, inject
@@ -79,7 +80,7 @@ def test_a_twist_of_90_degrees_wrings_the_skin(qtbot, document, show_view, tmp_p
     clip = document.data.clip
     error = InjectedError("LeftForeArm", FRAME, FRAME + 1, np.array([np.pi / 2]))
     path = tmp_path / "twisted.bvh"
-    write_bvh(clip, inject(clip.motion, document.data.chains, [error]), path)
+    write_clip(clip, inject(clip.motion, document.data.chains, [error]), path)
     view = show_view(document)
     view.look(style=Style.SKIN)
     view.look(triads=False)

@@ -31,8 +31,9 @@ from tests.gui.pictures import (
     settle,
     show_instead,
 )
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import write_clip
 from twistcore.figure import figure_size, guess_up
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import quaternion_from_axis_angle, rotate
@@ -49,7 +50,7 @@ def test_a_twist_of_90_degrees_changes_the_limb_and_moves_no_joint(
     error = InjectedError("LeftForeArm", FRAME, FRAME + 1, np.array([np.pi / 2]))
     twisted = inject(clip.motion, document.data.chains, [error])
     path = tmp_path / "twisted.bvh"
-    write_bvh(clip, twisted, path)
+    write_clip(clip, twisted, path)
 
     clean, clean_positions = document.pose(FRAME, after=False)
     view = show_view(document)

@@ -9,8 +9,9 @@ from PySide6.QtCore import Qt
 from inspector.session.why_here import peaks
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip, press
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import write_clip
 from twistcore.refinement import remove_twist
 from twistcore.rotation import normalise
 from twistcore.why_not import Why
@@ -119,7 +120,7 @@ def test_m_goes_to_every_peak_past_tau_that_is_suspicious(qtbot, window, tmp_pat
     motion = remove_twist(clip.motion, find_chains(clip.motion), offsets)
     rng = np.random.default_rng(0)
     q = motion.rotations + rng.normal(scale=0.006, size=motion.rotations.shape)
-    write_bvh(clip, replace(motion, rotations=normalise(q)), tmp_path / "shaken.bvh")
+    write_clip(clip, replace(motion, rotations=normalise(q)), tmp_path / "shaken.bvh")
     open_clip(qtbot, window, tmp_path / "shaken.bvh")
     document = window.document
     wanted = {(r.chain, r.frame) for r in peaks(document) if r.suspicious}

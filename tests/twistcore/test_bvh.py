@@ -8,15 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.strategies import orders, quaternions
-from twistcore.bvh import (
-    changed_rotations,
-    parse_bvh,
-    patch_rotations,
-    read_bvh,
-    thinned,
-    write_bvh,
-)
+from twistcore.bvh import parse_bvh, read_bvh, thinned
 from twistcore.bvh.euler_branch import continuous_angles
+from twistcore.clip import rewritten, write_clip
 from twistcore.errors import BvhError
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import geodesic_angle, multiply, quaternion_from_euler
@@ -57,13 +51,13 @@ def test_a_real_clip_is_read_whole(walk):
 
 def test_nothing_to_correct_is_byte_identical(sample, tmp_path):
     out = tmp_path / "same.bvh"
-    write_bvh(sample, sample.motion, out)
+    write_clip(sample, sample.motion, out)
     assert out.read_bytes() == sample.data
 
 
 def test_every_rotation_rewritten_from_quaternions_keeps_every_position(sample):
     every = np.ones(sample.motion.rotations.shape[:2], dtype=bool)
-    data = patch_rotations(sample, sample.motion, every)
+    data = sample.patched(sample.motion, every).data
     again = parse_bvh(data)
     before, after = forward_kinematics(sample.motion)[1], forward_kinematics(again.motion)[1]
     assert np.abs(before - after).max() <= 1e-6 * sample.motion.skeleton.height
@@ -81,7 +75,7 @@ def test_written_rotations_are_read_back(order, rotations, data):
     stop = data.draw(st.integers(first + 1, len(rotations)))
     q[first:stop, 1] = rotations[first:stop]
     moved = clip.motion.with_rotations(q)
-    again = parse_bvh(patch_rotations(clip, moved, changed_rotations(clip, moved)))
+    again = parse_bvh(rewritten(clip, moved).data)
     assert geodesic_angle(again.motion.rotations, q).max() < 1e-6
     np.testing.assert_array_equal(again.values[:, :6], clip.values[:, :6])
 
@@ -94,7 +88,7 @@ def test_line_ends_are_kept(newline):
     q = clip.motion.rotations.copy()
     q[1, 1] = [0.5, 0.5, 0.5, 0.5]
     moved = clip.motion.with_rotations(q)
-    data = patch_rotations(clip, moved, changed_rotations(clip, moved))
+    data = rewritten(clip, moved).data
     assert data.count(newline.encode()) == clip.data.count(newline.encode())
     before, after = clip.data.split(), data.split()
     assert len(before) == len(after)
@@ -110,7 +104,7 @@ def test_numbers_of_any_form_are_replaced_and_nothing_beside_them(walk):
     changed = rng.random(clip.motion.rotations.shape[:2]) < 0.05
     changed &= clip.skeleton.rotatable
     q = np.where(changed[..., None], np.roll(clip.motion.rotations, 7, 0), clip.motion.rotations)
-    again = parse_bvh(patch_rotations(clip, clip.motion.with_rotations(q), changed))
+    again = parse_bvh(clip.patched(clip.motion.with_rotations(q), changed).data)
     assert geodesic_angle(again.motion.rotations, q).max() < 1e-6
     numbers = re.compile(rb"[^\s]+")
     assert numbers.sub(b"", again.data) == numbers.sub(b"", clip.data)
@@ -196,7 +190,7 @@ def test_rows_wrapped_over_lines_are_read_and_patched():
     )
     clip = parse_bvh(wrapped)
     np.testing.assert_array_equal(clip.values, np.arange(27).reshape(3, 9))
-    assert patch_rotations(clip, clip.motion, np.zeros((3, 2), dtype=bool)) == wrapped
+    assert clip.patched(clip.motion, np.zeros((3, 2), dtype=bool)).data == wrapped
 
 
 def test_an_unusable_frame_time_is_replaced_and_told():
@@ -247,6 +241,6 @@ def test_writing_over_a_read_only_folder_leaves_nothing(walk, tmp_path, monkeypa
 
     monkeypatch.setattr("twistcore.atomic.os.fsync", refuse)
     with pytest.raises(OSError, match="space"):
-        write_bvh(walk, walk.motion, target)
+        write_clip(walk, walk.motion, target)
     assert target.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [target]

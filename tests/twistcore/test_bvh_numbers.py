@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from twistcore.bvh import parse_bvh, read_bvh
-from twistcore.bvh.clip import token_spans
+from twistcore.bvh.bvh_clip import token_spans
 from twistcore.bvh.numbers import LARGEST, BadNumberError, _exact, read_numbers
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import multiply, quaternion_from_euler, rotate
@@ -133,7 +133,7 @@ def test_blocks_meet_without_a_seam(monkeypatch):
 
 
 def test_token_spans_are_those_of_split(monkeypatch):
-    monkeypatch.setattr("twistcore.bvh.clip._BLOCK", 13)
+    monkeypatch.setattr("twistcore.bvh.bvh_clip._BLOCK", 13)
     for text in (b"1 2.5\n -3  4\r\n", b"  1 2", b"", b"   ", b"1", b"123456789012345 6 7"):
         starts, ends = token_spans(text, 0)
         assert [text[a:b] for a, b in zip(starts, ends, strict=True)] == text.split()

@@ -9,8 +9,8 @@ import twistcore
 from tests.conftest import ASSETS
 from tests.twistcore.test_bvh_numbers import MIXED
 from twistcore.atomic import STANDARD_OUTPUT
-from twistcore.bvh import parse_bvh, read_bvh, write_bvh, write_motion
-from twistcore.bvh.patch import patched
+from twistcore.bvh import parse_bvh, read_bvh, write_motion
+from twistcore.clip import write_clip
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton, forward_kinematics
 from twistcore.rotation import geodesic_angle, normalise
@@ -129,23 +129,23 @@ def test_the_source_of_a_clip_is_replaced_only_if_told(source, tmp_path):
     others = (tmp_path / name for name in ("link.bvh", "hard.bvh", "folder/../clip.bvh"))
     for path in (source, str(source), *others):
         with pytest.raises(TwistError, match="another file than the clip's own source"):
-            write_bvh(clip, motion, path)
+            write_clip(clip, motion, path)
     assert source.read_bytes() == clip.data
-    write_bvh(clip, motion, tmp_path / "other.bvh")
-    write_bvh(clip, motion, source, replace_source=True)
+    write_clip(clip, motion, tmp_path / "other.bvh")
+    write_clip(clip, motion, source, replace_source=True)
     assert source.read_bytes() == (tmp_path / "other.bvh").read_bytes() != clip.data
 
 
 def test_a_source_that_is_gone_is_in_nobodys_way(source):
     clip = read_bvh(source)
     source.unlink()
-    write_bvh(clip, clip.motion, source)
+    write_clip(clip, clip.motion, source)
     assert source.read_bytes() == clip.data
 
 
 def test_a_stream_is_written_into_though_the_clip_came_from_it(walk, capfdbinary):
     clip = parse_bvh(walk.data, STANDARD_OUTPUT)
-    write_bvh(clip, clip.motion, STANDARD_OUTPUT)
+    write_clip(clip, clip.motion, STANDARD_OUTPUT)
     assert capfdbinary.readouterr().out == walk.data
 
 
@@ -155,4 +155,4 @@ def test_every_repr_is_one_informative_line(walk):
     assert repr(walk.skeleton) == "<Skeleton: 31 joints from Hips>"
     assert repr(own().skeleton) == "<Skeleton: 5 joints from Hips, Prop>"
     nothing = np.zeros(walk.motion.rotations.shape[:2], dtype=bool)
-    assert repr(patched(walk, walk.motion, nothing)) == "Patch(jumps=())"
+    assert repr(walk.patched(walk.motion, nothing)) == "Patch(jumps=())"

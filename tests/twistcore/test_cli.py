@@ -11,9 +11,10 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CLIP, find_flips, flip, flipped
 from twistcore.analysis import analyse as analysed
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main
+from twistcore.clip import write_clip
 from twistcore.detection import Kind
 from twistcore.refinement import remove_twist
 from twistcore.review import Review, write_session
@@ -134,7 +135,7 @@ def test_a_profile_may_name_a_limb(capsys, monkeypatch, tmp_path):
 
 def test_flips_are_refined_and_replayed_and_told_to_move_a_knee(capsys, monkeypatch, tmp_path):
     bad, out, again, session = (tmp_path / n for n in ("b.bvh", "o.bvh", "a.bvh", "s.json"))
-    write_bvh(CLIP, flipped(CLIP.motion, flip(), CARRIED), bad)
+    write_clip(CLIP, flipped(CLIP.motion, flip(), CARRIED), bad)
     find_flips(monkeypatch, flip(), CARRIED)
     words = ["refine", bad, "-o", out, "--kinds", "limb-flip", "--report", tmp_path]
     code, told, err = run(capsys, *words)
@@ -235,7 +236,7 @@ def doubtful(tmp_path_factory):
     offsets["RightForeArm"][120:131] = -0.03
     offsets["RightLeg"][35:43] = 0.05
     path = tmp_path_factory.mktemp("doubtful") / "walk.bvh"
-    write_bvh(clip, remove_twist(clip.motion, find_chains(clip.motion), offsets), path)
+    write_clip(clip, remove_twist(clip.motion, find_chains(clip.motion), offsets), path)
     return path
 
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import changed_rotations, parse_bvh, read_bvh
+from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import changed_rotations
 from twistcore.rotation import geodesic_angle
 from twistcore.study.exercise import hide_errors
 from twistcore.study.exercise_clip import decimals_of, write_exercise_clip

@@ -10,8 +10,8 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, flip, flipped, spun
-from twistcore.bvh import write_bvh
 from twistcore.cli import main
+from twistcore.clip import write_clip
 from twistcore.detection import Interval, Kind
 from twistcore.review import Command, Decision, Judged
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, command_to_json
@@ -59,10 +59,10 @@ def real(tmp_path_factory):
     with contextlib.redirect_stdout(io.StringIO()):
         main(["refine", dirty, "-o", out, "--method", "paper"])
     bad = folder / "flipped.bvh"
-    write_bvh(CLIP, flipped(CLIP.motion, flip()), bad)
+    write_clip(CLIP, flipped(CLIP.motion, flip()), bad)
     worse = folder / "worse.bvh"
     motion = flipped(CLIP.motion, flip(degrees=-160.0))
-    write_bvh(CLIP, spun("LeftFoot", 60, 70, 140.0, motion), worse)
+    write_clip(CLIP, spun("LeftFoot", 60, 70, 140.0, motion), worse)
     low = folder / "low.toml"  # a limb's own motion passes it
     low.write_text('["LeftUpLeg-LeftFoot"]\ntau_deg = 0.3\n')
     asked = ("--explain", "--method", "paper", "--profile", str(low))

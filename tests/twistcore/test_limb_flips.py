@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import write_clip
 from twistcore.detection import Interval, Kind
 from twistcore.detection.limb_flips import analyse_limbs
 from twistcore.detection.limb_flips.explanation import explain
@@ -79,7 +80,7 @@ def test_a_repair_moves_the_knee_and_nothing_else(tmp_path):
     leg = limbs["Right leg"]
     intervals = found(KICK.motion, "Right leg")
     refined = refine(KICK.motion, (*chains, leg), intervals)
-    write_bvh(KICK, refined, tmp_path / "kick.bvh")
+    write_clip(KICK, refined, tmp_path / "kick.bvh")
     written = read_bvh(tmp_path / "kick.bvh").motion
     turned = (geodesic_angle(KICK.motion.rotations, refined.rotations) > 1e-9).any(axis=0)
     assert set(np.flatnonzero(turned)) == {leg.parent, leg.end}

@@ -96,7 +96,7 @@ def test_errors_say_what_came_and_what_was_expected(clip, found):
         lambda: tc.find_chains(clip),
         lambda: tc.refine(clip, found.chains, found),
         lambda: tc.twist_signals(clip, found.chains[0]),
-        lambda: tc.write_bvh(clip, clip, "out.bvh"),
+        lambda: tc.write_clip(clip, clip, "out.bvh"),
     ):
         with pytest.raises(TypeError, match=r"expected a Motion, found <Clip .*: its \.motion"):
             wrong()

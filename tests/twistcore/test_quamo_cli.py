@@ -7,8 +7,9 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.test_quamo_data import write_poses
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.cli import main
+from twistcore.clip import write_clip
 from twistcore.quamo import Gains, HandGains, Tracker, track, track_both_ways
 from twistcore.quamo.network import untrained, write_network
 from twistcore.quamo.response import lags, overshoots
@@ -118,7 +119,7 @@ def test_the_causal_way_writes_the_bytes_of_the_tracker_frame_by_frame(capsys, t
     tracker = Tracker(HandGains())
     for q in rotations[1:]:
         q[:] = tracker.step(q, np.zeros(3), clip.frame_time).state.q
-    write_bvh(clip, clip.motion.with_rotations(rotations), expected)
+    write_clip(clip, clip.motion.with_rotations(rotations), expected)
     assert out.read_bytes() == expected.read_bytes()
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.bvh.compose import write_motion
 from twistcore.cli import main
+from twistcore.clip import write_clip
 from twistcore.errors import TwistError
 from twistcore.export.tracking import check_tracking, traced_motion, tracked_motion, weights_mark
 from twistcore.quamo import Gains, HandGains, track
@@ -125,7 +126,7 @@ def test_refine_writes_the_bytes_of_a_session_and_names_the_cut(capsys, tmp_path
     assert_same(motion, tracked_motion(clip.motion, tracking))
     if not causal:
         assert traces.frames.tolist() == list(range(CUT.frames))
-    write_bvh(clip, motion, expected)
+    write_clip(clip, motion, expected)
     words = ["quamo", "refine", str(source), "-o", str(out)]
     assert main(words + ["--causal"] * causal) == 0
     assert out.read_bytes() == expected.read_bytes()

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.test_chain import FAMILIES, limbs, rig
-from twistcore.bvh import changed_rotations, parse_bvh, patch_rotations, read_bvh
+from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip import changed_rotations, rewritten
 from twistcore.detection import Interval
 from twistcore.motion import forward_kinematics
 from twistcore.refinement import children_off_axis, refine, remove_twist
@@ -90,7 +91,7 @@ def test_an_export_changes_the_tokens_of_one_interval_and_no_other(sample):
     start, stop = 40, 52
     interval = Interval(chain.name, start, stop, np.full(stop - start, 1.2))
     refined = refine(motion, chains, [interval])
-    data = patch_rotations(sample, refined, changed_rotations(sample, refined))
+    data = rewritten(sample, refined).data
     again = parse_bvh(data)
     old, new = sample.token_spans, again.token_spans
     assert len(old[0]) == len(new[0])

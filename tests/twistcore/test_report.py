@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.cli import main
+from twistcore.clip import write_clip
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
 from twistcore.report.clip_report import Report, write_report
@@ -49,7 +50,7 @@ def test_a_file_of_somebody_else_is_not(tmp_path, ending, after):
 
 def test_it_says_which_joints_moved_and_why(tmp_path):
     """The knee of a flip, the toe of one that carried the foot, what tracking moves, no other."""
-    write_bvh(CLIP, flipped(CLIP.motion, flip(), CARRIED), tmp_path / "flipped.bvh")
+    write_clip(CLIP, flipped(CLIP.motion, flip(), CARRIED), tmp_path / "flipped.bvh")
     clip = read_bvh(tmp_path / "flipped.bvh")
     chains = (*CHAINS, *LIMBS)
     tau = {c.name: 0.1 for c in chains}

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CHAINS, CLIP, commands, fresh, redetect, signing
-from twistcore.bvh import patch_rotations, read_bvh
-from twistcore.bvh.patch import changed_rotations
+from twistcore.bvh import read_bvh
+from twistcore.clip import rewritten
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.export.replay import accepted_motion, check_belongs
@@ -196,7 +196,7 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
 
     def exported(state):
         motion = accepted_motion(CLIP, CHAINS, state)
-        return patch_rotations(CLIP, motion, changed_rotations(CLIP, motion))
+        return rewritten(CLIP, motion).data
 
     assert exported(session.state) == exported(review.state)
     assert exported(session.state) != CLIP.data

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.cli import main
+from twistcore.clip import write_clip
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import accepted_motion, check_belongs
 from twistcore.report.clip_report import Report, write_report
@@ -123,13 +124,13 @@ def test_apply_writes_the_very_bytes_of_an_export(tmp_path, tracking):
     review.do(Track(tracking))
     session, exported = tmp_path / "a.twist.json", tmp_path / "a.bvh"
     write_session(session, CLIP, review.state)
-    write_bvh(CLIP, accepted_motion(CLIP, CHAINS, review.state), exported)
+    write_clip(CLIP, accepted_motion(CLIP, CHAINS, review.state), exported)
     again = tmp_path / "again.bvh"
     assert main(["apply", str(session), str(CLIP.path), "-o", str(again)]) == 0
     assert again.read_bytes() == exported.read_bytes()
     untracked = tmp_path / "untracked.bvh"
     review.do(Track(None))
-    write_bvh(CLIP, accepted_motion(CLIP, CHAINS, review.state), untracked)
+    write_clip(CLIP, accepted_motion(CLIP, CHAINS, review.state), untracked)
     assert again.read_bytes() != untracked.read_bytes()
 
 
@@ -173,7 +174,7 @@ def test_both_ways_rewrites_the_numbers_of_the_roots_place(tmp_path):
         review.do(Track(tracking))
         motions.append(accepted_motion(CLIP, CHAINS, review.state))
         files.append(tmp_path / f"{tracking.place}.bvh")
-        write_bvh(CLIP, motions[-1], files[-1])
+        write_clip(CLIP, motions[-1], files[-1])
     without, moved = (read_bvh(file).values for file in files)
     own = CLIP.motion.positions[1:, 0]
     expected = track_both_ways(

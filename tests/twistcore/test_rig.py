@@ -7,9 +7,10 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main
+from twistcore.clip import write_clip
 from twistcore.detection import Kind
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.replay import accepted_motion
@@ -229,7 +230,7 @@ def test_a_session_has_its_chains_and_replays_without_the_program(
     assert main(["apply", str(session), clip, "-o", str(out)]) == 0
     expected = tmp_path / "expected.bvh"
     motion = accepted_motion(dirty_walk, after.chains_and_limbs, review.state)
-    write_bvh(dirty_walk, motion, expected)
+    write_clip(dirty_walk, motion, expected)
     assert out.read_bytes() == expected.read_bytes() != dirty_walk.path.read_bytes()
     capsys.readouterr()
     for damage in ({"add": [{"joints": ["Spine", "Tail"]}]}, {"remove": ["Tail"]}):

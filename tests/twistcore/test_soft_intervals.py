@@ -9,9 +9,10 @@ import pytest
 from benchmarks.reasons import wrong
 from tests.conftest import ASSETS
 from twistcore.analysis import analyse, detect
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main
+from twistcore.clip import write_clip
 from twistcore.detection import Interval
 from twistcore.detection.chain_analysis import Standing
 from twistcore.refinement import remove_twist
@@ -70,7 +71,7 @@ def test_its_course_is_stretched_where_an_ordinary_one_is_moved():
 
 def test_explain_and_json_have_soft_intervals(ramped, tmp_path, capsys):
     path = tmp_path / "ramped.bvh"
-    write_bvh(CLIP, ramped, path)
+    write_clip(CLIP, ramped, path)
     main(["detect", str(path), "--explain"])
     told = capsys.readouterr().out
     assert told.count("sets in over 12 frames, ends over 12;") == 2

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.atomic import write_atomically
-from twistcore.bvh.clip import LONGEST, SHORTEST
 from twistcore.bvh.numbers import LARGEST
+from twistcore.clip import LONGEST, SHORTEST
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array, euler_from_quaternion
@@ -22,7 +22,7 @@ def write_motion(motion: Motion, path: str | Path) -> None:
 
     Read back, it is the same skeleton (joints depth first, as in every BVH) and motion, to six
     decimals of degrees and of the length unit; see :func:`bvh_text` for the channels. A corrected
-    clip is better written by :func:`write_bvh <twistcore.bvh.write_bvh>`, which keeps its bytes.
+    clip is better written by :func:`write_clip <twistcore.bvh.write_clip>`, which keeps its bytes.
 
     Atomically. Raises TwistError where the motion is empty, has a number that is not finite or a
     name that no BVH can hold, or a rate below 1 or above 10,000 frames a second, which

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from twistcore.bvh.clip import BvhWarning, JointChannels
+from twistcore.bvh.channels import JointChannels
 from twistcore.bvh.numbers import LARGEST, number
+from twistcore.clip import ClipWarning
 from twistcore.errors import BvhError
 from twistcore.motion import Skeleton
 
@@ -78,7 +79,7 @@ def shown(word: str | None) -> str:
 
 
 def parse_header(
-    path: str, text: str, warnings: list[BvhWarning]
+    path: str, text: str, warnings: list[ClipWarning]
 ) -> tuple[Skeleton, tuple[JointChannels, ...]]:
     """Skeleton and channel layout of the text before MOTION; raises BvhError."""
     words = _Words(path, text)
@@ -116,7 +117,7 @@ def parse_header(
                 joint = joints[stack[-1]]
                 if joint.placed:
                     text = f"{shown(joint.name)} has a second OFFSET; the last one counts."
-                    warnings.append(BvhWarning(text, words.line()))
+                    warnings.append(ClipWarning(text, words.line()))
                 joint.offset, joint.placed = offset, True
         elif key == "CHANNELS":
             _read_channels(words, joints, stack, warnings)
@@ -143,14 +144,14 @@ def _expect_brace(words: _Words, what: str) -> None:
 
 
 def _read_channels(
-    words: _Words, joints: list[_Joint], stack: list[int | None], warnings: list[BvhWarning]
+    words: _Words, joints: list[_Joint], stack: list[int | None], warnings: list[ClipWarning]
 ) -> None:
     if not stack or stack[-1] is None:
         raise words.fail("expected CHANNELS inside a joint only")
     joint = joints[stack[-1]]
     if joint.channels:
         text = f"{shown(joint.name)} has CHANNELS twice; both are read, one after the other."
-        warnings.append(BvhWarning(text, words.line()))
+        warnings.append(ClipWarning(text, words.line()))
     count = words.number("CHANNELS")
     if count != int(count) or not 0 <= count <= _MOST_CHANNELS:
         raise words.fail(f"expected a count of channels from 0 to {_MOST_CHANNELS}")
@@ -167,7 +168,7 @@ def _read_channels(
 def _assemble(
     joints: list[_Joint],
     ends: list[tuple[int, tuple[float, float, float]]],
-    warnings: list[BvhWarning],
+    warnings: list[ClipWarning],
 ) -> tuple[Skeleton, tuple[JointChannels, ...]]:
     layouts = []
     column = 0
@@ -191,7 +192,7 @@ def _assemble(
     return skeleton, tuple(layouts)
 
 
-def _unique(names: list[str], warnings: list[BvhWarning]) -> tuple[str, ...]:
+def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
     """Names as written; the second of equals is shown as 'name #2'."""
     seen: dict[str, int] = {}
     taken = set(names)
@@ -207,5 +208,5 @@ def _unique(names: list[str], warnings: list[BvhWarning]) -> tuple[str, ...]:
     if repeated:
         count = "1 name stands" if len(repeated) == 1 else f"{len(repeated)} names stand"
         text = f"{count} more than once, such as {shown(repeated[0])}; "
-        warnings.append(BvhWarning(text + "the later ones are shown with a number."))
+        warnings.append(ClipWarning(text + "the later ones are shown with a number."))
     return tuple(out)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from twistcore.bvh.clip import Clip
+from twistcore.bvh.bvh_clip import BvhClip
 from twistcore.bvh.reader import parse_bvh, timing_fields
 
 
-def thinned(clip: Clip, step: int) -> Clip:
+def thinned(clip: BvhClip, step: int) -> BvhClip:
     """Every step-th frame of a clip, beginning with frame 0, at fps / step."""
     if step == 1:
         return clip

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.bvh.clip import LONGEST, SHORTEST, BvhWarning, Clip
+from twistcore.bvh.bvh_clip import BvhClip
 from twistcore.bvh.header import parse_header, shown
 from twistcore.bvh.numbers import LARGEST, BadNumberError, Numbers, read_numbers
+from twistcore.clip import LONGEST, SHORTEST, ClipWarning
 from twistcore.errors import BvhError
 from twistcore.progress import Tell, nobody
 
@@ -28,7 +29,7 @@ _LINE = re.compile(rb"\r\n|\r|\n")
 _ASSUMED_FPS = 30.0
 
 
-def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> Clip:
+def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> BvhClip:
     """Read a BVH file; `fps` overrides the rate in the file; tell: how far it is.
 
     Raises BvhError (file, line, column, what was expected) for anything that cannot be read
@@ -48,7 +49,7 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
 
 def parse_bvh(
     data: bytes, path: str | Path = "clip.bvh", *, fps: float | None = None, tell: Tell = nobody
-) -> Clip:
+) -> BvhClip:
     """The same from bytes in memory."""
     path = Path(path)
     name = str(path)
@@ -57,7 +58,7 @@ def parse_bvh(
     found = _MOTION.search(data)
     header = data[: found.start()] if found else data
     text = header.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="surrogateescape")
-    warnings: list[BvhWarning] = []
+    warnings: list[ClipWarning] = []
     skeleton, channels = parse_header(name, text, warnings)
     if found is None:
         raise BvhError(name, "expected MOTION after the hierarchy", line=_line_of(data, len(data)))
@@ -79,19 +80,19 @@ def parse_bvh(
     rows = len(numbers.values) // columns
     if rows != declared:
         warnings.append(
-            BvhWarning(
+            ClipWarning(
                 f"The header declares {declared} frames, {rows} whole rows were read.",
                 _line_of(data, frames.start(1)),
             )
         )
     if left := len(numbers.values) - rows * columns:
         warnings.append(
-            BvhWarning(
+            ClipWarning(
                 f"The last row is incomplete ({left} of {columns} numbers) and was left out.",
                 _line_of(data, len(data.rstrip())),
             )
         )
-    return Clip(
+    return BvhClip(
         path=path,
         data=data,
         data_start=start,
@@ -143,7 +144,7 @@ def _declared_frames(name: str, data: bytes, frames: re.Match[bytes]) -> int:
 
 
 def _frame_time(
-    data: bytes, found: re.Match[bytes], fps: float | None, warnings: list[BvhWarning]
+    data: bytes, found: re.Match[bytes], fps: float | None, warnings: list[ClipWarning]
 ) -> float:
     if fps is not None:
         return 1.0 / fps
@@ -152,7 +153,7 @@ def _frame_time(
     if SHORTEST <= seconds <= LONGEST:
         return seconds
     warnings.append(
-        BvhWarning(
+        ClipWarning(
             f"Frame Time {shown(written.decode('ascii', 'replace'))} is not usable; "
             f"{_ASSUMED_FPS:g} frames a second are assumed.",
             _line_of(data, found.start(1)),

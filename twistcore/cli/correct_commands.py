@@ -6,7 +6,6 @@ import argparse
 import sys
 from collections.abc import Iterable, Sequence
 
-from twistcore.bvh import Clip, read_bvh, write_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.cli.detect_commands import detected
 from twistcore.cli.output import (
@@ -17,19 +16,21 @@ from twistcore.cli.output import (
     tell_no_chain,
     told_of,
 )
+from twistcore.clip import Clip, write_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
 from twistcore.export.replay import accepted_motion, chains_of
-from twistcore.report.clip_report import Report, check_report, write_report
+from twistcore.formats import read_clip
 from twistcore.refinement import SURE_ENOUGH, applied_unasked, children_off_axis
+from twistcore.report.clip_report import Report, check_report, write_report
 from twistcore.review import Review, read_session
 from twistcore.review.model import SEEN
 
 
 def refine(arguments: argparse.Namespace) -> int:
     """Write a corrected BVH, and a report if asked."""
-    clip = read_bvh(arguments.clip, fps=arguments.fps)
+    clip = read_clip(arguments.clip, fps=arguments.fps)
     refuse_overwrite(
         [arguments.output], [p for p in (arguments.clip, arguments.profile, arguments.rig) if p]
     )
@@ -42,7 +43,7 @@ def refine(arguments: argparse.Namespace) -> int:
     review.accept(arguments.min_confidence, include_open=arguments.include_open)
     applied = review.accepted
     refined = accepted_motion(clip, chains, review.state)
-    tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
+    tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
     if arguments.report:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
     count = told_of(applied, found, "corrected")
@@ -54,11 +55,11 @@ def refine(arguments: argparse.Namespace) -> int:
 def apply(arguments: argparse.Namespace) -> int:
     """Replay a session: the same bytes as the program's export."""
     session = read_session(arguments.session)
-    clip = read_bvh(arguments.clip, fps=session.fps)
+    clip = read_clip(arguments.clip, fps=session.fps)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
     chains = chains_of(session, clip)
     refined = accepted_motion(clip, chains, session.state)
-    tell_jumps(arguments.output, write_bvh(clip, refined, arguments.output))
+    tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
     chosen, judged = session.state.chosen(), session.state.intervals
     count = told_of(chosen, [j.interval for j in judged], "applied")
     seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
@@ -105,7 +106,7 @@ def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Inte
 
 def diff(arguments: argparse.Namespace) -> int:
     """Print what differs between two clips."""
-    a, b = read_bvh(arguments.a), read_bvh(arguments.b)
+    a, b = read_clip(arguments.a), read_clip(arguments.b)
     try:
         difference = compare(a.motion, b.motion)
     except ClipMismatchError as error:

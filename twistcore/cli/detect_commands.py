@@ -14,13 +14,14 @@ import numpy as np
 
 from twistcore.analysis import ClipAnalysis, Detection, analyse
 from twistcore.atomic import write_atomically
-from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.cli.output import by_kind, print_json, refuse_overwrite, tell_no_chain
+from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
+from twistcore.formats import read_clip
 from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
 from twistcore.review.soft_onset import soft_onset
@@ -36,18 +37,19 @@ _SIGNAL_COLUMNS = (
 
 def info(arguments: argparse.Namespace) -> int:
     """What a clip holds."""
-    clip = read_bvh(arguments.clip)
+    clip = read_clip(arguments.clip)
     analysis = analysed(arguments, clip)
     motion, chains = clip.motion, analysis.chains
-    document = {
+    document: dict[str, Any] = {
         "schema": "twistcore.info/1",
         "clip": str(arguments.clip),
+        "format": clip.format,
         "sha256": clip.sha256,
         "frames": motion.frames,
         "fps": motion.fps,
         "seconds": motion.frames * motion.frame_time,
         "joints": list(motion.skeleton.names),
-        "channels": clip.values.shape[1],
+        "channels": clip.columns,
         "height": motion.skeleton.height,
         "chains": [_chain_to_json(clip, chain) for chain in chains],
         "limbs": [_chain_to_json(clip, limb) for limb in analysis.limbs],
@@ -63,7 +65,7 @@ def info(arguments: argparse.Namespace) -> int:
         print_json(document)
         return 0
     print(f"{arguments.clip}: {motion.frames} frames at {motion.fps:.6g} fps, ", end="")
-    print(f"{len(motion.skeleton)} joints, {clip.values.shape[1]} channels")
+    print(f"{len(motion.skeleton)} joints, {clip.columns} channels")
     for entry in (*document["chains"], *document["limbs"]):
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
         joints = [entry[k] for k in ("parent", "child", "end") if k in entry]
@@ -91,7 +93,7 @@ def _chain_to_json(clip: Clip, chain: Chain) -> dict[str, Any]:
 
 def detect(arguments: argparse.Namespace) -> int:
     """Find intervals."""
-    clip = read_bvh(arguments.clip, fps=arguments.fps)
+    clip = read_clip(arguments.clip, fps=arguments.fps)
     found = detected(arguments, clip)
     if arguments.json:
         print_json(_detection_to_json(arguments, clip, found))
@@ -229,7 +231,7 @@ def _detection_to_json(
 def signals(arguments: argparse.Namespace) -> int:
     """Signals as CSV: one line a chain and frame, degrees."""
     refuse_overwrite([arguments.csv], [p for p in (arguments.clip, arguments.rig) if p])
-    clip = read_bvh(arguments.clip)
+    clip = read_clip(arguments.clip)
     analysis = analysed(arguments, clip)
     if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
         raise TwistError(f"{arguments.clip}: expected a chain, found the limb {named[0].name}")

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.atomic import destination, is_stream, same_file
-from twistcore.bvh import EulerJump
 from twistcore.chain import Chain
+from twistcore.clip import ChannelJump
 from twistcore.detection import Interval, Kind
 from twistcore.encoding import json_text
 from twistcore.errors import TwistError
@@ -25,7 +25,7 @@ def print_json(document: dict[str, Any]) -> None:
     print(text)
 
 
-def tell_jumps(output: Path, jumps: Sequence[EulerJump]) -> None:
+def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
     """Say where a channel had to turn by more than 180° in one frame."""
     for jump in jumps[:10]:
         print(f"{output}: note: {jump}", file=sys.stderr)

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis import detect
-from twistcore.bvh import Clip, read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli.output import refuse_overwrite, tell_jumps
+from twistcore.clip import Clip, write_clip
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
@@ -78,7 +79,7 @@ def refine(arguments: argparse.Namespace) -> int:
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
     _warn_of_twist(clip, joints.tolist())
-    tell_jumps(arguments.output, write_bvh(clip, made, arguments.output))
+    tell_jumps(arguments.output, write_clip(clip, made, arguments.output))
     if not spline:
         _warn_of_lost(arguments, found, motion.skeleton.names)
     name = motion.skeleton.names[placed] if placed is not None else ""

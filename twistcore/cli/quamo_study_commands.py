@@ -12,8 +12,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from twistcore.bvh import read_bvh, write_bvh
+from twistcore.bvh import read_bvh
 from twistcore.cli.output import print_json, refuse_overwrite, tell_jumps, tell_problems
+from twistcore.clip import write_clip
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.quamo.network import VARIANTS, Network, read_network, write_network
@@ -54,7 +55,7 @@ def noise(arguments: argparse.Namespace) -> int:
         for a, b in ((q_hat, r_hat), (q, r))
     )
     measured = errors(found, truth)
-    tell_jumps(arguments.output, write_bvh(clip, dirty, arguments.output))
+    tell_jumps(arguments.output, write_clip(clip, dirty, arguments.output))
     if arguments.json:
         print_json(
             {

@@ -9,16 +9,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from twistcore.bvh import (
-    changed_rotations,
-    parse_bvh,
-    patch_rotations,
-    read_bvh,
-    thinned,
-    write_bvh,
-)
+from twistcore.bvh import parse_bvh, read_bvh, thinned
 from twistcore.chain import find_chains, uncorrectable_joints
 from twistcore.cli.output import print_json, refuse_overwrite, tell_problems
+from twistcore.clip import rewritten, write_clip
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.limb import find_limbs
 from twistcore.study.evaluation import (
@@ -56,13 +50,13 @@ def inject_errors(arguments: argparse.Namespace) -> int:
     if protocol.rich:
         chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
         rich = enrich(clip.motion, chains)
-        clip = parse_bvh(patch_rotations(clip, rich, changed_rotations(clip, rich)), clip.path)
+        clip = parse_bvh(rewritten(clip, rich).data, clip.path)
     clip = thinned(clip, protocol.step)
     motion = clip.motion
     rng = generator(arguments.seed, arguments.clip.name)
     targets = draw_targets(free, rng, protocol)
     errors = draw_errors(motion, targets, rng, protocol)
-    write_bvh(clip, inject(motion, free, errors), arguments.output)
+    write_clip(clip, inject(motion, free, errors), arguments.output)
     truth = Truth(
         arguments.clip.name, protocol.name, arguments.seed, motion.frames, motion.fps, errors
     )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from twistcore.bvh import Clip
 from twistcore.chain import Chain
+from twistcore.clip import Clip
 from twistcore.detection import Kind
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.tracking import check_tracking, tracked_motion

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.bvh import Clip
+from twistcore.clip import Clip
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.joint_names import FEET, TOES, understood
@@ -136,9 +136,9 @@ def _metres(skeleton: Skeleton) -> float:
 
 
 def _written_steps(clip: Clip, joints: int) -> Array:
-    out = np.full((len(clip.values), joints), np.nan)
-    for joint, channels in enumerate(clip.channels):
-        columns = list(channels.rotation)
-        if columns:
-            out[1:, joint] = np.abs(np.diff(clip.values[:, columns], axis=0)).max(axis=1)
+    out = np.full((clip.frames, joints), np.nan)
+    for joint in range(joints):
+        angles = clip.angles(joint)
+        if angles.shape[1]:
+            out[1:, joint] = np.abs(np.diff(angles, axis=0)).max(axis=1)
     return out

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.bvh import Clip, parse_bvh, read_bvh
-from twistcore.bvh.clip import LONGEST, SHORTEST, BvhWarning
+from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.bvh.compose import bvh_text
+from twistcore.clip import LONGEST, SHORTEST, Clip, ClipWarning
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
 from twistcore.quamo.pose_files import PosesError, read_names
@@ -56,7 +56,7 @@ def read_poses(
     places = rotate(turn, poses.places + offsets[0])
     motion = Motion(skeleton_24(offsets), rotations, (0,), places[:, None], 1.0 / rate)
     clip = parse_bvh(bvh_text(motion).encode("utf-8", "surrogateescape"), path)
-    told = tuple(BvhWarning(text) for text in (*poses.notes, *notes, *said))
+    told = tuple(ClipWarning(text) for text in (*poses.notes, *notes, *said))
     return replace(clip, warnings=clip.warnings + told)
 
 

@@ -14,8 +14,8 @@ import jinja2
 import numpy as np
 
 from twistcore.atomic import write_atomically
-from twistcore.bvh import Clip
 from twistcore.chain import Chain
+from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.encoding import csv_text, encoded, json_bytes
 from twistcore.errors import TwistError

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from twistcore.atomic import free_name, sync_folder, write_atomically
-from twistcore.bvh import Clip
+from twistcore.clip import Clip
 from twistcore.detection import DETECTORS, Interval
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.atomic import write_atomically
-from twistcore.bvh import Clip
+from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.atomic import write_atomically
-from twistcore.bvh import Clip, changed_rotations, parse_bvh, patch_rotations
+from twistcore.bvh import BvhClip, parse_bvh
+from twistcore.clip import Clip, rewritten
+from twistcore.errors import TwistError
 from twistcore.motion import Motion, check_motion
 from twistcore.rotation import Array
 
@@ -20,10 +22,12 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     """Write `clip` with the rotations of `dirty`, every one of them anew, with as many decimals.
 
     No more than the clip's own have: else unchanged numbers would be told by their zeros.
-    Atomically; what is there is replaced. Raises OSError.
+    Atomically; what is there is replaced. Raises TwistError for a clip that is no BVH, OSError.
     """
     check_motion(dirty)
-    values = parse_bvh(patch_rotations(clip, dirty, changed_rotations(clip, dirty))).values.copy()
+    if not isinstance(clip, BvhClip):
+        raise TwistError(f"{clip.path}: expected a BVH to make an exercise of")
+    values = parse_bvh(rewritten(clip, dirty).data).values.copy()
     turns = [column for layout in clip.channels for column in layout.rotation]
     decimals = np.full(values.shape[1], _POSITIONS)
     decimals[turns] = fine = decimals_of(clip.values[:, turns])

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from twistcore.analysis import ClipAnalysis, analyse
-from twistcore.bvh import read_bvh
 from twistcore.chain import uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
+from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.review import read_session
 from twistcore.review.left_out import joined
@@ -108,7 +108,7 @@ def clip_curves(
     None where nothing was looked at: where all frames are left out every τ would cost the same.
     session: of this clip, whose chains, verdicts and frames left out are taken, as the window does.
     """
-    clip = read_bvh(path)
+    clip = read_clip(path)
     verdicts, left_out = Verdicts(), tuple[Span, ...]()
     if session is not None:
         kept = read_session(session)

@@ -17,11 +17,12 @@ from types import MappingProxyType
 import numpy as np
 
 from twistcore.analysis import ClipAnalysis, analyse
-from twistcore.bvh import Clip, read_bvh
 from twistcore.chain import uncorrectable_joints
+from twistcore.clip import Clip
 from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.prediction import Mask
 from twistcore.errors import TwistError
+from twistcore.formats import read_clip
 from twistcore.review import Decision, Judged, ReviewState, Session, read_session
 from twistcore.review.left_out import joined
 from twistcore.review.model import APPLIED
@@ -252,7 +253,7 @@ def judged_in(
 
     A session of another version of the clip says nothing of this one: its frames may be others.
     """
-    read = read_bvh(clip) if isinstance(clip, Path) else clip
+    read = read_clip(clip) if isinstance(clip, Path) else clip
     kept = read_session(session) if isinstance(session, Path) else session
     of_this_version(read, kept)
     return judged_clip(analyse(read, rig=kept.state.rig), kept.state, performer)

@@ -1,20 +1,14 @@
-"""A BVH as it was read: its bytes, its motion, and which number stands where."""
+"""Which number of a row is what, and what rows of numbers mean."""
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
-from functools import cached_property
-from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array
 
-SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
-_BLOCK = 1 << 18  # bytes
 _ELEMENTS = 1 << 14  # numbers of one kind in a block
 
 
@@ -36,82 +30,10 @@ class JointChannels:
         return len(self.order) == 3 and len(set(self.order)) == 3
 
 
-@dataclass(frozen=True)
-class BvhWarning:
-    """What was read with an assumption: a sentence, and the line (from 1) if it has one."""
-
-    text: str
-    line: int | None = None
-
-    def __str__(self) -> str:
-        return self.text if self.line is None else f"Line {self.line}: {self.text}"
-
-
-@dataclass(frozen=True, eq=False)
-class Clip:
-    """A BVH file.
-
-    path: as opened; data: the file's bytes, never changed; data_start: where the first number of
-    the motion stands; skeleton: its joints; channels: one entry a joint; values: the numbers as
-    written (degrees and length units), shape (frames, columns); frame_time: seconds; warnings:
-    everything that was read with an assumption.
-    """
-
-    path: Path
-    data: bytes
-    data_start: int
-    skeleton: Skeleton
-    channels: tuple[JointChannels, ...]
-    values: Array
-    frame_time: float
-    warnings: tuple[BvhWarning, ...] = ()
-
-    def __repr__(self) -> str:
-        size = f"{len(self.values)} frames at {1.0 / self.frame_time:g} fps"
-        return f"<Clip {self.name}: {size}, {len(self.skeleton)} joints>"
-
-    @property
-    def name(self) -> str:
-        """The file's name."""
-        return self.path.name
-
-    @cached_property
-    def motion(self) -> Motion:
-        """What the bytes mean; computed when first asked for."""
-        return _motion(self.skeleton, self.channels, self.values, self.frame_time)
-
-    @cached_property
-    def sha256(self) -> str:
-        """Hash of the bytes: what a session remembers its clip by."""
-        return hashlib.sha256(self.data).hexdigest()
-
-    @cached_property
-    def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Byte offsets of start and end of every number of the motion, in reading order."""
-        return token_spans(self.data, self.data_start)
-
-
-def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Start and end offsets of the tokens between white space in data[start:]."""
-    buffer = np.frombuffer(data, dtype=np.uint8)
-    edges = []
-    blank = np.True_
-    for a in range(start, len(data), _BLOCK):  # in blocks: the mask of all would be a second file
-        solid = buffer[a : a + _BLOCK] > 32
-        turned = np.empty(len(solid), dtype=np.bool_)
-        np.not_equal(solid[1:], solid[:-1], out=turned[1:])
-        turned[0] = solid[0] == blank
-        blank = ~solid[-1]
-        edges.append(np.flatnonzero(turned) + a)
-    if not blank:
-        edges.append(np.array([len(data)]))
-    every = np.concatenate(edges) if edges else np.zeros(0, dtype=np.int64)
-    return every[0::2], every[1::2]
-
-
-def _motion(
+def motion_of(
     skeleton: Skeleton, channels: tuple[JointChannels, ...], values: Array, frame_time: float
 ) -> Motion:
+    """What numbers in rows mean; values: degrees and length units, (frames, columns)."""
     positioned = tuple(j for j, layout in enumerate(channels) if layout.position)
     positions = np.empty((len(values), len(positioned), 3))
     positions[:] = skeleton.offsets[list(positioned)]

@@ -1,0 +1,59 @@
+"""A clip of a folder: where its analysis and its review are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+
+class ClipState(StrEnum):
+    """Where a clip of the queue is."""
+
+    WAITING = "waiting"
+    ANALYSING = "analysing"
+    READY = "ready"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class QueuedClip:
+    """A clip of the folder.
+
+    severity: mean error a frame, degrees, −1 while unknown; reason: why it failed, or why nothing
+    could be checked in it (`unchecked`); decided: of how many intervals, by its review if that is
+    open, else by its session, None without either; exported: the name of its latest export, or '';
+    waits: a review that ended without saving can be restored.
+    """
+
+    path: Path
+    state: ClipState = ClipState.WAITING
+    severity: float = -1.0
+    intervals: int = 0
+    reason: str = ""
+    decided: tuple[int, int] | None = None
+    unchecked: bool = False
+    exported: str = ""
+    waits: bool = False
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Intervals decided, of all."""
+        return self.decided or (0, self.intervals)
+
+    @property
+    def done(self) -> bool:
+        """Every interval is decided, and there is one."""
+        return self.decided is not None and self.decided[0] == self.decided[1] > 0
+
+    @property
+    def clean(self) -> bool:
+        """It was checked and nothing was found."""
+        ready = self.state == ClipState.READY and not self.unchecked
+        return ready and not self.counts[1] and not self.waits
+
+    @property
+    def to_do(self) -> bool:
+        """Something in it is to be decided."""
+        undecided = self.state == ClipState.READY and self.counts[0] < self.counts[1]
+        return undecided or self.waits

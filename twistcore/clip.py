@@ -1,0 +1,160 @@
+"""A clip as it was read from a file: its bytes, its motion, and how its numbers are rewritten."""
+
+from __future__ import annotations
+
+import hashlib
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.atomic import is_stream, same_file, write_atomically
+from twistcore.errors import TwistError
+from twistcore.motion import Motion, Skeleton, check_motion
+from twistcore.rotation import Array
+
+SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
+
+
+@dataclass(frozen=True)
+class ClipWarning:
+    """What was read with an assumption: a sentence, and the line (from 1) if it has one."""
+
+    text: str
+    line: int | None = None
+
+    def __str__(self) -> str:
+        return self.text if self.line is None else f"Line {self.line}: {self.text}"
+
+
+@dataclass(frozen=True)
+class ChannelJump:
+    """A step of more than 180° in a written channel, which no equivalent angles could avoid.
+
+    frame: the later one of the step; channel: such as 'Zrotation'. The pose is right in every
+    frame; only who interpolates the channels between frames sees a spin.
+    """
+
+    joint: str
+    frame: int
+    channel: str
+
+    def __str__(self) -> str:
+        return f"{self.joint} {self.channel} jumps by a turn at frame {self.frame}"
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """The bytes to write and the jumps that stayed in them."""
+
+    data: bytes = field(repr=False)
+    jumps: tuple[ChannelJump, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Clip(ABC):
+    """A file of motion, whatever its format; a class of its own knows how each is rewritten.
+
+    path: as opened; data: the file's bytes, never changed; skeleton: its joints; frame_time:
+    seconds; warnings: everything that was read with an assumption.
+    """
+
+    format: ClassVar[str]  # in small letters, as files of it end
+
+    path: Path
+    data: bytes = field(repr=False)
+    skeleton: Skeleton
+    frame_time: float
+    warnings: tuple[ClipWarning, ...] = ()
+
+    def __repr__(self) -> str:
+        size = f"{self.frames} frames at {1.0 / self.frame_time:g} fps"
+        return f"<Clip {self.name}: {size}, {len(self.skeleton)} joints>"
+
+    @property
+    def name(self) -> str:
+        """The file's name."""
+        return self.path.name
+
+    @property
+    @abstractmethod
+    def frames(self) -> int:
+        """Number of frames."""
+
+    @property
+    @abstractmethod
+    def columns(self) -> int:
+        """Numbers of motion in a frame."""
+
+    @cached_property
+    def motion(self) -> Motion:
+        """What the bytes mean; computed when first asked for."""
+        return self.read_motion()
+
+    @abstractmethod
+    def read_motion(self) -> Motion:
+        """The motion of :attr:`motion`, computed."""
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the bytes: what a session remembers its clip by."""
+        return hashlib.sha256(self.data).hexdigest()
+
+    @abstractmethod
+    def angles(self, joint: int) -> Array:
+        """A joint's rotation as the file has it, degrees, (frames, its channels)."""
+
+    @abstractmethod
+    def euler(self, joint: int) -> tuple[str, Array] | None:
+        """Letters of a joint's Euler angles and these, radians, (frames, 3); None without three."""
+
+    @abstractmethod
+    def patched(
+        self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
+    ) -> Patch:
+        """The bytes with the rotations at `changed` (frames, joints) taken from `motion`.
+
+        positions: also its positions where they differ. Every other byte stays. ValueError for a
+        joint that the file cannot turn about three axes.
+        """
+
+
+def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
+    """Which local rotations differ from the clip's, bit for bit, shape (frames, joints)."""
+    if motion.rotations is clip.motion.rotations:
+        return np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
+    differs = motion.rotations != clip.motion.rotations
+    # Four flags seen as one number: several times faster than any() along so short an axis.
+    changed: NDArray[np.bool_] = differs.view(np.uint32)[..., 0] != 0
+    return changed
+
+
+def rewritten(clip: Clip, motion: Motion) -> Patch:
+    """The clip's bytes with the rotations and positions of `motion`; only what differs is other."""
+    check_motion(motion)
+    moved = motion.positions is not clip.motion.positions
+    return clip.patched(motion, changed_rotations(clip, motion), positions=moved)
+
+
+def write_clip(
+    clip: Clip, motion: Motion, path: str | Path, *, replace_source: bool = False
+) -> tuple[ChannelJump, ...]:
+    """Write `clip` with the rotations and positions of `motion`; only what differs is rewritten.
+
+    In the clip's own format, atomically. Returns the jumps of angles that could not be avoided.
+    Raises TwistError where the file that the clip was read from would be replaced, unless
+    `replace_source`; OSError.
+    """
+    path = Path(path)
+    if not replace_source and not is_stream(path) and same_file(path, clip.path):
+        raise TwistError(
+            f"{path}: expected another file than the clip's own source "
+            "(replace_source=True replaces it)"
+        )
+    patch = rewritten(clip, motion)
+    write_atomically(path, patch.data)
+    return patch.jumps

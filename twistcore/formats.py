@@ -1,0 +1,29 @@
+"""The formats that clips come in: one way to read them all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from twistcore.bvh import read_bvh
+from twistcore.clip import Clip
+from twistcore.progress import Tell, nobody
+
+_READERS: Mapping[str, Callable[..., Clip]] = {".bvh": read_bvh}
+CLIP_SUFFIXES = tuple(_READERS)
+
+
+def is_clip(path: str | Path) -> bool:
+    """Whether a file is a clip by its name, in capitals or not."""
+    return Path(path).suffix.lower() in _READERS
+
+
+def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> Clip:
+    """Read a clip in the format that its name ends in, a BVH where that says nothing.
+
+    fps: instead of the rate in the file; tell: how far it is. Raises the format's own TwistError
+    for what cannot be read without a guess that would move a joint; what was assumed harmlessly is
+    in Clip.warnings.
+    """
+    read = _READERS.get(Path(path).suffix.lower(), read_bvh)
+    return read(path, fps=fps, tell=tell)
