@@ -15,7 +15,8 @@ from twistcore.clip import ChannelJump, Clip, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
-from twistcore.report.clip_report import Report, check_report, report_files, report_marks, write_report
+from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
+from twistcore.report.report_document import Report
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
@@ -176,7 +177,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
         files = {p.name: export.ours[p] for p in own if p in export.ours and p in files_of(choice)}
         name = choice.path.stem
         report = Report(clip, export.chains, state, refined, name, files, export.by)
-        for file in write_report(choice.path.parent, report):
+        for file in write_clip_report(choice.path.parent, report):
             _take_note(export, file)
     return _told(export, refined, jumps)
 

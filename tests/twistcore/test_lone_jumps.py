@@ -14,7 +14,8 @@ from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import limit, lone_jumps
-from twistcore.report.clip_report import Report, write_report
+from twistcore.report.clip_report import write_clip_report
+from twistcore.report.report_document import Report
 from twistcore.refinement import applied_unasked, refine
 from twistcore.review import (
     Decide,
@@ -173,7 +174,7 @@ def test_the_report_tells_the_turn_the_speed_and_that_it_was_seen(tmp_path):
     review.do(Decide((1,), Decision.ACCEPTED))
     review.do(Insert(constant("LeftForeArm", 10, 20, 0.5)))
     chains = analysis.chains_and_limbs
-    page, table, markers, listing = write_report(
+    page, table, markers, listing = write_clip_report(
         tmp_path, Report(clip, chains, review.state, clip.motion)
     )
     document = json.loads(listing.read_bytes())

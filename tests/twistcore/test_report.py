@@ -13,7 +13,8 @@ from twistcore.cli import main
 from twistcore.clip import write_clip
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
-from twistcore.report.clip_report import Report, write_report
+from twistcore.report.clip_report import write_clip_report
+from twistcore.report.report_document import Report
 from twistcore.review import Decide, Decision, Tracking, start_review
 from twistcore.review.model import constant
 from twistcore.version import __version__
@@ -23,7 +24,7 @@ ENDINGS = ("report.html", "intervals.csv", "markers.py", "report.json")
 
 
 def write(folder):
-    return write_report(folder, Report(CLIP, CHAINS, STATE, CLIP.motion))
+    return write_clip_report(folder, Report(CLIP, CHAINS, STATE, CLIP.motion))
 
 
 def test_its_own_files_are_replaced(tmp_path):
@@ -62,7 +63,7 @@ def test_it_says_which_joints_moved_and_why(tmp_path):
     def document(**more):
         own = replace(state, **more)
         report = Report(clip, chains, own, accepted_motion(clip, chains, own))
-        *_, listing = write_report(tmp_path, report)
+        *_, listing = write_clip_report(tmp_path, report)
         return json.loads(listing.read_bytes())
 
     changed = document()["changed"]
@@ -83,7 +84,7 @@ def test_kind_and_end_stand_in_the_tables(tmp_path):
     tau = {c.name: 0.1 for c in CHAINS} | {"RightUpLeg-RightFoot": 0.5}
     found = [constant("LeftForeArm", 10, 20, 0.5), flip(), flip(start=120, stop=125, carried=True)]
     state = start_review("consistency", tau, found, [c.name for c in chains])
-    page, table, _, listing = write_report(tmp_path, Report(CLIP, chains, state, CLIP.motion))
+    page, table, _, listing = write_clip_report(tmp_path, Report(CLIP, chains, state, CLIP.motion))
     rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
     ends = [(row["kind"], row["end"]) for row in rows]
     assert ends == [("counter-twist", ""), ("limb flip", "kept"), ("limb flip", "carried")]
@@ -122,7 +123,7 @@ def test_it_says_who_when_and_what_nobody_saw(tmp_path):
     state = Decide((2,), Decision.REJECTED, "Kim", "2026-01-02T10:05:00+00:00").apply(state)
     state = Decide((3,), Decision.ACCEPTED).apply(state)  # as `refine` does, and an export
     report = Report(CLIP, CHAINS, state, CLIP.motion, name="out", files={"out.bvh": "1"}, by="Lee")
-    page, table, markers, listing = write_report(tmp_path, report)
+    page, table, markers, listing = write_clip_report(tmp_path, report)
     assert page.name == "out.report.html"
     document = json.loads(listing.read_bytes())
     verdicts = ["accepted", "rejected", "applied automatically", "undecided"]

@@ -23,7 +23,8 @@ from twistcore.export.compare import compare, difference_to_json
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.formats import read_clip
 from twistcore.refinement import SURE_ENOUGH, applied_unasked, children_off_axis
-from twistcore.report.clip_report import Report, check_report, write_report
+from twistcore.report.clip_report import check_report, write_clip_report
+from twistcore.report.report_document import Report
 from twistcore.review import Review, read_session
 from twistcore.review.model import SEEN
 
@@ -45,7 +46,7 @@ def refine(arguments: argparse.Namespace) -> int:
     refined = accepted_motion(clip, chains, review.state)
     tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
     if arguments.report:
-        write_report(arguments.report, Report(clip, chains, review.state, refined))
+        write_clip_report(arguments.report, Report(clip, chains, review.state, refined))
     count = told_of(applied, found, "corrected")
     print(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
     skipped = _tell_uncorrected(clip, chains, applied)

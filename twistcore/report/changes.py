@@ -11,10 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis import ClipAnalysis
-from twistcore.bvh import Clip, changed_rotations, read_bvh
+from twistcore.bvh import BvhClip
 from twistcore.chain import Chain
+from twistcore.clip import Clip, changed_rotations
 from twistcore.detection import Interval
 from twistcore.export.compare import Difference
+from twistcore.formats import read_clip
+from twistcore.errors import TwistError
 from twistcore.motion import Motion
 from twistcore.review import ReviewState
 from twistcore.rotation import Array, geodesic_angle
@@ -39,16 +42,18 @@ class JointChange:
 class Kept:
     """What a written file has of its source, as it was read again.
 
-    columns: of numbers; kept_columns: those of which every number is byte for byte the source's;
-    outside: numbers that differ in frames that nothing was corrected in; head: whether all that
-    stands before the numbers is the same bytes.
+    what: 'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared
+    bit for bit; total: how many there are; same: those in which nothing differs; outside: what
+    differs in frames that nothing was corrected in; head: whether all that stands before the
+    numbers is the same bytes, None where the format has no such thing.
     """
 
     name: str
-    columns: int
-    kept_columns: int
+    what: str
+    total: int
+    same: int
     outside: int
-    head: bool
+    head: bool | None
 
 
 def joint_changes(before: Motion, after: Motion, difference: Difference) -> tuple[JointChange, ...]:
@@ -67,25 +72,28 @@ def joint_changes(before: Motion, after: Motion, difference: Difference) -> tupl
 
 
 def kept_in(clip: Clip, refined: Motion, written: Path) -> Kept:
-    """Read what was written and compare it with its source, byte by byte; raises TwistError."""
-    again = read_bvh(written)
-    differs = ~_same_numbers(clip, again)
+    """Read what was written and compare it with its source; raises TwistError."""
+    again = read_clip(written)
+    head: bool | None = None
+    if isinstance(clip, BvhClip) and isinstance(again, BvhClip):
+        what, differs = "columns", ~_same_numbers(clip, again)
+        head = clip.data[: clip.data_start] == again.data[: again.data_start]
+    elif again.motion.rotations.shape == clip.motion.rotations.shape:
+        what, differs = "joints", (again.motion.rotations != clip.motion.rotations).any(axis=-1)
+    else:
+        raise TwistError(f"{written}: expected the frames and joints of {clip.name}")
     corrected = changed_rotations(clip, refined).any(axis=1)
     corrected |= (clip.motion.positions != refined.positions).any(axis=(1, 2))
-    return Kept(
-        written.name,
-        differs.shape[1],
-        int((~differs.any(axis=0)).sum()),
-        int(differs[~corrected].sum()),
-        clip.data[: clip.data_start] == again.data[: again.data_start],
-    )
+    same = int((~differs.any(axis=0)).sum())
+    outside = int(differs[~corrected].sum())
+    return Kept(written.name, what, differs.shape[1], same, outside, head)
 
 
-def _same_numbers(one: Clip, other: Clip) -> NDArray[np.bool_]:
+def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
     """Which numbers are written alike, byte for byte, (frames, columns)."""
     shape = one.values.shape
     if other.values.shape != shape:
-        return np.zeros(shape, np.bool_)
+        raise TwistError(f"{other.path}: expected the frames and columns of {one.name}")
     texts = [np.frombuffer(clip.data, np.uint8) for clip in (one, other)]
     spans = [clip.token_spans for clip in (one, other)]
     same = np.empty(shape[0] * shape[1], np.bool_)

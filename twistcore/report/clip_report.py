@@ -1,79 +1,23 @@
-"""The QA report of a clip: one HTML page, the intervals as CSV, everything as JSON."""
+"""The files of a clip's report: one HTML page, the intervals as CSV, everything as JSON."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
-
-import jinja2
-import numpy as np
 
 from twistcore.atomic import write_atomically
-from twistcore.chain import Chain
-from twistcore.clip import Clip
-from twistcore.detection import Interval, Kind
-from twistcore.encoding import csv_text, encoded, json_bytes
+from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import TwistError
-from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.export.markers import blender_markers
 from twistcore.file_marks import file_mark
-from twistcore.limb import Limb
-from twistcore.motion import Motion
-from twistcore.quamo.track_clip import placed_joint
-from twistcore.refinement import children_off_axis
-from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
-from twistcore.review.session import tracking_to_json
-from twistcore.version import __version__
-
-SCHEMA = "twistcore.report/1"
-_TRACKED = "tracking"  # why a joint moved
-# Columns of an interval: what stands there, by the interval and frames a second.
-_COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
-    "id": lambda j, _: j.id,
-    "chain": lambda j, _: j.interval.chain,
-    "start": lambda j, _: j.interval.start,
-    "stop": lambda j, _: j.interval.stop,
-    "frames": lambda j, _: j.interval.frames,
-    "start_s": lambda j, fps: round(j.interval.start / fps, 4),
-    "delta_deg": lambda j, _: round(float(np.degrees(j.interval.size)), 4),
-    "confidence": lambda j, _: j.interval.confidence,
-    "open": lambda j, _: j.interval.open,
-    "decision": lambda j, _: j.verdict,
-    "reviewer": lambda j, _: j.reviewer,
-    "decided_at": lambda j, _: j.decided_at,
-    "note": lambda j, _: j.note,
-    "kind": lambda j, _: j.interval.kind.value,
-    "end": lambda j, _: _end(j.interval),
-    "joint": lambda j, _: j.interval.joint,
-    "speed_deg_s": lambda j, fps: _speed(j.interval, fps),
-}
+from twistcore.report.clip_page import clip_page, pictures_of
+from twistcore.report.report_document import SCHEMA, Report, intervals_csv, report_to_json
 
 
-@dataclass(frozen=True, eq=False)
-class Report:
-    """What is reported: the clip, the review, the motion before and after.
-
-    chains: those and the limbs that were looked at; name: of the report's files, of the clip's
-    file if empty; files: SHA-256 by name of what was written with it; by: who had it written;
-    at: when, ISO 8601.
-    """
-
-    clip: Clip
-    chains: Sequence[Chain]
-    state: ReviewState
-    refined: Motion
-    name: str = ""
-    files: Mapping[str, str] = field(default_factory=dict)
-    by: str = ""
-    at: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
-
-
-def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
+def write_clip_report(
+    folder: Path, report: Report, *, pictures: bool = False
+) -> tuple[Path, ...]:
     """Write the report into `folder`, made if missing; returns the paths.
 
     NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender. The JSON lists
@@ -86,7 +30,7 @@ def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
     document = report_to_json(report)
     page, table, markers, last = report_files(folder, name)
     written = {
-        page: encoded(_html(document, report)),
+        page: encoded(clip_page(document, report, drawn=pictures_of(report) if pictures else None)),
         table: encoded(intervals_csv(report)),
         markers: encoded(blender_markers(report.clip.name, report.state.intervals)),
     }
@@ -132,207 +76,3 @@ def report_marks(listing: Path) -> dict[str, str]:
         return {}
     except OSError as error:
         raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None
-
-
-def report_to_json(report: Report) -> dict[str, Any]:
-    """The report as one document; degrees, seconds and frames.
-
-    tracking: what was tracked with QuaMo after the correction, as in a session, or null; changed:
-    frames in which anything turns otherwise or has other position channels, joints that turn, and
-    joints that moved, by how much and why.
-    """
-    motion, state = report.clip.motion, report.state
-    difference = compare(motion, report.refined)
-    return {
-        "schema": SCHEMA,
-        "program": f"twistcore {__version__}",
-        "written_at": report.at,
-        "written_by": report.by,
-        "clip": report.clip.name,
-        "sha256": report.clip.sha256,
-        "frames": motion.frames,
-        "fps": motion.fps,
-        "seconds": motion.frames * motion.frame_time,
-        "method": state.method,
-        "decisions": {
-            verdict: sum(j.verdict == verdict for j in state.intervals)
-            for verdict in (*(d.value for d in Decision), SEEN, APPLIED)
-        },
-        "reviewers": _reviewers(state),
-        "chains": [
-            {
-                "chain": chain.name,
-                "label": chain.label,
-                "kind": (Kind.LIMB_FLIP if isinstance(chain, Limb) else Kind.COUNTER_TWIST).value,
-                "tau_deg": float(np.degrees(state.tau[chain.name])),
-                "intervals": len(state.of_chain(chain.name)),
-                "warnings": list(chain.warnings),
-            }
-            for chain in report.chains
-            if chain.name in state.tau
-        ],
-        "intervals": [_row(j, report) for j in state.intervals],
-        "tracking": state.tracking and tracking_to_json(state.tracking),
-        "changed": {
-            "frames": _frames_changed(report, difference),
-            "joints": sorted({j.joint for j in difference.joints}),
-            "max_deg": max((j.max_degrees for j in difference.joints), default=0.0),
-            "max_position_of_height": difference.max_position_of_height,
-            "moved": [
-                move_to_json(move) | {"why": _why_moved(report, move.joint)}
-                for move in difference.moved
-            ],
-            "rest_of_height": difference.rest_of_height,
-        },
-        "warnings": list(map(str, report.clip.warnings)),
-    }
-
-
-def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Who decided how many intervals, from when to when; '' for a person without a name."""
-    by_name: dict[str, list[str]] = {}
-    for judged in state.intervals:
-        if judged.decision != Decision.UNDECIDED and (judged.reviewer or judged.decided_at):
-            by_name.setdefault(judged.reviewer, []).append(judged.decided_at)
-    return [
-        {
-            "reviewer": name,
-            "decisions": len(times),
-            "first": min(filter(None, times), default=""),
-            "last": max(times),
-        }
-        for name, times in sorted(by_name.items())
-    ]
-
-
-def intervals_csv(report: Report) -> str:
-    """One line an interval, the columns of the table; degrees and seconds.
-
-    tracked_after: joints of the interval's chain that were tracked after the correction.
-    """
-    rows = [
-        _row(j, report) | {"tracked_after": _tracked(j, report)} for j in report.state.intervals
-    ]
-    return csv_text((*_COLUMNS, "tracked_after"), rows)
-
-
-def _tracked(judged: Judged, report: Report) -> str:
-    tracking, names = report.state.tracking, report.clip.motion.skeleton.names
-    chain = next((c for c in report.chains if c.name == judged.interval.chain), None)
-    if tracking is None or chain is None:
-        return ""
-    ends = (chain.parent, chain.end if isinstance(chain, Limb) else chain.child)
-    return " ".join(names[j] for j in ends if names[j] in tracking.joints)
-
-
-def _end(interval: Interval) -> str:
-    """What became of the limb's end in a flip: it turned along, or not."""
-    if interval.kind != Kind.LIMB_FLIP:
-        return ""
-    return "carried" if interval.carried else "kept"
-
-
-def _speed(interval: Interval, fps: float) -> float | None:
-    """How fast a lone jump is; None for what is none."""
-    return None if interval.repairable else round(abs(float(np.degrees(interval.size))) * fps, 1)
-
-
-def _frames_changed(report: Report, difference: Difference) -> int:
-    """In how many frames a row is another one: turned otherwise, or with other positions."""
-    turned = {t for j in difference.joints for t in range(j.start, j.stop)}
-    before, after = report.clip.motion.positions, report.refined.positions
-    placed = np.flatnonzero((before != after).any(axis=(1, 2)))
-    return len(turned.union(placed.tolist()))
-
-
-def _placed(report: Report) -> list[str]:
-    """Joints whose position channels have other numbers, in words."""
-    motion = report.clip.motion
-    other = (motion.positions != report.refined.positions).any(axis=(0, 2))
-    joints = np.array(motion.positioned, dtype=np.intp)[other]
-    return [f"the place of {motion.skeleton.names[j]}" for j in joints]
-
-
-def _above(report: Report, joint: str) -> set[int]:
-    """All joints that a joint hangs on."""
-    skeleton, above = report.clip.motion.skeleton, set[int]()
-    parent = int(skeleton.parents[skeleton.index(joint)])
-    while parent >= 0:
-        above.add(parent)
-        parent = int(skeleton.parents[parent])
-    return above
-
-
-def _hangs_on_tracked(report: Report, joint: str) -> bool:
-    """Whether a joint hangs on one whose rotation was tracked."""
-    tracking, index = report.state.tracking, report.clip.motion.skeleton.index
-    tracked = map(index, tracking.joints) if tracking else ()
-    return not _above(report, joint).isdisjoint(tracked)
-
-
-def _goes_with_place(report: Report, joint: str) -> bool:
-    """Whether a joint is the one whose place was tracked, or hangs on it."""
-    tracking, motion = report.state.tracking, report.clip.motion
-    if tracking is None or not tracking.place:
-        return False
-    return placed_joint(motion) in {motion.skeleton.index(joint), *_above(report, joint)}
-
-
-def _why_moved(report: Report, joint: str) -> str:
-    """Kinds of errors whose correction moves a joint, and tracking; '' for none of them."""
-    chosen, why = report.state.chosen(), []
-    at, above = report.clip.motion.skeleton.index(joint), _above(report, joint)
-    for chain in report.chains:
-        own = [i for i in chosen if i.chain == chain.name]
-        if own and _moves(report.clip.motion, chain, own, at, above):
-            why.append(own[0].kind.value)
-    if _hangs_on_tracked(report, joint) or _goes_with_place(report, joint):
-        why.append(_TRACKED)
-    return ", ".join(dict.fromkeys(why))
-
-
-def _moves(
-    motion: Motion, chain: Chain, chosen: Sequence[Interval], joint: int, above: set[int]
-) -> bool:
-    """Whether correcting a chain or limb moves a joint; above: all that the joint hangs on.
-
-    A flip moves what hangs on P, but not E, and what hangs on E only where that was carried.
-    """
-    if isinstance(chain, Limb):
-        below = chain.end in above and not any(i.carried for i in chosen)
-        return chain.parent in above and joint != chain.end and not below
-    beside = children_off_axis(motion, chain)
-    return any(motion.skeleton.names[j] in beside for j in (joint, *above))
-
-
-def _row(judged: Judged, report: Report) -> dict[str, Any]:
-    fps = report.clip.motion.fps
-    return {name: of(judged, fps) for name, of in _COLUMNS.items()}
-
-
-def _html(document: dict[str, Any], report: Report) -> str:
-    """The page; joints that a tracked place carries along, and nothing else moves, are one line."""
-    moved = document["changed"]["moved"]
-    along = [
-        move
-        for move in moved
-        if move["why"] == _TRACKED
-        and _goes_with_place(report, move["joint"])
-        and not _hangs_on_tracked(report, move["joint"])
-    ]
-    told: dict[str, Any] = {
-        "placed": _placed(report),
-        "moved": [move for move in moved if move not in along],
-        "along": None,
-    }
-    if along:  # the joint whose place it is comes first
-        most = {key: max(move[key] for move in along) for key in ("max_of_height", "frames")}
-        told["along"] = {"joint": along[0]["joint"], **most}
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("report.html").render(report=document, **told)
