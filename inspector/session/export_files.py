@@ -15,11 +15,11 @@ from twistcore.clip import ChannelJump, Clip, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
-from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
-from twistcore.report.report_document import Report
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
+from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
+from twistcore.report.report_document import Report
 from twistcore.review import ReviewState, read_session, write_session
 
 _STILL = 1e-9  # of the height: what a joint moves less is rounding

@@ -14,9 +14,9 @@ from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import limit, lone_jumps
+from twistcore.refinement import applied_unasked, refine
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.report_document import Report
-from twistcore.refinement import applied_unasked, refine
 from twistcore.review import (
     Decide,
     Decision,

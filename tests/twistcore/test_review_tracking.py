@@ -16,8 +16,6 @@ from twistcore.cli import main
 from twistcore.clip import write_clip
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import accepted_motion, check_belongs
-from twistcore.report.clip_report import write_clip_report
-from twistcore.report.report_document import Report
 from twistcore.export.tracking import (
     DEMONSTRATION,
     check_tracking,
@@ -28,6 +26,8 @@ from twistcore.export.tracking import (
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.track_clip import track_by_hand
 from twistcore.refinement import refine
+from twistcore.report.clip_report import write_clip_report
+from twistcore.report.report_document import Report
 from twistcore.review import (
     Decide,
     Decision,

@@ -1,4 +1,4 @@
-"""What a correction changed, by how much, and what it left as it was: measured, not taken on trust."""
+"""What a correction changed, by how much, and what it left alone: measured, not taken on trust."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from twistcore.bvh import BvhClip
 from twistcore.chain import Chain
 from twistcore.clip import Clip, changed_rotations
 from twistcore.detection import Interval
+from twistcore.errors import TwistError
 from twistcore.export.compare import Difference
 from twistcore.formats import read_clip
-from twistcore.errors import TwistError
 from twistcore.motion import Motion
 from twistcore.review import ReviewState
 from twistcore.rotation import Array, geodesic_angle
@@ -65,7 +65,9 @@ def joint_changes(before: Motion, after: Motion, difference: Difference) -> tupl
     for joint, runs in spans.items():
         at = before.skeleton.index(joint)
         frames = np.concatenate([np.arange(*run) for run in runs])
-        angle = np.degrees(geodesic_angle(before.rotations[frames, at], after.rotations[frames, at]))
+        angle = np.degrees(
+            geodesic_angle(before.rotations[frames, at], after.rotations[frames, at])
+        )
         rms = float(np.sqrt(np.mean(angle**2)))
         out.append(JointChange(joint, len(frames), float(angle.max()), rms))
     return tuple(out)
@@ -104,7 +106,8 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
         alike = lengths[0] == lengths[1]
         for k in range(int(lengths[0].max(initial=0))):
             letters = [
-                text[np.minimum(s + k, len(text) - 1)] for text, s in zip(texts, starts, strict=True)
+                text[np.minimum(s + k, len(text) - 1)]
+                for text, s in zip(texts, starts, strict=True)
             ]
             alike &= (k >= lengths[0]) | (letters[0] == letters[1])
         same[a : a + step] = alike

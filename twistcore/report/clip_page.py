@@ -22,14 +22,13 @@ from twistcore.report.changes import (
     kept_in,
     left_to_json,
 )
-from twistcore.report.curve_drawing import Panel, near, panels, weight
+from twistcore.report.curve_drawing import near, panels, weight
 from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn, Figure, draw, figure_of
 from twistcore.report.report_document import Report, moves_to_tell
 from twistcore.review.model import Decision, Judged
 
 WORST = 3  # finds that are shown in pictures
-_APPLIED_ALREADY = (Decision.ACCEPTED,)
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,10 @@ class Home:
 
 
 def clip_page(
-    document: Mapping[str, Any], report: Report, drawn: Drawn | None = None, home: Home | None = None
+    document: Mapping[str, Any],
+    report: Report,
+    drawn: Drawn | None = None,
+    home: Home | None = None,
 ) -> str:
     """The page; document: of :func:`report_document.report_to_json`; drawn: pictures of the worst.
 
@@ -98,9 +100,7 @@ def _worst(report: Report) -> list[Judged]:
     may = [
         j
         for j in report.state.intervals
-        if j.interval.repairable
-        and j.decision != Decision.REJECTED
-        and j.interval.chain in names
+        if j.interval.repairable and j.decision != Decision.REJECTED and j.interval.chain in names
     ]
     return sorted(may, key=lambda j: (-weight(j), j.interval.start))[:WORST]
 
@@ -111,7 +111,7 @@ def _besides(report: Report, worst: Sequence[Judged]) -> list[Interval]:
     return [
         j.interval
         for j in report.state.intervals
-        if j.decision in _APPLIED_ALREADY and j.id not in own and j.interval.repairable
+        if j.decision == Decision.ACCEPTED and j.id not in own and j.interval.repairable
     ]
 
 
@@ -163,8 +163,16 @@ def _decisions(
     out = []
     for row, one in zip(document["intervals"], judged, strict=True):
         largest, rms = degrees_of(one.interval.offset)
-        more = {"max_deg": largest, "rms_deg": rms, "reason": one.reason, "edited": one.edited}
-        out.append((row, more | {"by_hand": one.by_hand, "repairable": one.interval.repairable}))
+        more = {
+            "max_deg": largest,
+            "rms_deg": rms,
+            "reason": one.reason,
+            "edited": one.edited,
+            "by_hand": one.by_hand,
+            "repairable": one.interval.repairable,
+            "somebody": bool(one.reviewer or one.decided_at or one.note or one.reason),
+        }
+        out.append((row, more))
     return out
 
 
@@ -181,8 +189,3 @@ def _evidence(report: Report) -> dict[str, Any]:
     if left is None and changes:
         left = left_to_json(found_again(report.refined, report.chains, report.state))
     return {"changes": changes, "kept": kept, "trouble": trouble, "left": left}
-
-
-def panel_text(panel: Panel) -> str:
-    """What a reader who sees no curve is told of it."""
-    return f"{panel.label}, frames {panel.start} to {panel.stop}"

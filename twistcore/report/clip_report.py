@@ -15,9 +15,7 @@ from twistcore.report.clip_page import clip_page, pictures_of
 from twistcore.report.report_document import SCHEMA, Report, intervals_csv, report_to_json
 
 
-def write_clip_report(
-    folder: Path, report: Report, *, pictures: bool = False
-) -> tuple[Path, ...]:
+def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -> tuple[Path, ...]:
     """Write the report into `folder`, made if missing; returns the paths.
 
     NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender. The JSON lists

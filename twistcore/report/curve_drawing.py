@@ -134,7 +134,11 @@ def _panel(
     rows = []
     for symbol, meaning, before, after in _angles(analysis, corrected, chain):
         rows.append(_two(symbol, meaning, before[start:stop], after[start:stop], columns))
-    m = ("Δφ", "jump of the swivel") if isinstance(chain, Limb) else ("m(t)", "strength")
+    m = (
+        ("Δφ", "jump of the swivel on a square-root scale")
+        if isinstance(chain, Limb)
+        else ("m(t)", "strength on a square-root scale")
+    )
     rows.append(_strength(*m, strength, limit, columns))
     scale = columns / (stop - start)
     bands = tuple(
@@ -190,11 +194,11 @@ def _two(symbol: str, meaning: str, before: Array, after: Array, columns: int) -
 
 
 def _strength(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> Row:
+    """On a square-root scale: τ is seen beside peaks a hundred times as high."""
     _, high = _range(0.0, max(float(values.max(initial=0.0)), 1.4 * tau))
-    path = _path(
-        _levels(values, 0.0, high), _edges(len(values), columns), np.ones(columns, np.bool_)
-    )
-    level = round(HEIGHT * (1.0 - tau / high), 1)
+    roots = _levels(np.sqrt(np.abs(values)), 0.0, float(np.sqrt(high)))
+    path = _path(roots, _edges(len(values), columns), np.ones(columns, np.bool_))
+    level = round(HEIGHT * (1.0 - float(np.sqrt(tau / high))), 1)
     return Row(symbol, meaning, 0.0, high, (Line("strength", path),), level)
 
 

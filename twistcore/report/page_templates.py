@@ -9,6 +9,10 @@ from urllib.parse import quote
 
 import jinja2
 
+from twistcore.version import __version__
+
+GENERATOR = "twistcore report"  # what a page says first of who wrote it
+
 
 def rendered(template: str, **context: Any) -> str:
     """A page from its template; what comes from files and people is escaped."""
@@ -24,6 +28,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals["generator"] = f"{GENERATOR}, {__version__}"
     environment.filters |= {
         "when": _when,
         "plural": _plural,
