@@ -14,13 +14,13 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.bvh import BvhClip
 from twistcore.chain import Chain
 from twistcore.clip import Clip, changed_rotations
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import Difference
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.review import ReviewState
-from twistcore.rotation import Array, geodesic_angle
+from twistcore.rotation import Array, geodesic_angle, wrap
 
 _ROWS = 4096  # frames looked at together
 
@@ -122,24 +122,27 @@ def found_again(refined: Motion, chains: Sequence[Chain], state: ReviewState) ->
 
 
 def left_to_json(intervals: Sequence[Interval]) -> list[dict[str, Any]]:
-    """What is left as `detect --json` has it, as far as a page shows it."""
-    return [
-        {
+    """What is left, as far as a page shows it, in the words of `detect --json`."""
+    out = []
+    for i in intervals:
+        entry: dict[str, Any] = {
             "chain": i.chain,
             "kind": i.kind.value,
             "start": i.start,
             "stop": i.stop,
-            "delta_deg": round(float(np.degrees(i.shown)), 4),
+            "delta_deg": float(np.degrees(i.delta)),
             "confidence": i.confidence,
             "open": i.open,
         }
-        for i in intervals
-    ]
+        if i.kind == Kind.LONE_JUMP:
+            entry |= i.evidence or {}
+        out.append(entry)
+    return out
 
 
 def degrees_of(offset: Array) -> tuple[float, float]:
     """The largest and the RMS of an offset (n,), radians, in degrees; 0 for none."""
     if not len(offset):
         return 0.0, 0.0
-    angle = np.degrees(np.abs(offset))
+    angle = np.degrees(np.abs(wrap(offset)))
     return float(angle.max()), float(np.sqrt(np.mean(angle**2)))

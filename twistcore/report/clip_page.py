@@ -13,7 +13,6 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
-from twistcore.limb import Limb
 from twistcore.refinement import Corrected, refine
 from twistcore.report.changes import (
     degrees_of,
@@ -22,7 +21,7 @@ from twistcore.report.changes import (
     kept_in,
     left_to_json,
 )
-from twistcore.report.curve_drawing import near, panels, weight
+from twistcore.report.curve_drawing import ClipCurves, is_limb, weight
 from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn, Figure, draw, figure_of
 from twistcore.report.report_document import Report, moves_to_tell
@@ -52,21 +51,20 @@ def clip_page(
     analysis = report.analysis or ClipAnalysis(
         report.clip.motion, report.chains, report.clip.name, report.state.rig
     )
-    corrected = Corrected(analysis)
-    corrected.take(report.state.chosen())
-    curves, left_out = panels(
-        analysis, corrected, report.state.method, report.state.tau, report.state.intervals
-    )
+    state, corrected = report.state, Corrected(analysis)
+    corrected.take(state.chosen())
+    drawing = ClipCurves(analysis, state.method, state.tau, state.intervals)
+    curves, left_out = drawing.panels(corrected)
     return rendered(
         "clip.html",
         report=document,
         home=home,
         size=SIZE,
-        finds=_finds(report, analysis, drawn),
+        finds=_finds(report, analysis, drawing, drawn),
         no_pictures=drawn.problem if drawn is not None else "",
         curves=curves,
         curves_left_out=left_out,
-        rows=_decisions(document, report.state.intervals),
+        rows=_decisions(document, state.intervals),
         parameters=dict(report.parameters),
         **moves_to_tell(document, report),
         **_evidence(report),
@@ -122,7 +120,9 @@ def _telling_frame(interval: Interval) -> int:
     return interval.start + int(there[len(there) // 2])
 
 
-def _finds(report: Report, analysis: ClipAnalysis, drawn: Drawn | None) -> list[dict[str, Any]]:
+def _finds(
+    report: Report, analysis: ClipAnalysis, drawing: ClipCurves, drawn: Drawn | None
+) -> list[dict[str, Any]]:
     worst = _worst(report)
     chains = {chain.name: chain for chain in report.chains}
     out = []
@@ -132,7 +132,7 @@ def _finds(report: Report, analysis: ClipAnalysis, drawn: Drawn | None) -> list[
         alone.take([*_besides(report, worst), interval])
         find: dict[str, Any] = {
             "label": chain.label,
-            "limb": isinstance(chain, Limb),
+            "limb": is_limb(chain),
             "kind": interval.kind.value,
             "interval": interval,
             "degrees": float(np.degrees(interval.shown)),
@@ -140,7 +140,7 @@ def _finds(report: Report, analysis: ClipAnalysis, drawn: Drawn | None) -> list[
             "seconds": _telling_frame(interval) / report.clip.motion.fps,
             "verdict": judged.verdict,
             "applied": judged.decision == Decision.ACCEPTED,
-            "panel": near(analysis, alone, report.state.method, report.state.tau, judged),
+            "panel": drawing.near(alone, judged),
             "pictures": None,
         }
         if drawn is not None and k < len(drawn.pictures):

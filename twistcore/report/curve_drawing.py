@@ -17,7 +17,7 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain
 from twistcore.limb import Limb
 from twistcore.refinement import Corrected
-from twistcore.review.model import Judged
+from twistcore.review.model import Decision, Judged
 from twistcore.rotation import Array, wrap
 
 HEIGHT = 100
@@ -77,43 +77,111 @@ class Panel:
     tau_deg: float
 
 
-def panels(
-    analysis: ClipAnalysis, corrected: Corrected, method: str, tau: Mapping[str, float],
-    judged: Sequence[Judged],
-) -> tuple[tuple[Panel, ...], int]:  # fmt: skip
-    """Panels of the chains and limbs that have intervals, worst first, and how many were left out.
+class ClipCurves:
+    """The curves of a clip under review; tau: radians by the name of a chain or limb."""
 
-    corrected: has taken what is applied; tau: radians by name.
-    """
-    by_chain: dict[str, list[Judged]] = {}
-    for one in judged:
-        by_chain.setdefault(one.interval.chain, []).append(one)
-    known = [c for c in analysis.chains_and_limbs if c.name in by_chain and c.name in tau]
-    worst = sorted(known, key=lambda c: -sum(weight(j) for j in by_chain[c.name]))[:MOST_PANELS]
-    frames = analysis.motion.frames
-    share = _MOST_BYTES / (_BYTES * _ROWS * max(len(worst), 1))
-    columns = max(1, min(_MOST_COLUMNS, int(share), frames))
-    drawn = [
-        _panel(analysis, corrected, method, tau, chain, by_chain[chain.name], (0, frames), columns)
-        for chain in worst
-    ]
-    return tuple(drawn), len(known) - len(worst)
+    def __init__(
+        self,
+        analysis: ClipAnalysis,
+        method: str,
+        tau: Mapping[str, float],
+        judged: Sequence[Judged],
+    ) -> None:
+        self._analysis, self._method, self._tau = analysis, method, tau
+        self._by_chain: dict[str, list[Judged]] = {}
+        for one in judged:
+            self._by_chain.setdefault(one.interval.chain, []).append(one)
+        # Without any error an angle seldom jumps by half a turn: there its turns are counted.
+        self._expected = Corrected(analysis)
+        sound = [j.interval for j in judged if j.decision != Decision.REJECTED]
+        self._expected.take(i for i in sound if i.repairable)
+
+    def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
+        """Panels of what has intervals, worst first, and how many were left out.
+
+        corrected: has taken what is applied.
+        """
+        every = self._analysis.chains_and_limbs
+        known = [c for c in every if c.name in self._by_chain and c.name in self._tau]
+        known.sort(key=lambda c: -sum(map(weight, self._by_chain[c.name])))
+        worst, frames = known[:MOST_PANELS], self._analysis.motion.frames
+        share = _MOST_BYTES / (_BYTES * _ROWS * max(len(worst), 1))
+        columns = max(1, min(_MOST_COLUMNS, int(share), frames))
+        drawn = []
+        for chain in worst:
+            strength = np.degrees(self._analysis.detector(self._method).strength(chain.name))
+            symbol, what = ("Δφ", "jump of the swivel") if is_limb(chain) else ("m(t)", "strength")
+            limit = float(np.degrees(self._tau[chain.name]))
+            rows = [
+                _two(symbol, meaning, before, after, columns)
+                for symbol, meaning, before, after in self._angles(corrected, chain)
+            ]
+            rows.append(_strength(symbol, what, strength, limit, columns))
+            own = self._by_chain[chain.name]
+            drawn.append(self._panel(chain, (0, frames), columns, rows, own))
+        return tuple(drawn), len(known) - len(worst)
+
+    def near(self, corrected: Corrected, judged: Judged) -> Panel | None:
+        """One interval and what is around it, drawn large; None where its chain is not there."""
+        interval, motion = judged.interval, self._analysis.motion
+        every = self._analysis.chains_and_limbs
+        chain = next((c for c in every if c.name == interval.chain), None)
+        if chain is None or chain.name not in self._tau:
+            return None
+        around = max(3, round(_AROUND * motion.fps))
+        span = max(0, interval.start - around), min(motion.frames, interval.stop + around)
+        columns = max(1, min(_MOST_COLUMNS // 3, span[1] - span[0]))
+        symbol, meaning, *angles = self._angles(corrected, chain)[0]
+        before, after = (angle[slice(*span)] for angle in angles)
+        row = _two(symbol, meaning, before, after, columns)
+        return self._panel(chain, span, columns, [row], [judged])
+
+    def _panel(
+        self,
+        chain: Chain,
+        span: tuple[int, int],
+        columns: int,
+        rows: Sequence[Row],
+        judged: Iterable[Judged],
+    ) -> Panel:
+        scale = columns / (span[1] - span[0])
+        bands = tuple(
+            Band(
+                round((j.interval.start - span[0]) * scale, 1),
+                round(max(j.interval.frames * scale, 1.5), 1),
+                j.verdict,
+                f"frames {j.interval.start}–{j.interval.stop}, "
+                f"{np.degrees(j.interval.shown):+.1f}°, {j.verdict}",
+            )
+            for j in judged
+        )
+        tau = float(np.degrees(self._tau[chain.name]))
+        return Panel(chain.name, chain.label, *span, columns, tuple(rows), bands, tau)
+
+    def _angles(self, corrected: Corrected, chain: Chain) -> list[tuple[str, str, Array, Array]]:
+        """Symbol, meaning, and values before and after, radians, without turns at ±180°."""
+        expected = self._expected
+        if isinstance(chain, Limb):
+            was = self._analysis.flips.limbs[chain.name].swivel.angle
+            now = [c.swivel(chain) for c in (corrected, expected)]
+            return [("φ", "swivel of the limb", *_whole(was, *now))]
+        signals = self._analysis.signals[chain.name]
+        after, sound = (c.angles(chain) for c in (corrected, expected))
+        return [
+            ("θp", "twist of the parent", *_whole(signals.theta_p, after.theta_p, sound.theta_p)),
+            ("θc", "azimuth of the child", *_whole(signals.theta_c, after.theta_c, sound.theta_c)),
+        ]
 
 
-def near(
-    analysis: ClipAnalysis, corrected: Corrected, method: str, tau: Mapping[str, float],
-    judged: Judged,
-) -> Panel | None:  # fmt: skip
-    """One interval and what is around it, drawn large; None where its chain is not there."""
-    chain = next((c for c in analysis.chains_and_limbs if c.name == judged.interval.chain), None)
-    if chain is None or chain.name not in tau:
-        return None
-    around = max(3, round(_AROUND * analysis.motion.fps))
-    start = max(0, judged.interval.start - around)
-    stop = min(analysis.motion.frames, judged.interval.stop + around)
-    columns = max(1, min(_MOST_COLUMNS // 3, stop - start))
-    panel = _panel(analysis, corrected, method, tau, chain, [judged], (start, stop), columns)
-    return Panel(**{**vars(panel), "rows": panel.rows[:1]})
+def is_limb(chain: Chain) -> bool:
+    """Whether a chain is a limb as a whole."""
+    return isinstance(chain, Limb)
+
+
+def _whole(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
+    """Angles without turns at ±180°: those of `expected` are counted on, the others lie near it."""
+    way = np.unwrap(expected)
+    return way + wrap(before - expected), way + wrap(after - expected)
 
 
 def weight(judged: Judged) -> float:
@@ -122,56 +190,6 @@ def weight(judged: Judged) -> float:
     if not interval.repairable:
         return float(abs(np.degrees(interval.residual)))
     return float(np.degrees(np.abs(interval.offset)).sum())
-
-
-def _panel(
-    analysis: ClipAnalysis, corrected: Corrected, method: str, tau: Mapping[str, float],
-    chain: Chain, judged: Iterable[Judged], span: tuple[int, int], columns: int,
-) -> Panel:  # fmt: skip
-    start, stop = span
-    strength = np.degrees(analysis.detector(method).strength(chain.name))[start:stop]
-    limit = float(np.degrees(tau[chain.name]))
-    rows = []
-    for symbol, meaning, before, after in _angles(analysis, corrected, chain):
-        rows.append(_two(symbol, meaning, before[start:stop], after[start:stop], columns))
-    m = (
-        ("Δφ", "jump of the swivel on a square-root scale")
-        if isinstance(chain, Limb)
-        else ("m(t)", "strength on a square-root scale")
-    )
-    rows.append(_strength(*m, strength, limit, columns))
-    scale = columns / (stop - start)
-    bands = tuple(
-        Band(
-            round((j.interval.start - start) * scale, 1),
-            round(max(j.interval.frames * scale, 1.5), 1),
-            j.verdict,
-            f"frames {j.interval.start}–{j.interval.stop}, "
-            f"{np.degrees(j.interval.shown):+.1f}°, {j.verdict}",
-        )
-        for j in judged
-    )
-    return Panel(chain.name, chain.label, start, stop, columns, tuple(rows), bands, limit)
-
-
-def _angles(
-    analysis: ClipAnalysis, corrected: Corrected, chain: Chain
-) -> list[tuple[str, str, Array, Array]]:
-    """Symbol, meaning, and values before and after, radians, without turns at ±180°."""
-    if isinstance(chain, Limb):
-        swivel = analysis.flips.limbs[chain.name].swivel.angle
-        pairs = [("φ", "swivel of the limb", swivel, corrected.swivel(chain))]
-    else:
-        was, now = analysis.signals[chain.name], corrected.angles(chain)
-        pairs = [
-            ("θp", "twist of the parent", was.theta_p, now.theta_p),
-            ("θc", "azimuth of the child", was.theta_c, now.theta_c),
-        ]
-    out = []
-    for symbol, meaning, before, after in pairs:
-        whole = np.unwrap(before)
-        out.append((symbol, meaning, whole, whole + wrap(after - before)))
-    return out
 
 
 def _two(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> Row:

@@ -101,7 +101,7 @@ class FolderNumbers:
         self.reviewers.update(row.reviewers)
         self._add_intervals(result["intervals"])
         told = [f"twistcore {record.version}", f"detector {result['method']}"]
-        told += [f"{k} {v}" for k, v in given(record.parameters).items() if k != "method"]
+        told += [_told(k, v) for k, v in given(record.parameters).items() if k != "method"]
         self.how[", ".join(told)] += 1
         return row
 
@@ -163,6 +163,13 @@ def _row(record: ClipRecord, result: Mapping[str, Any]) -> ClipRow:
         reviewers=tuple(decisions.get("reviewers", ())),
         unchecked=result["unchecked"],
     )
+
+
+def _told(name: str, value: Any) -> str:
+    words = name.replace("_", " ")
+    if value is True:
+        return words
+    return f"{words} {', '.join(map(str, value)) if isinstance(value, list) else value}"
 
 
 def _where(entry: Mapping[str, Any]) -> str:

@@ -35,6 +35,7 @@ def _environment() -> jinja2.Environment:
         "degrees": _degrees,
         "href": _href,
         "thousands": _thousands,
+        "rate": _rate,
     }
     return environment
 
@@ -55,6 +56,11 @@ def _degrees(angle: float, decimals: int = 1) -> str:
 
 def _thousands(number: float) -> str:
     return f"{number:,.0f}"
+
+
+def _rate(number: float) -> str:
+    """With two figures that count, '0.35', '4.2', '2,840'."""
+    return f"{number:.2g}" if 0.0 < number < 10.0 else _thousands(number)
 
 
 def _href(path: str) -> str:
