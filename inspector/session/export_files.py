@@ -9,6 +9,7 @@ from pathlib import Path
 
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
+from twistcore.analysis import ClipAnalysis
 from twistcore.atomic import same_file
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.clip import ChannelJump, Clip, write_clip
@@ -42,7 +43,7 @@ class Export:
 
     left_out: what cannot be corrected; changed: that the clip on disk is another by now, or '';
     ours: SHA-256 of files as this program wrote them, those of this export as they come; own: what
-    only the review itself may write; by: who asks for it.
+    only the review itself may write; by: who asks for it; analysis: of the clip, for the report.
     """
 
     choice: ExportChoice
@@ -54,6 +55,7 @@ class Export:
     ours: dict[Path, str]
     own: frozenset[Path]
     by: str = ""
+    analysis: ClipAnalysis | None = None
 
 
 def prepare(document: Document, choice: ExportChoice) -> Export:
@@ -78,6 +80,7 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
         dict(document.exported),
         own,
         document.reviewer,
+        data.analysis,
     )
 
 
@@ -176,7 +179,18 @@ def write(export: Export, tell: Tell = nobody) -> str:
         own = (choice.path, replay_path(choice.path))
         files = {p.name: export.ours[p] for p in own if p in export.ours and p in files_of(choice)}
         name = choice.path.stem
-        report = Report(clip, export.chains, state, refined, name, files, export.by)
+        report = Report(
+            clip,
+            export.chains,
+            state,
+            refined,
+            name,
+            files,
+            export.by,
+            analysis=export.analysis,
+            written=choice.path,
+        )
+        # Without pictures: an export is over at once, and `twistcore report` draws them.
         for file in write_clip_report(choice.path.parent, report):
             _take_note(export, file)
     return _told(export, refined, jumps)

@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Iterable, Sequence
 
+from twistcore.atomic import is_stream
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.cli.detect_commands import detected
 from twistcore.cli.output import (
@@ -46,7 +47,11 @@ def refine(arguments: argparse.Namespace) -> int:
     refined = accepted_motion(clip, chains, review.state)
     tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
     if arguments.report:
-        write_clip_report(arguments.report, Report(clip, chains, review.state, refined))
+        written = None if is_stream(arguments.output) else arguments.output
+        report = Report(
+            clip, chains, review.state, refined, analysis=found.analysis, written=written
+        )
+        write_clip_report(arguments.report, report)
     count = told_of(applied, found, "corrected")
     print(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
     skipped = _tell_uncorrected(clip, chains, applied)

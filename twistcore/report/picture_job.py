@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -28,6 +29,7 @@ PROGRAM = "inspector.recording.report_pictures"
 SCHEMA = "twistcore.report_pictures/1"
 SIZE = (400, 320)  # pixels
 _JOB = "job.json"
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # of a terminal, which VTK's log writes
 _SAMPLE = 60  # frames of a clip from which its figure is judged
 _TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is given up, and more for every pair
 _SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # it is to draw without one
@@ -116,7 +118,7 @@ def _run(command: Sequence[str], seconds: float) -> str:
         return f"the process that draws them did not start ({error.strerror})"
     if ended.returncode == 0:
         return ""
-    said = ended.stderr.decode("utf-8", "replace").strip().splitlines()
+    said = _COLOURS.sub("", ended.stderr.decode("utf-8", "replace")).strip().splitlines()
     last = said[-1].strip() if said else f"it ended with {ended.returncode}"
     return f"the process that draws them failed: {last:.200}"
 

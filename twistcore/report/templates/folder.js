@@ -12,7 +12,9 @@
     const up = now ? now === "descending" : text; // numbers begin with the largest
     const sign = up ? 1 : -1;
     const keys = new Map(rows.map((row) => [row, text ? value(row, k) : Number(value(row, k))]));
-    rows.sort((a, b) => sign * (text ? order.compare(keys.get(a), keys.get(b)) : keys.get(a) - keys.get(b)));
+    const compare = text ? order.compare : (a, b) => a - b;
+    const name = (row) => value(row, 0);
+    rows.sort((a, b) => sign * compare(keys.get(a), keys.get(b)) || order.compare(name(a), name(b)));
     for (const other of heads) other.removeAttribute("aria-sort");
     head.setAttribute("aria-sort", up ? "ascending" : "descending");
     body.append(...rows);
