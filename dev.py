@@ -73,8 +73,8 @@ TEST_PROGRAMS = {
 # What a lesson's web page is opened in. It is large, 120 MB to fetch and 400 MB on the disk: CI has
 # it brought, elsewhere a browser that is there is used.
 BROWSER = {"chromium": ["chromium"]}
-# What finds faults of a report's pages for people who hear them or have keys only: one script, out of
-# a package whose own needs are not wanted. Beside the environment's packages, not among them.
+# What finds faults of a report's pages for people who hear them or have keys only: one script, out
+# of a package whose own needs are not wanted. Beside the environment's packages, not among them.
 AXE, AXE_FOLDER = "axe-playwright-python==0.1.8", VENV / "axe"
 QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
 # The modules of window tests that take longest: first, so that both lanes end together.

@@ -88,4 +88,8 @@ def _names(analysis: ClipAnalysis) -> set[str]:
 def _parameters(record: ClipRecord) -> dict[str, Any]:
     """Those that say something: what nobody gave is left out, and so is what the page has."""
     told = {k: v for k, v in given(record.parameters).items() if k != "method"}
-    return {**told, "processed by": f"twistcore {record.version}", "at": record.finished_at}
+    return {
+        **told,
+        "processed by": f"twistcore {record.version}",
+        "processed at": record.finished_at,
+    }
