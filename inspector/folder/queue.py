@@ -20,6 +20,7 @@ from inspector.session.leftovers import waiting_among
 from inspector.session.session_files import decided_in, exports_among, written
 from twistcore.atomic import same_file
 from twistcore.batch import ClipSurvey
+from twistcore.clip_files import clips_in
 from twistcore.tuning import Profile
 
 _POLL_MS = 40
@@ -134,7 +135,7 @@ class FolderQueue(QObject):
         """Take up clips that are new in the folder, mark those that vanished."""
         if self.folder is None:
             return
-        there = sorted(self.folder.glob("*.bvh")) if self.folder.is_dir() else []
+        there = clips_in(self.folder)
         exported = exports_among(there)
         self.exports = frozenset(exported)
         clips = [path for path in there if path not in exported]

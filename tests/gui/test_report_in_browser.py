@@ -9,7 +9,7 @@ import pytest
 
 from inspector.bundled import SAMPLE
 from tests.gui.browser import Browser, found_browser
-from tests.twistcore.batch_records import failed, record_of, waiting
+from tests.twistcore.made_records import failed, record_of, waiting
 from twistcore.report.folder_report import write_folder_report
 
 # CI has both brought; elsewhere they are too large a thing to ask for.

@@ -1,104 +1,94 @@
-"""Records of a batch, as its manifest gives them, made without one."""
+"""Records of a batch as tests want them, without a batch."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-from twistcore.analysis import analyse
-from twistcore.clip import write_clip
+from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
-from twistcore.formats import read_clip
-from twistcore.limb import Limb
-from twistcore.refinement import applied_unasked, refine
-from twistcore.version import __version__
 
 
-@dataclass(frozen=True)
-class Record:
-    source: str
-    name: str
-    state: str = "done"
-    reason: str = ""
-    sha256: str = ""
-    bytes: int = 0
-    seconds: float = 0.0
-    peak_bytes: int = 0
-    finished_at: str = "2026-01-02T10:00:00+00:00"
-    parameters: dict[str, Any] = field(default_factory=dict)
-    version: str = __version__
-    result: dict[str, Any] | None = None
-    corrected: str = ""
-    decisions: dict[str, Any] = field(default_factory=dict)
-
-
-def failed(name: str, reason: str) -> Record:
-    return Record(f"/captures/{name}", name, "failed", reason)
-
-
-def waiting(name: str) -> Record:
-    return Record(f"/captures/{name}", name, "waiting")
-
-
-def record_of(path, name, *, source=None, refine=None, decisions=None, **parameters):
-    """A clip processed now; refine: the batch's folder, where its corrected clip is put."""
-    clip = read_clip(path)
-    found = analyse(clip).detect()
-    result = _result(clip, found, name)
-    corrected = ""
-    if refine is not None:
-        corrected = f"corrected/{name}"
-        _correct(clip, found, refine / corrected)
-        again = analyse(read_clip(refine / corrected)).detect()
-        left = {"applied": len(applied_unasked(found)), "left": _entries(again)}
-        result |= left
-    return Record(
-        str(source or path), name, sha256=clip.sha256, result=result, corrected=corrected,
-        parameters={"method": "consistency", "kinds": [], "refine": refine is not None,
-                    **parameters},
-        decisions=decisions or {},
-    )  # fmt: skip
-
-
-def _correct(clip, found, target):
-    target.parent.mkdir(parents=True)
-    write_clip(clip, refine(clip.motion, found.chains_and_limbs, applied_unasked(found)), target)
-
-
-def _result(clip, found, name):
-    motion = clip.motion
-    wrong, degrees = np.zeros(motion.frames, bool), [0.0]
-    for interval in applied_unasked(found, 0.0, include_open=True):
-        wrong[interval.start : interval.stop] = True
-        degrees += np.degrees(np.abs(interval.offset)).tolist()
+def interval(
+    start: int = 10,
+    stop: int = 20,
+    degrees: float = 30.0,
+    confidence: float | None = 0.9,
+    kind: Kind = Kind.COUNTER_TWIST,
+    **more: Any,
+) -> dict[str, Any]:
+    """An entry as of `detect --json`."""
     return {
-        "schema": "twistcore.batch_clip/1", "clip": name, "sha256": clip.sha256,
-        "format": clip.format, "frames": motion.frames, "fps": motion.fps,
-        "seconds": motion.frames * motion.frame_time, "joints": len(motion.skeleton),
-        "method": found.method,
-        "tau_deg": {k: float(np.degrees(t)) for k, t in found.tau.items()},
-        "intervals": _entries(found),
-        "counts": {kind.value: sum(i.kind == kind for i in found) for kind in Kind},
-        "affected_frames": int(wrong.sum()), "severity": sum(degrees) / motion.frames,
-        "degrees": {"max": max(degrees), "rms": float(np.sqrt(np.mean(np.square(degrees))))},
-        "chains": [c.name for c in found.chains_and_limbs], "unchecked": "", "warnings": [],
-        "applied": None, "left": None, "quality": {},
-    }  # fmt: skip
+        "chain": "LeftArm",
+        "parent": "LeftArm",
+        "child": "LeftForeArm",
+        "start": start,
+        "stop": stop,
+        "delta_deg": degrees,
+        "confidence": confidence,
+        "open": False,
+        "kind": kind.value,
+        **more,
+    }
 
 
-def _entries(found):
-    chains = {chain.name: chain for chain in found.chains_and_limbs}
-    names = found.analysis.motion.skeleton.names
-    out = []
-    for i in found:
-        chain = chains[i.chain]
-        entry = {
-            "chain": names[chain.parent], "start": i.start, "stop": i.stop,
-            "delta_deg": float(np.degrees(i.delta)), "confidence": i.confidence, "open": i.open,
-            "kind": i.kind.value,
-        }  # fmt: skip
-        entry |= {"limb": chain.name} if isinstance(chain, Limb) else {}
-        out.append(entry | (i.evidence or {} if i.kind == Kind.LONE_JUMP else {}))
-    return out
+def done(
+    name: str,
+    *intervals: dict[str, Any],
+    frames: int = 100,
+    severity: float = 0.0,
+    result: dict[str, Any] | None = None,
+    **more: Any,
+) -> ClipRecord:
+    """A clip in which these intervals were found, that lie apart."""
+    found = {
+        "schema": "twistcore.batch_clip/1",
+        "clip": name,
+        "sha256": "ab" * 32,
+        "format": "bvh",
+        "frames": frames,
+        "fps": 120.0,
+        "seconds": frames / 120.0,
+        "joints": 31,
+        "method": "consistency",
+        "tau_deg": {"LeftArm": 5.0},
+        "intervals": list(intervals),
+        "counts": {kind.value: sum(i["kind"] == kind for i in intervals) for kind in Kind},
+        "affected_frames": sum(
+            i["stop"] - i["start"] for i in intervals if i["kind"] != Kind.LONE_JUMP
+        ),
+        "severity": severity,
+        "degrees": {"max": 30.0, "rms": 20.0},
+        "chains": ["LeftArm"],
+        "unchecked": "",
+        "warnings": [],
+        "applied": None,
+        "left": None,
+        "quality": {"jitter": 0.5},
+    }
+    return record(name, result={**found, **(result or {})}, **more)
+
+
+def record(name: str, **known: Any) -> ClipRecord:
+    """A clip of a batch in any state."""
+    plain: dict[str, Any] = {
+        "source": f"/captures/{name}",
+        "name": name,
+        "state": "done",
+        "reason": "",
+        "sha256": "ab" * 32,
+        "bytes": 1000,
+        "seconds": 0.25,
+        "peak_bytes": 10**8,
+        "finished_at": "2026-01-02T03:04:05Z",
+        "parameters": {},
+        "version": "1",
+        "result": None,
+        "corrected": "",
+        "decisions": {},
+    }
+    return ClipRecord(**{**plain, **known})
+
+
+def failed(name: str, reason: str) -> ClipRecord:
+    """A clip that could not be processed."""
+    return record(name, state="failed", reason=reason)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tests.conftest import ASSETS
-from tests.twistcore.batch_records import failed, record_of, waiting
+from tests.twistcore.made_records import failed, record_of, waiting
 from twistcore.analysis import analyse
 from twistcore.errors import TwistError
 from twistcore.formats import read_clip

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
-
-if TYPE_CHECKING:
-    from twistcore.batch.manifest import ClipRecord
 
 KINDS = tuple(kind.value for kind in Kind)
 BIN = 15  # degrees

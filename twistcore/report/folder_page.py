@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 
+from twistcore.batch.manifest import ClipRecord
 from twistcore.report.clip_page import Home
 from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, given
 from twistcore.report.page_templates import GENERATOR, rendered
 from twistcore.version import __version__
-
-if TYPE_CHECKING:
-    from twistcore.batch.manifest import ClipRecord
 
 __all__ = ["GENERATOR", "folder_page", "known_page"]
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from twistcore.atomic import write_atomically
+from twistcore.batch.manifest import ClipRecord
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 from twistcore.processes import each, reason
@@ -19,9 +21,6 @@ from twistcore.report.folder_page import GENERATOR, folder_page, known_page
 from twistcore.report.picture_job import Drawn, Figure, draw
 from twistcore.report.recorded_clip import report_of
 from twistcore.report.report_document import Report, report_to_json
-
-if TYPE_CHECKING:
-    from twistcore.batch.manifest import ClipRecord
 
 Made = TypeVar("Made")
 
@@ -59,9 +58,7 @@ def write_folder_report(
     place of a page, OSError where nothing can be written.
     """
     if records is None:
-        from twistcore.batch.manifest import Manifest
-
-        with Manifest.open(folder) as manifest:
+        with import_module("twistcore.batch.manifest").Manifest.open(folder) as manifest:
             records = manifest.records()
     numbers, by_name = FolderNumbers(), {record.name: record for record in records}
     rows = in_order([numbers.add(record) for record in records])

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from twistcore.analysis import ALL_KINDS, ClipAnalysis, analyse
+from twistcore.batch.manifest import ClipRecord
 from twistcore.clip import Clip
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
@@ -17,9 +18,6 @@ from twistcore.report.folder_numbers import given
 from twistcore.report.report_document import Report
 from twistcore.review import Review, read_session
 from twistcore.rig import AS_FOUND, rig_from_json
-
-if TYPE_CHECKING:
-    from twistcore.batch.manifest import ClipRecord
 
 
 def report_of(record: ClipRecord, folder: Path) -> Report:

@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
 from twistcore.chain import Chain
+from twistcore.clip_files import clips_in
 from twistcore.detection import DEFAULT_METHOD, Interval
 from twistcore.detection.consistency import SHORTEST_SEGMENT
+from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.processes import each, reason
 from twistcore.refinement import applied_unasked
@@ -45,7 +46,7 @@ def survey(
 
     rig_of: which chains a motion gets, if not those found.
     """
-    clip, profile = read_bvh(path), profile or Profile({})
+    clip, profile = read_clip(path), profile or Profile({})
     analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
@@ -67,7 +68,7 @@ def survey_folder(
     folder: Path | str, profile: Profile | None = None, workers: int = 1
 ) -> list[ClipSurvey]:
     """All BVH files of a folder, worst first; those that cannot be read, last, say why."""
-    paths = sorted(p for p in Path(folder).iterdir() if p.suffix.lower() == ".bvh")
+    paths = clips_in(Path(folder))
     found = [
         ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r
         for path, r in each(partial(survey, profile=profile), paths, workers)
