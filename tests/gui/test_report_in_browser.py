@@ -10,6 +10,7 @@ import pytest
 from inspector.bundled import SAMPLE
 from tests.gui.browser import Browser, found_browser
 from tests.twistcore.made_records import failed, record_of, waiting
+from twistcore.batch.gates import Broken, parse_rule
 from twistcore.report.folder_report import write_folder_report
 
 # CI has both brought; elsewhere they are too large a thing to ask for.
@@ -39,8 +40,8 @@ def report(tmp_path_factory):
     ]  # fmt: skip
     written = write_folder_report(
         folder, folder / "report", records=records, pictures=False,
-        broken={"": ["all clips: failed is 1, which breaks 'failed>0'"],
-                "kick.bvh": ["kick.bvh: severity is 26.4°, which breaks 'severity>5'"]},
+        broken=[Broken(parse_rule("failed>0"), "", 1), Broken(parse_rule("severity>5"),
+                                                              "kick.bvh", 26.4)],
     )  # fmt: skip
     assert len(written.problems) == 1
     return folder / "report"

@@ -9,6 +9,7 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore.made_records import failed, record_of, waiting
 from twistcore.analysis import analyse
+from twistcore.batch.gates import Broken, parse_rule
 from twistcore.errors import TwistError
 from twistcore.formats import read_clip
 from twistcore.report import folder_report, picture_job
@@ -134,10 +135,11 @@ def test_without_pictures_the_page_says_why_and_is_whole(tmp_path, kick, monkeyp
 
 
 def test_broken_rules_are_told_of_clips_and_of_the_run(tmp_path, kick):
-    written(tmp_path, [kick], broken={"": ["all: too many"], kick.name: ["kick: too bad"]})
+    rules = parse_rule("severity>5"), parse_rule("total.count>3")
+    written(tmp_path, [kick], broken=[Broken(rules[0], kick.name, 9.0), Broken(rules[1], "", 8)])
     page = text(tmp_path)
-    assert "all: too many" in page
-    assert "kick: too bad" in page
+    assert "shots/kick.bvh: severity is 9°, which breaks &#39;severity&gt;5&#39;" in page
+    assert "all clips: count is 8" in page
     assert page.count("breaks a rule") == 1
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
+from twistcore.batch.gates import Broken
 from twistcore.batch.manifest import ClipRecord
 from twistcore.report.clip_page import Home
 from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, given
@@ -32,7 +33,7 @@ class Bar:
 
 
 def folder_page(
-    title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Mapping[str, Sequence[str]]
+    title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
 ) -> str:
     """The page; rows: in the order of the table without scripts, what was not processed first."""
     done = [row for row in rows if row.state == "done"]
@@ -49,7 +50,8 @@ def folder_page(
         joints=joints[:_MOST_JOINTS],
         joints_left_out=max(0, len(joints) - _MOST_JOINTS),
         bars=_bars(numbers),
-        broken=broken,
+        broken=[str(one) for one in broken],
+        breakers={one.clip for one in broken},
         reviewed=any(row.decided is not None for row in done),
         program=f"twistcore {__version__}",
         written_at=datetime.now(UTC).isoformat(timespec="seconds"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
 from twistcore.atomic import write_atomically
+from twistcore.batch.gates import Broken
 from twistcore.batch.manifest import ClipRecord
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
@@ -45,14 +46,14 @@ def write_folder_report(
     workers: int = 1,
     pictures: bool = True,
     most_pages: int | None = None,
-    broken: Mapping[str, Sequence[str]] | None = None,
+    broken: Sequence[Broken] = (),
     records: Sequence[ClipRecord] | None = None,
     tell: Tell = nobody,
 ) -> FolderReport:
     """Write index.html and clips/NAME.html into `target`, made if missing.
 
-    folder: of the batch; most_pages: pages of so many clips only, the worst; broken: sentences on
-    rules that were broken by a clip's name, '' for the whole run; records: instead of those in the
+    folder: of the batch; most_pages: pages of so many clips only, the worst; broken: rules that
+    do not hold; records: instead of those in the
     folder's manifest; tell: how far it is. A clip that cannot be read again has a page of what the
     manifest knows. Raises TwistError where there is no manifest or another file stands in the
     place of a page, OSError where nothing can be written.
@@ -81,7 +82,7 @@ def write_folder_report(
         tell(done / max(len(with_page), 1))
     rows = [replace(row, page=pages.get(row.name, "")) for row in rows]
     index = target / INDEX
-    _write(index, folder_page(folder.resolve().name, rows, numbers, broken or {}))
+    _write(index, folder_page(folder.resolve().name, rows, numbers, broken))
     return FolderReport(index, len(pages), tuple(problems))
 
 
