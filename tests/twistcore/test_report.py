@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -215,7 +216,15 @@ def test_the_page_says_what_is_found_again(tmp_path):
     again = detect(refined, [c.name for c in CHAINS], tau_degrees=float(np.degrees(0.1)))
     assert any((i.chain, i.start) == ("LeftForeArm", 10) for i in again)
     assert "looked at again" in page
-    assert "10–20" in page
+    row = r'<td>counter-twist</td><td class="n">(\d+–\d+)</td>.*>([\w ]+)</td></tr>'
+    rows = re.findall(row, page)
+        r"<td>counter-twist</td><td class=\"n\">(\d+–\d+)</td>.*>([\w ]+)</td></tr>", page
+    )
+    left = {(i.start, i.stop) for i in again}
+    assert dict(rows)["10–20"] == "accepted"
+    assert {where for where, what in rows if what == "new"} == {
+        f"{a}–{b}" for a, b in left if b <= 10 or a >= 20
+    }
     nothing = write(tmp_path)[0].read_text("utf-8")
     assert "Nothing was corrected." in nothing
 

@@ -188,4 +188,18 @@ def _evidence(report: Report) -> dict[str, Any]:
     left = report.left
     if left is None and changes:
         left = left_to_json(found_again(report.refined, report.chains, report.state))
+    if left is not None:
+        left = [{**entry, "before": _before(entry, report.state.intervals)} for entry in left]
     return {"changes": changes, "kept": kept, "trouble": trouble, "left": left}
+
+
+def _before(entry: Mapping[str, Any], judged: Sequence[Judged]) -> str:
+    """What was decided of what is left, an entry of `detect --json`; 'new' if it was not found."""
+    name = entry.get("limb") or entry["chain"]
+    same = [j for j in judged if (j.interval.chain, j.interval.kind) == (name, entry["kind"])]
+    shared = [
+        (min(j.interval.stop, entry["stop"]) - max(j.interval.start, entry["start"]), j.verdict)
+        for j in same
+    ]
+    frames, verdict = max(shared, default=(0, ""))
+    return verdict if frames > 0 else "new"
