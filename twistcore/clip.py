@@ -110,7 +110,15 @@ class Clip(ABC):
 
     @abstractmethod
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Letters of a joint's Euler angles and these, radians, (frames, 3); None without three."""
+        """Letters of a joint's Euler angles and these, radians, (frames, 3); None without three.
+
+        About the axes of :meth:`as_written`.
+        """
+
+    def as_written(self, joint: int, q: Array) -> Array:
+        """A joint's rotation q, (…, 4), about the axes that :meth:`euler` has its angles of."""
+        del joint
+        return q
 
     @abstractmethod
     def patched(

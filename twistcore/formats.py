@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from twistcore.amc import read_amc
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
 from twistcore.progress import Tell, nobody
 
-_READERS: Mapping[str, Callable[..., Clip]] = {".bvh": read_bvh}
+_READERS: Mapping[str, Callable[..., Clip]] = {".bvh": read_bvh, ".amc": read_amc}
 CLIP_SUFFIXES = tuple(_READERS)
 
 

@@ -11,7 +11,7 @@ from inspector.session.document import Document
 from inspector.session.session_files import replay_path
 from twistcore.analysis import ClipAnalysis
 from twistcore.atomic import same_file
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.chain import Chain
 from twistcore.clip import ChannelJump, Clip, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
@@ -19,6 +19,7 @@ from twistcore.export.replay import accepted_motion
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
+from twistcore.refinement import stuck_joints
 from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
 from twistcore.report.report_document import Report
 from twistcore.review import ReviewState, read_session, write_session
@@ -232,10 +233,10 @@ def uncorrected(document: Document) -> str:
     """A sentence about accepted intervals that cannot be corrected, or ''."""
     assert document.data is not None
     motion = document.data.motion
-    accepted = {i.chain for i in document.review.state.chosen()}
+    accepted = document.review.state.chosen()
     stuck = "; ".join(
         f"{c.label} ({', '.join(joints)})"
         for c in document.data.chains_and_limbs
-        if c.name in accepted and (joints := uncorrectable_joints(motion, c))
+        if (joints := stuck_joints(motion, c, accepted))
     )
     return f"Not corrected, for want of three rotation channels: {stuck}." if stuck else ""

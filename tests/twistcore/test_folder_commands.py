@@ -12,7 +12,7 @@ from tests.twistcore.reviews import CLIP, fresh
 from tests.twistcore.test_cli import run
 from twistcore.batch import survey_folder
 from twistcore.bvh import read_bvh, write_motion
-from twistcore.clip_files import BVH, clips_by_name, clips_in
+from twistcore.clip_files import BVH, clips_by_name, clips_in, kinds_of_clips
 from twistcore.errors import TwistError
 from twistcore.review import Decide, Decision, write_session
 from twistcore.study.quamo.sequences import read_folder
@@ -136,7 +136,7 @@ def test_equal_folders_and_a_folder_beside_a_file(capsys, tmp_path, cut):
     code, _, err = run(capsys, "diff", cut.parent, cut)
     assert (code, err) == (2, f"{cut}: expected a folder, as the other is one\n")
     code, _, err = run(capsys, "diff", cut.parent, tmp_path)
-    assert (code, err) == (2, f"{tmp_path}: expected a folder with BVH files\n")
+    assert (code, err) == (2, f"{tmp_path}: expected a folder with {kinds_of_clips()} files\n")
 
 
 # --- apply -----------------------------------------------------------------------------------

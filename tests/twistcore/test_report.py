@@ -218,8 +218,6 @@ def test_the_page_says_what_is_found_again(tmp_path):
     assert "looked at again" in page
     row = r'<td>counter-twist</td><td class="n">(\d+–\d+)</td>.*>([\w ]+)</td></tr>'
     rows = re.findall(row, page)
-        r"<td>counter-twist</td><td class=\"n\">(\d+–\d+)</td>.*>([\w ]+)</td></tr>", page
-    )
     left = {(i.start, i.stop) for i in again}
     assert dict(rows)["10–20"] == "accepted"
     assert {where for where, what in rows if what == "new"} == {

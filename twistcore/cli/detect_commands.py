@@ -66,8 +66,12 @@ def info(arguments: argparse.Namespace) -> int:
         return 0
     print(f"{arguments.clip}: {motion.frames} frames at {motion.fps:.6g} fps, ", end="")
     print(f"{len(motion.skeleton)} joints, {clip.columns} channels")
+    every = [x for x in analysis.limbs if not uncorrectable_joints(motion, x, carried=True)]
+    partly = {x.name for x in every if uncorrectable_joints(motion, x)}
     for entry in (*document["chains"], *document["limbs"]):
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
+        if entry.get("limb") in partly:
+            note = f"   correctable where its end was carried, not where kept: {', '.join(u)}"
         joints = [entry[k] for k in ("parent", "child", "end") if k in entry]
         print(f"  {entry['label']:<16} {' → '.join(joints)}{note}")
     if not chains:

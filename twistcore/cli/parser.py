@@ -25,6 +25,8 @@ from twistcore.cli.argument_types import (
     target,
     tau,
 )
+from twistcore.cli.convert_command import add_convert
+from twistcore.cli.export_command import add_export
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import TwistError
 from twistcore.refinement import SURE_ENOUGH
@@ -218,6 +220,9 @@ def _parser() -> argparse.ArgumentParser:
     _json(diff)
     _workers(diff)
     diff.set_defaults(run=correct_commands.diff)
+
+    add_export(subparsers)
+    add_convert(subparsers)
     return parser
 
 
