@@ -2,6 +2,7 @@
 
 import os
 import re
+from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
@@ -200,3 +201,38 @@ def test_a_process_that_fails_is_told_in_one_line(monkeypatch, script, told):
     assert drawn.pictures == ()
     assert told in drawn.problem
     assert "\n" not in drawn.problem
+
+
+def test_a_chunk_that_dies_costs_its_own_pages(tmp_path, kick, monkeypatch):
+    """Whatever goes wrong in one, each of its clips has a page, and the others have all."""
+    monkeypatch.setattr(folder_report, "_TOGETHER", 1)
+    real = folder_report.report_to_json
+
+    def failing(report):
+        if report.name == "bad.bvh":
+            raise ValueError("a defect\nof ours")
+        return real(report)
+
+    monkeypatch.setattr(folder_report, "report_to_json", failing)
+    counted = []
+
+    @contextmanager
+    def counter(total):
+        assert total == 2
+        yield counted.append
+
+    done = written(tmp_path, [replace(kick, name="bad.bvh"), kick], counter=counter)
+    assert sorted(counted) == ["bad.bvh", "shots/kick.bvh"]
+    assert len(done.problems) == 1
+    assert "\n" not in done.problems[0]
+    assert "a defect of ours" in text(tmp_path, "clips/bad.bvh.html")
+    assert "Curves" in text(tmp_path, "clips/shots/kick.bvh.html")
+
+
+def test_a_full_disk_ends_it(tmp_path, kick, monkeypatch):
+    def full(path, data):
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(folder_report, "write_atomically", full)
+    with pytest.raises(OSError, match="No space left"):
+        written(tmp_path, [kick])

@@ -9,6 +9,7 @@ from twistcore.cli.output import tell_problems
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.formats import read_clip
+from twistcore.progress import clip_counter
 from twistcore.report.clip_report import check_report, write_clip_report
 from twistcore.report.folder_report import write_folder_report
 from twistcore.report.report_document import Report
@@ -33,6 +34,7 @@ def _of_folder(arguments: argparse.Namespace) -> int:
         workers=arguments.workers,
         pictures=not arguments.no_pictures,
         most_pages=arguments.pages,
+        counter=clip_counter,
     )
     print(f"{written.index}: {written.pages} page{'' if written.pages == 1 else 's'} of clips")
     return tell_problems(written.problems, done=1)

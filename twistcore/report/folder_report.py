@@ -15,7 +15,7 @@ from twistcore.batch.manifest import ClipRecord
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 from twistcore.processes import each, reason
-from twistcore.progress import Tell, nobody
+from twistcore.progress import Counter, uncounted
 from twistcore.report.clip_page import Home, clip_page, figure_of_worst
 from twistcore.report.folder_numbers import FolderNumbers, in_order
 from twistcore.report.folder_page import GENERATOR, folder_page, known_page
@@ -48,15 +48,15 @@ def write_folder_report(
     most_pages: int | None = None,
     broken: Sequence[Broken] = (),
     records: Sequence[ClipRecord] | None = None,
-    tell: Tell = nobody,
+    counter: Counter = uncounted,
 ) -> FolderReport:
     """Write index.html and clips/NAME.html into `target`, made if missing.
 
-    folder: of the batch; most_pages: pages of so many clips only, the worst; broken: rules that
-    do not hold; records: instead of those in the
-    folder's manifest; tell: how far it is. A clip that cannot be read again has a page of what the
-    manifest knows. Raises TwistError where there is no manifest or another file stands in the
-    place of a page, OSError where nothing can be written.
+    folder: of the batch; most_pages: pages of so many clips only, the worst; broken: rules that do
+    not hold; records: instead of those in the folder's manifest; counter: of pages written. A clip
+    that cannot be read again has a page of what the manifest knows. Raises TwistError where there
+    is no manifest or another file stands in the place of a page, OSError where nothing can be
+    written.
     """
     if records is None:
         with import_module("twistcore.batch.manifest").Manifest.open(folder) as manifest:
@@ -71,15 +71,17 @@ def write_folder_report(
     chunks = [with_page[k : k + _TOGETHER] for k in range(0, len(with_page), _TOGETHER)]
     tasks = [tuple(by_name[name] for name in chunk) for chunk in chunks]
     work = partial(_write_pages, folder=folder, target=target, home=home, pictures=pictures)
-    problems, done = list[str](), 0
-    for task, ended in each(work, tasks, workers):
-        if isinstance(ended, Exception):
-            if isinstance(ended, OSError):  # a full disk: the next page would not fit, either
-                raise ended
-            ended = [_write_known(r, target, home, reason(r.name, ended)) for r in task]
-        problems += [problem for problem in ended if problem]
-        done += len(task)
-        tell(done / max(len(with_page), 1))
+    problems: list[str] = []
+    with counter(len(with_page)) as tell:
+        for task, ended in each(work, tasks, workers):
+            if isinstance(ended, Exception):
+                if isinstance(ended, OSError):  # a full disk: the next page would not fit, either
+                    raise ended
+                why = [reason(record.name, ended) for record in task]
+                ended = [_write_known(r, target, home, w) for r, w in zip(task, why, strict=True)]
+            problems += [problem for problem in ended if problem]
+            for record in task:
+                tell(record.name)
     rows = [replace(row, page=pages.get(row.name, "")) for row in rows]
     index = target / INDEX
     _write(index, folder_page(folder.resolve().name, rows, numbers, broken))
