@@ -41,6 +41,10 @@ class AmcError(ClipError):
     """An AMC, or the ASF of its skeleton, that cannot be read."""
 
 
+class NpzError(TwistError):
+    """An .npz that cannot be read: it has no lines."""
+
+
 class ClipMismatchError(TwistError):
     """Two files that should belong together do not."""
 

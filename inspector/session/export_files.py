@@ -1,4 +1,4 @@
-"""Exporting: the corrected BVH, and beside it the session and a report."""
+"""Exporting: the corrected clip, and beside it the session and a report."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from inspector.session.session_files import replay_path
 from twistcore.analysis import ClipAnalysis
 from twistcore.atomic import same_file
 from twistcore.chain import Chain
-from twistcore.clip import ChannelJump, Clip, write_clip
+from twistcore.clip import ChannelJump, Clip, check_ending, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
@@ -140,6 +140,7 @@ def check_targets(
         raise TwistError(f"{path}: choose another name; the source is never overwritten.")
     if path in own or replay in own:
         raise TwistError(f"{path}: choose another name; the review itself is kept there.")
+    check_ending(clip, path)
     known = _known(path, ours)
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, known)):

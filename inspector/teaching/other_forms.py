@@ -160,7 +160,7 @@ class OtherForms(QWidget):
             before.setText(f"{file}: {joints[letter]}")
             found = self._channels(joint)
             if found is None:
-                self.values[key].setText("not three rotations in the file")
+                self.values[key].setText("no three Euler angles in the file")
                 continue
             turned = zip(found.order, found.angles, strict=True)
             self.values[key].setText("  ".join(f"{axis} {degrees(x)}" for axis, x in turned))

@@ -21,6 +21,7 @@ from inspector.widgets.file_dialog import ask_files, ask_folder
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
+from twistcore.formats import CLIP_PATTERNS
 from twistcore.review import ReviewState
 from twistcore.tuning import Profile
 
@@ -89,7 +90,7 @@ class FileActions(Saving):
 
     def open_dialog(self) -> None:
         """Ask for a file and open it."""
-        patterns = f"Motion and sessions (*.bvh *{SESSION_SUFFIX}*)"
+        patterns = f"Motion and sessions ({CLIP_PATTERNS} *{SESSION_SUFFIX}*)"
         pattern = f"{patterns};;All files (*)"
         ask_files(self.window, "Open", pattern, lambda paths: self.open_path(paths[0]))
 
@@ -120,7 +121,7 @@ class FileActions(Saving):
             self.open_path(stopped_at.path)
             return
         if not self.queue.clips:
-            self.bar.show_message(f"{folder}: no BVH in this folder yet; it is watched.", False)
+            self.bar.show_message(f"{folder}: no clip in this folder yet; it is watched.", False)
         else:
             self.bar.show_message(f"{folder.name}: the worst clip opens in a moment …", False)
         self._wait_for_first, self._since = True, self._state()
@@ -235,7 +236,7 @@ class FileActions(Saving):
     def locate_clip(self, session: Path) -> None:
         """Ask where the clip of a session went, and open both."""
         title, reopen = "Locate the clip", partial(self.document.opener.open_session, session)
-        ask_files(self.window, title, "*.bvh", lambda p: reopen(p[0]), folder=session.parent)
+        ask_files(self.window, title, CLIP_PATTERNS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
         """Ask where to and export; at once, as it stands, unless anything is in the way.

@@ -5,6 +5,7 @@ import os
 import shutil
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
@@ -285,3 +286,10 @@ def test_a_record_of_another_program_is_not_taken_for_ours(capsys, delivery):
     assert code == 2
     assert "applied.jsonl: expected a document with schema 'twistcore.applied/1'" in err
     assert files_of(out) == {"applied.jsonl"}
+
+
+def test_an_npz_of_other_data_is_no_clip(tmp_path):
+    np.savez(tmp_path / "shape.npz", betas=np.zeros(16))
+    np.savez(tmp_path / "walk.NPZ", poses=np.zeros((2, 66)))
+    (tmp_path / "damaged.npz").write_bytes(b"PK\x03\x04")
+    assert [path.name for path in clips_in(tmp_path)] == ["damaged.npz", "walk.NPZ"]

@@ -18,7 +18,7 @@ from twistcore.cli.output import (
     tell_no_chain,
     told_of,
 )
-from twistcore.clip import Clip, write_clip
+from twistcore.clip import Clip, check_ending, write_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
@@ -32,8 +32,9 @@ from twistcore.review.model import SEEN
 
 
 def refine(arguments: argparse.Namespace) -> int:
-    """Write a corrected BVH, and a report if asked."""
+    """Write a corrected clip, and a report if asked."""
     clip = read_clip(arguments.clip, fps=arguments.fps)
+    check_ending(clip, arguments.output)
     refuse_overwrite(
         [arguments.output], [p for p in (arguments.clip, arguments.profile, arguments.rig) if p]
     )
