@@ -73,11 +73,14 @@ TEST_PROGRAMS = {
 # What a lesson's web page is opened in. It is large, 120 MB to fetch and 400 MB on the disk: CI has
 # it brought, elsewhere a browser that is there is used.
 BROWSER = {"chromium": ["chromium"]}
+# What finds faults of a report's pages for people who hear them or have keys only: one script, out
+# of a package whose own needs are not wanted. Beside the environment's packages, not among them.
+AXE, AXE_FOLDER = "axe-playwright-python==0.1.8", VENV / "axe"
 QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
 # The modules of window tests that take longest: first, so that both lanes end together.
 LONG = (
     *("nothing_lost", "taken_away", "kill", "test_looks", "starts_and_ends"),
-    *("by_hand", "uncovered", "page_in_browser", "test_teaching", "test_tour"),
+    *("by_hand", "uncovered", "in_browser", "test_teaching", "test_tour"),
 )
 FONT_PACKAGE = "fonts-dejavu-core"  # with no font at all Qt draws boxes for letters
 
@@ -240,6 +243,18 @@ def ensure_venv() -> None:
     # and every start where Python is told to keep nothing.
     quietly([str(PYTHON), "-m", "compileall", "-q", *(str(ROOT / p) for p in PACKAGES)])
     STAMP.write_text(fingerprint(), "utf-8")  # last: an interrupted set-up is repeated
+
+
+def ensure_axe() -> None:
+    """Fetch the script; where it cannot be had the pages are not looked at with it."""
+    if any(AXE_FOLDER.rglob("axe.min.js")):
+        return
+    wanted = ["--no-deps", "--target", str(AXE_FOLDER), AXE]
+    uv, pip = shutil.which("uv"), [str(PYTHON), "-m", "pip", "install", "--retries", "1"]
+    if uv and not quietly([uv, "pip", "install", "--python", str(PYTHON), *wanted]):
+        return
+    if problem := quietly([*pip, *wanted]):
+        say(f"{AXE} could not be fetched; tests that need it are left out.\n{problem}")
 
 
 # --- starting programs --------------------------------------------------------------------------
@@ -577,6 +592,8 @@ def main(argv: list[str]) -> int:
     try:
         ensure_system(windows=name != "check", tests=name == "test")
         ensure_venv()
+        if name == "test":
+            ensure_axe()
         if name == "setup":
             say(f"Ready. {PYTHON.parent} has everything; try: python3 dev.py run")
             return 0

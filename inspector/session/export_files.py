@@ -9,17 +9,19 @@ from pathlib import Path
 
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
+from twistcore.analysis import ClipAnalysis
 from twistcore.atomic import same_file
 from twistcore.chain import Chain
 from twistcore.clip import ChannelJump, Clip, check_ending, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
-from twistcore.export.report import Report, check_report, report_files, report_marks, write_report
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
 from twistcore.refinement import stuck_joints
+from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
+from twistcore.report.report_document import Report
 from twistcore.review import ReviewState, read_session, write_session
 
 _STILL = 1e-9  # of the height: what a joint moves less is rounding
@@ -42,7 +44,7 @@ class Export:
 
     left_out: what cannot be corrected; changed: that the clip on disk is another by now, or '';
     ours: SHA-256 of files as this program wrote them, those of this export as they come; own: what
-    only the review itself may write; by: who asks for it.
+    only the review itself may write; by: who asks for it; analysis: of the clip, for the report.
     """
 
     choice: ExportChoice
@@ -54,6 +56,7 @@ class Export:
     ours: dict[Path, str]
     own: frozenset[Path]
     by: str = ""
+    analysis: ClipAnalysis | None = None
 
 
 def prepare(document: Document, choice: ExportChoice) -> Export:
@@ -78,6 +81,7 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
         dict(document.exported),
         own,
         document.reviewer,
+        data.analysis,
     )
 
 
@@ -177,8 +181,19 @@ def write(export: Export, tell: Tell = nobody) -> str:
         own = (choice.path, replay_path(choice.path))
         files = {p.name: export.ours[p] for p in own if p in export.ours and p in files_of(choice)}
         name = choice.path.stem
-        report = Report(clip, export.chains, state, refined, name, files, export.by)
-        for file in write_report(choice.path.parent, report):
+        report = Report(
+            clip,
+            export.chains,
+            state,
+            refined,
+            name,
+            files,
+            export.by,
+            analysis=export.analysis,
+            written=choice.path,
+        )
+        # Without pictures: an export is over at once, and `twistcore report` draws them.
+        for file in write_clip_report(choice.path.parent, report):
             _take_note(export, file)
     return _told(export, refined, jumps)
 

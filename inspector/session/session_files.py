@@ -20,8 +20,8 @@ import platformdirs
 
 from twistcore.atomic import free_name, write_atomically
 from twistcore.encoding import json_bytes
-from twistcore.export.report import report_files
 from twistcore.formats import CLIP_SUFFIXES
+from twistcore.report.clip_report import report_files
 
 _Made = TypeVar("_Made")
 

@@ -20,8 +20,9 @@ from inspector.teaching.taught_frame import TaughtFrame
 from inspector.viewport.bone_colours import rgb
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.frame_drawing import altered_pose
+from inspector.viewport.lights import background
 from inspector.viewport.mesh_actor import Piece
-from inspector.viewport.scene import AXES, Scene, background
+from inspector.viewport.scene import AXES, Scene
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.labels import inked

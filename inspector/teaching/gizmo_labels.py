@@ -22,7 +22,7 @@ from PySide6.QtWidgets import QWidget
 from inspector.teaching.gizmo_shapes import Mark
 from inspector.teaching.symbols import MARKS, colour
 from inspector.viewport.camera import OrbitCamera
-from inspector.viewport.scene import background
+from inspector.viewport.lights import background
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
 from twistcore.rotation import Array

@@ -11,21 +11,13 @@ from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
 from inspector.viewport.bodies import place
-from inspector.viewport.camera import (
-    VIEW_ANGLE,
-    OrbitCamera,
-    between,
-    circle_direction,
-    preset,
-    roll_direction,
-)
+from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera, between, preset
 from inspector.viewport.frame_drawing import selected_chain
-from inspector.viewport.limb_circle import circle_of
+from inspector.viewport.limb_side import limb_joints, limb_side
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Style
 from twistcore.chain import Chain
-from twistcore.limb import Limb
-from twistcore.rotation import Array, normalise, rotate
+from twistcore.rotation import Array
 
 _EDGE = 0.03  # of the picture's width or height: as good as outside
 _TINY = 0.03  # of the picture's height
@@ -121,7 +113,7 @@ class Steering(QWidget):
         if chain is None or camera is None or scene is None or self.turning:
             return True
         poses = [self.document.pose(self.document.frame, after=a)[1] for a in (False, True)]
-        joints = np.vstack([self._limb(chain, positions) for positions in poses])
+        joints = np.vstack([limb_joints(chain, positions) for positions in poses])
         size = np.array(self.picture_size())
         pixels, depth = camera.project(joints, *self.picture_size())
         ahead = (camera.position - joints) @ camera.direction
@@ -144,41 +136,14 @@ class Steering(QWidget):
 
     def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
         data, frame = scene.data, self.document.frame
-        rotations, positions = self.document.pose(frame, after=True)
-        limb = self._limb(chain, positions)
-        if isinstance(chain, Limb) and (circle := circle_of(chain, data.positions[frame])):
-            outward = limb.mean(axis=0) - positions.mean(axis=0)
-            facing = scene.facing(positions)
-            direction = circle_direction(circle.axis, circle.aside, outward, facing, scene.up)
-            around = circle.at(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False))
-            return self._framed_from(direction, np.vstack([limb, around]), scene, camera)
-        above = int(data.motion.skeleton.parents[chain.parent])
-        if scene.style == Style.SKIN and above >= 0 and chain.segment in ("ForeArm", "Leg"):
-            limb = np.vstack([limb, positions[above]])  # it is wrung as well
-        bones = [b for b in scene.bones if b.parent == chain.parent]
-        bone = min(bones, key=lambda b: b.child != chain.child, default=None)
-        if bone is None:
-            return None
-        normals = [rotate(r[chain.parent], bone.normal) for r in (rotations, data.rotations[frame])]
-        outward = limb.mean(axis=0) - positions.mean(axis=0)
-        size = float(np.linalg.norm(outward))
-        direction = roll_direction(
-            normalise(rotate(rotations[chain.parent], bone.tip)),
-            normals[0],
-            normals[1],
-            outward / size if size > 0.0 else outward,
-            scene.facing(positions),
-            scene.up,
-        )
-        return self._framed_from(direction, limb, scene, camera)
-
-    def _framed_from(
-        self, direction: Array, points: Array, scene: Scene, camera: OrbitCamera
-    ) -> OrbitCamera:
-        """The camera on a side, unit vector (3,), with points (n, 3) and some air in view."""
-        pad = 0.045 * scene.height
-        corners = np.vstack([points + pad * e for e in (*np.eye(3), *-np.eye(3))])
-        return camera.looking_from(direction).framing(corners, self._aspect(), margin=1.4)
+        before = data.rotations[frame], data.positions[frame]
+        after = self.document.pose(frame, after=True)
+        above = -1
+        if scene.style == Style.SKIN and chain.segment in ("ForeArm", "Leg"):
+            above = int(data.motion.skeleton.parents[chain.parent])  # it is wrung as well
+        facing = scene.facing(after[1])
+        side = limb_side(chain, scene.bones, before, after, facing, scene.up, above=above)
+        return None if side is None else side.camera(camera, scene.height, self._aspect())
 
     def _turned(self, share: float) -> None:
         if self._turn is not None:
@@ -201,11 +166,6 @@ class Steering(QWidget):
         some = data.positions[frame:stop]
         level = some[:, :1] - some[:1, :1]
         return np.vstack([bodies, (some - level).reshape(-1, 3)])
-
-    def _limb(self, chain: Chain, positions: Array) -> Array:
-        """The chain's joints, (2 or 3, 3)."""
-        joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
-        return positions[joints]
 
     def _aspect(self) -> float:
         """Width to height of a picture."""
@@ -231,7 +191,7 @@ class Steering(QWidget):
         """The point that the camera goes along with, (3,): a limb, or the root on the level."""
         positions = scene.data.positions[self.document.frame]
         if self._anchor is not None:
-            middle: Array = self._limb(self._anchor, positions).mean(axis=0)
+            middle: Array = limb_joints(self._anchor, positions).mean(axis=0)
             return middle
         root: Array = positions[0] - (positions[0] @ scene.up) * scene.up
         return root

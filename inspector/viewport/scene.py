@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
-from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
+from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Document
@@ -16,6 +16,7 @@ from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
 from inspector.viewport.ground import Ground, ground_lines, lowest
+from inspector.viewport.lights import background, light
 from inspector.viewport.limb_circle import Circle, LimbCircle
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
@@ -98,7 +99,7 @@ class Scene:
             self._right.SetUseOIT(False)
             self._right.SetActiveCamera(self._left.GetActiveCamera())
             self._right.AutomaticLightCreationOff()
-            _light(self._right)
+            light(self._right)
             self._right.SetViewport(0.5, 0.0, 1.0, 1.0)
             self._left.SetViewport(0.0, 0.0, 0.5, 1.0)
             self._grid.add_to(self._right)
@@ -261,11 +262,6 @@ class Scene:
         self._grid.add_to(self._left)
 
 
-def background(theme: Theme) -> Array:
-    """The colour behind everything, (3,) in 0…255. A gradient would cost 3 ms a frame."""
-    return mix(theme.surface, theme.window, 0.6)
-
-
 def make_plotter(parent: QWidget) -> QtInteractor | None:
     """The widget that a scene stands in, lit and empty; None without OpenGL."""
     if not opengl.renderer_name():
@@ -274,18 +270,8 @@ def make_plotter(parent: QWidget) -> QtInteractor | None:
     plotter.setAcceptDrops(False)  # the window opens what is dropped
     plotter.reset_key_events()
     plotter.remove_all_lights()
-    _light(plotter.renderer)
+    light(plotter.renderer)
     # The ghost is thin and convex: plain blending does, at a tenth of the cost of VTK's
     # order-independent pass over the whole picture.
     plotter.renderer.SetUseOIT(False)
     return plotter
-
-
-def _light(renderer: vtkRenderer) -> None:
-    """A key light from above the camera's left and a faint fill: two lights are cheap."""
-    for place_, strength in (((-0.7, 0.9, 1.0), 0.85), ((0.8, -0.2, 0.6), 0.30)):
-        light = vtkLight()
-        light.SetLightTypeToCameraLight()
-        light.SetPosition(*place_)
-        light.SetIntensity(strength)
-        renderer.AddLight(light)

@@ -62,11 +62,19 @@ class Shapes:
     """The vertices of a clip's figure in one style, joined by all who draw it."""
 
     def __init__(
-        self, style: Style, bones: tuple[Bone, ...], chains: tuple[Chain, ...], height: float
+        self,
+        style: Style,
+        bones: tuple[Bone, ...],
+        chains: tuple[Chain, ...],
+        height: float,
+        *,
+        fine: bool | None = None,
     ) -> None:
+        """fine: a rounder skin; as the screen's driver can do it where nobody says."""
         self.style = style
         worn = chains if style == Style.SKIN else ()
-        self.skin: Skin = build_skin(bones, worn, height, fine=not opengl.is_software())
+        fine = not opengl.is_software() if fine is None else fine
+        self.skin: Skin = build_skin(bones, worn, height, fine=fine)
         self.bodies: Soup = build_soup(bones, without=self.skin.covered)
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)

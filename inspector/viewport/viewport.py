@@ -18,10 +18,11 @@ from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.dashed_figure import Companion
 from inspector.viewport.frame_drawing import FrameDrawing, Guest
+from inspector.viewport.lights import background
 from inspector.viewport.mesh_actor import Piece, specimens
 from inspector.viewport.navigation import Navigation
 from inspector.viewport.overlays import EMPTY, Overlays
-from inspector.viewport.scene import Scene, background, make_plotter
+from inspector.viewport.scene import Scene, make_plotter
 from inspector.widgets.building import vbox
 from inspector.widgets.later import Stale
 from inspector.widgets.theme import Theme

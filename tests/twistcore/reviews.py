@@ -1,6 +1,7 @@
 """A review to try commands on: the walk with eight errors, by the paper's detector, and flips."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from hypothesis import strategies as st
@@ -10,6 +11,8 @@ from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval, Kind
+from twistcore.detection.limb_flips import LimbFlips
+from twistcore.detection.limb_flips import analyse_limbs as known
 from twistcore.detection.lone_jumps import own_axis
 from twistcore.limb import find_limbs
 from twistcore.refinement import refine
@@ -45,6 +48,7 @@ class FoundFlips:
     """A detector of flips that always finds the same; as `analyse_limbs` makes one."""
 
     found: tuple[Interval, ...]
+    limbs: Mapping[str, LimbFlips] = field(default_factory=dict)
 
     def automatic_tau(self, limb):
         return 0.5
@@ -89,7 +93,7 @@ def find_flips(monkeypatch, *found):
 
     def analyse_limbs(motion, limbs, tell=None):
         made.append([limb.name for limb in limbs])
-        return FoundFlips(found)
+        return FoundFlips(found, known(motion, limbs).limbs)
 
     def lone_jumps(motion, chains):
         return {chain.name: () for chain in chains}

@@ -142,7 +142,8 @@ def session_documents(path, folder):
     from twistcore.bvh import read_bvh
     from twistcore.chain import find_chains
     from twistcore.export.replay import accepted_motion
-    from twistcore.export.report import Report, write_report
+    from twistcore.report.clip_report import write_clip_report
+    from twistcore.report.report_document import Report
     from twistcore.review import (
         Decide,
         Decision,
@@ -170,7 +171,7 @@ def session_documents(path, folder):
     flips = session_bytes(clip, review.state)
     review.do(Track(Tracking(("LeftForeArm",))))
     refined = accepted_motion(clip, chains, review.state)
-    *_, report = write_report(folder, Report(clip, chains, review.state, refined))
+    *_, report = write_clip_report(folder, Report(clip, chains, review.state, refined))
     documents = plain, tracked, flips, report.read_bytes()
     return tuple(map(json.loads, documents))
 

@@ -2,19 +2,25 @@
 
 import csv
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped
+from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.clip import write_clip
 from twistcore.errors import TwistError
+from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
-from twistcore.export.report import Report, write_report
-from twistcore.review import Decide, Decision, Tracking, start_review
+from twistcore.formats import read_clip
+from twistcore.report.changes import joint_changes, kept_in
+from twistcore.report.clip_report import write_clip_report
+from twistcore.report.report_document import Report
+from twistcore.review import Decide, Decision, Review, Tracking, start_review
 from twistcore.review.model import constant
 from twistcore.version import __version__
 
@@ -23,7 +29,7 @@ ENDINGS = ("report.html", "intervals.csv", "markers.py", "report.json")
 
 
 def write(folder):
-    return write_report(folder, Report(CLIP, CHAINS, STATE, CLIP.motion))
+    return write_clip_report(folder, Report(CLIP, CHAINS, STATE, CLIP.motion))
 
 
 def test_its_own_files_are_replaced(tmp_path):
@@ -62,7 +68,7 @@ def test_it_says_which_joints_moved_and_why(tmp_path):
     def document(**more):
         own = replace(state, **more)
         report = Report(clip, chains, own, accepted_motion(clip, chains, own))
-        *_, listing = write_report(tmp_path, report)
+        *_, listing = write_clip_report(tmp_path, report)
         return json.loads(listing.read_bytes())
 
     changed = document()["changed"]
@@ -83,7 +89,7 @@ def test_kind_and_end_stand_in_the_tables(tmp_path):
     tau = {c.name: 0.1 for c in CHAINS} | {"RightUpLeg-RightFoot": 0.5}
     found = [constant("LeftForeArm", 10, 20, 0.5), flip(), flip(start=120, stop=125, carried=True)]
     state = start_review("consistency", tau, found, [c.name for c in chains])
-    page, table, _, listing = write_report(tmp_path, Report(CLIP, chains, state, CLIP.motion))
+    page, table, _, listing = write_clip_report(tmp_path, Report(CLIP, chains, state, CLIP.motion))
     rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
     ends = [(row["kind"], row["end"]) for row in rows]
     assert ends == [("counter-twist", ""), ("limb flip", "kept"), ("limb flip", "carried")]
@@ -122,7 +128,7 @@ def test_it_says_who_when_and_what_nobody_saw(tmp_path):
     state = Decide((2,), Decision.REJECTED, "Kim", "2026-01-02T10:05:00+00:00").apply(state)
     state = Decide((3,), Decision.ACCEPTED).apply(state)  # as `refine` does, and an export
     report = Report(CLIP, CHAINS, state, CLIP.motion, name="out", files={"out.bvh": "1"}, by="Lee")
-    page, table, markers, listing = write_report(tmp_path, report)
+    page, table, markers, listing = write_clip_report(tmp_path, report)
     assert page.name == "out.report.html"
     document = json.loads(listing.read_bytes())
     verdicts = ["accepted", "rejected", "applied automatically", "undecided"]
@@ -139,7 +145,7 @@ def test_it_says_who_when_and_what_nobody_saw(tmp_path):
     text = page.read_text("utf-8")
     assert "by Lee" in text
     assert "2 decisions by Kim, 2026-01-02 10:00 to 2026-01-02 10:05 UTC." in text
-    assert text.count(">applied automatically<") == 1
+    assert text.count('<td class="applied">applied automatically<') == 1
 
 
 def test_a_report_of_refine_names_nobody(tmp_path, capsys):
@@ -152,3 +158,83 @@ def test_a_report_of_refine_names_nobody(tmp_path, capsys):
     assert decisions["accepted"] == 0
     assert ",accepted," not in table.read_text("utf-8")
     assert "No person decided anything." in page.read_text("utf-8")
+
+
+def corrected_clip(folder, name="out.bvh"):
+    """A clip with one error, its review that accepts it, what was written, and the report."""
+    write_clip(CLIP, CLIP.motion, folder / "source.bvh")
+    clip = read_clip(folder / "source.bvh")
+    found = constant("LeftForeArm", 10, 20, 0.5)
+    state = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [found], [])
+    state = Decide((1,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
+    refined = accepted_motion(clip, CHAINS, state)
+    write_clip(clip, refined, folder / name)
+    return clip, refined, Report(clip, CHAINS, state, refined, written=folder / name)
+
+
+def test_what_was_left_alone_is_measured_on_the_file(tmp_path):
+    clip, refined, report = corrected_clip(tmp_path)
+    kept = kept_in(clip, refined, tmp_path / "out.bvh")
+    assert (kept.what, kept.total, kept.outside, kept.head) == ("columns", clip.columns, 0, True)
+    assert kept.total - kept.same == 6  # P's and C's three
+    page = write_clip_report(tmp_path, report)[0].read_text("utf-8")
+    assert f"{kept.same} of {kept.total} columns of numbers are the source's" in page
+    assert "no number differs at all" in page
+
+
+@pytest.mark.parametrize("where", ["number", "decimals", "head"])
+def test_what_was_not_left_alone_is_found(tmp_path, where):
+    """Another number where nothing was corrected, the same with other letters, another header."""
+    clip, refined, report = corrected_clip(tmp_path)
+    lines = (tmp_path / "out.bvh").read_bytes().splitlines(keepends=True)
+    first, rest = lines[-1].split(maxsplit=1)
+    if where == "head":
+        lines[0] = b"HIERARCHY \n"
+    else:
+        lines[-1] = b"%b %b" % (b"1.5" if where == "number" else first + b"0", rest)
+    (tmp_path / "out.bvh").write_bytes(b"".join(lines))
+    kept = kept_in(clip, refined, tmp_path / "out.bvh")
+    assert (kept.outside, kept.head) == ((0, False) if where == "head" else (1, True))
+    page = write_clip_report(tmp_path, report)[0].read_text("utf-8")
+    told = {"head": "not all that stands before the numbers"}.get(where, "1 numbers differ")
+    assert told in page
+
+
+def test_changes_are_told_by_joint_with_the_root_of_the_mean_square(tmp_path):
+    clip, refined, _ = corrected_clip(tmp_path)
+    changes = joint_changes(clip.motion, refined, compare(clip.motion, refined))
+    assert [c.joint for c in changes] == ["LeftForeArm", "LeftHand"]
+    assert {c.frames for c in changes} == {10}
+    assert changes[0].max_deg == pytest.approx(np.degrees(0.5), abs=1e-6)
+    assert changes[0].rms_deg == pytest.approx(np.degrees(0.5), abs=1e-6)
+
+
+def test_the_page_says_what_is_found_again(tmp_path):
+    """What is "taken out" where nothing was wrong is put in; where nothing is, nothing is said."""
+    _, refined, report = corrected_clip(tmp_path)
+    page = write_clip_report(tmp_path, report)[0].read_text("utf-8")
+    again = detect(refined, [c.name for c in CHAINS], tau_degrees=float(np.degrees(0.1)))
+    assert any((i.chain, i.start) == ("LeftForeArm", 10) for i in again)
+    assert "looked at again" in page
+    row = r'<td>counter-twist</td><td class="n">(\d+–\d+)</td>.*>([\w ]+)</td></tr>'
+    rows = re.findall(row, page)
+    left = {(i.start, i.stop) for i in again}
+    assert dict(rows)["10–20"] == "accepted"
+    assert {where for where, what in rows if what == "new"} == {
+        f"{a}–{b}" for a, b in left if b <= 10 or a >= 20
+    }
+    nothing = write(tmp_path)[0].read_text("utf-8")
+    assert "Nothing was corrected." in nothing
+
+
+def test_a_name_from_a_file_is_no_part_of_the_page(tmp_path):
+    text = CLIP.data.replace(b"LeftForeArm", b"<script>x</script>")
+    (tmp_path / "<b>.bvh").write_bytes(text)
+    clip = read_clip(tmp_path / "<b>.bvh")
+    found = detect(clip, tau_degrees=0.1)
+    state = Review.of(found).state
+    report = Report(clip, found.chains_and_limbs, state, clip.motion)
+    page = write_clip_report(tmp_path, report)[0].read_text("utf-8")
+    assert "<script>" not in page
+    assert "&lt;script&gt;" in page
+    assert "<b>.bvh" not in page

@@ -16,7 +16,6 @@ from twistcore.cli import main
 from twistcore.clip import write_clip
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import accepted_motion, check_belongs
-from twistcore.export.report import Report, write_report
 from twistcore.export.tracking import (
     DEMONSTRATION,
     check_tracking,
@@ -27,6 +26,8 @@ from twistcore.export.tracking import (
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.track_clip import track_by_hand
 from twistcore.refinement import refine
+from twistcore.report.clip_report import write_clip_report
+from twistcore.report.report_document import Report
 from twistcore.review import (
     Decide,
     Decision,
@@ -292,7 +293,7 @@ def test_the_report_says_what_was_tracked_and_that_it_came_afterwards(tmp_path, 
     review = reviewed()
     review.do(Track(tracking))
     refined = accepted_motion(CLIP, CHAINS, review.state)
-    write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
+    write_clip_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
     page = (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
     assert f"after the correction: {', '.join(tracking.joints)}, {said}." in page
     document = json.loads((tmp_path / "walk_injected.report.json").read_text())
@@ -309,7 +310,7 @@ def test_the_report_says_that_the_tracked_place_moves_every_joint(tmp_path):
     review = fresh()
     review.do(Track(Tracking((), causal=False, place=True)))
     refined = accepted_motion(CLIP, CHAINS, review.state)
-    write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
+    write_clip_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
     changed = json.loads((tmp_path / "walk_injected.report.json").read_text())["changed"]
     assert (len(changed["moved"]), changed["joints"]) == (len(CLIP.motion.skeleton), [])
     assert {move["why"] for move in changed["moved"]} == {"tracking"}
@@ -326,7 +327,7 @@ def test_the_report_lists_what_turns_besides_apart_from_what_the_place_carries(t
     review = fresh()
     review.do(Track(Tracking(("LeftArm",), kp=700.0, kd=20.0, place=True)))
     refined = accepted_motion(CLIP, CHAINS, review.state)
-    write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
+    write_clip_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
     page = (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
     told = re.search(r"<p>Joints written anew: LeftArm, the place of Hips\. (.*?)</p>", page)[1]
     assert set(re.findall(r"(\w+) (?:moves|and what)", told)) >= {"Hips", "LeftHand"}
@@ -336,7 +337,7 @@ def test_the_report_lists_what_turns_besides_apart_from_what_the_place_carries(t
 def test_the_report_of_a_review_that_tracks_nothing_has_no_word_of_it(tmp_path):
     review = reviewed()
     refined = accepted_motion(CLIP, CHAINS, review.state)
-    write_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
+    write_clip_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
     assert json.loads((tmp_path / "walk_injected.report.json").read_text())["tracking"] is None
     assert "QuaMo" not in (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
 

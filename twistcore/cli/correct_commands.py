@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Iterable, Sequence
 
+from twistcore.atomic import is_stream
 from twistcore.chain import Chain
 from twistcore.cli.detect_commands import detected
 from twistcore.cli.folder_commands import apply_folder, diff_folders
@@ -22,9 +23,10 @@ from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
 from twistcore.export.replay import accepted_motion, replayed, uncorrected
-from twistcore.export.report import Report, check_report, write_report
 from twistcore.formats import read_clip
 from twistcore.refinement import SURE_ENOUGH, applied_unasked, stuck_joints
+from twistcore.report.clip_report import check_report, write_clip_report
+from twistcore.report.report_document import Report
 from twistcore.review import Review
 from twistcore.review.model import SEEN
 
@@ -47,7 +49,11 @@ def refine(arguments: argparse.Namespace) -> int:
     refined = accepted_motion(clip, chains, review.state)
     tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
     if arguments.report:
-        write_report(arguments.report, Report(clip, chains, review.state, refined))
+        written = None if is_stream(arguments.output) else arguments.output
+        report = Report(
+            clip, chains, review.state, refined, analysis=found.analysis, written=written
+        )
+        write_clip_report(arguments.report, report)
     count = told_of(_correctable(clip, chains, applied), found, "corrected")
     print(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
     skipped = _tell_uncorrected(clip, chains, applied)

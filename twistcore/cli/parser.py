@@ -83,6 +83,23 @@ def make_parser() -> argparse.ArgumentParser:
     _workers(apply)
     apply.set_defaults(run=correct_commands.apply)
 
+    report = subparsers.add_parser("report", help="pages of a review, or of a batch folder")
+    report.add_argument("what", type=Path, metavar="SESSION|OUTDIR")
+    report.add_argument(
+        "-o", "--output", type=folder, required=True, metavar="DIR", help="where the pages go"
+    )
+    report.add_argument(
+        "--clip", type=Path, metavar="CLIP", help="of the session; default: where it was"
+    )
+    report.add_argument(
+        "--workers", type=count, default=1, metavar="N", help="processes; default 1"
+    )
+    report.add_argument(
+        "--pages", type=count, metavar="N", help="of the N worst clips only; default all"
+    )
+    report.add_argument("--no-pictures", action="store_true", help="do without pictures of figures")
+    report.set_defaults(run=_report)
+
     inject = subparsers.add_parser("inject", help="put known twist errors into a clip")
     _clip(inject)
     _output(inject)
@@ -253,6 +270,12 @@ def _benchmark(arguments: argparse.Namespace) -> int:
     from twistcore.cli.benchmark_command import benchmark  # scipy.signal
 
     return benchmark(arguments)
+
+
+def _report(arguments: argparse.Namespace) -> int:
+    from twistcore.cli.report_command import report  # many rooms at once
+
+    return report(arguments)
 
 
 def _quamo_command(name: str) -> Callable[[argparse.Namespace], int]:

@@ -1,1 +1,1 @@
-"""What leaves the program: the corrected clip, what differs in it, reports, markers."""
+"""What leaves the program: the corrected clip, what differs in it, markers."""

@@ -1,27 +1,21 @@
-"""The QA report of a clip: one HTML page, the intervals as CSV, everything as JSON."""
+"""A report of one clip as data: one JSON document, and its intervals as CSV."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import numpy as np
 
-from twistcore.atomic import write_atomically
+from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain
 from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
-from twistcore.encoding import csv_text, encoded, json_bytes
-from twistcore.errors import TwistError
+from twistcore.encoding import csv_text
 from twistcore.export.compare import Difference, compare, move_to_json
-from twistcore.export.markers import blender_markers
-from twistcore.file_marks import file_mark
 from twistcore.limb import Limb
 from twistcore.motion import Motion
 from twistcore.quamo.track_clip import placed_joint
@@ -60,7 +54,10 @@ class Report:
 
     chains: those and the limbs that were looked at; name: of the report's files, of the clip's
     file if empty; files: SHA-256 by name of what was written with it; by: who had it written;
-    at: when, ISO 8601.
+    at: when, ISO 8601; analysis: of the clip, by these chains, where there is one already; written:
+    the corrected clip's file, to be read again and compared; parameters: of the run, as they were
+    given; left: what was found in the corrected clip, as `detect --json` lists it, where it was
+    looked for already.
     """
 
     clip: Clip
@@ -71,67 +68,10 @@ class Report:
     files: Mapping[str, str] = field(default_factory=dict)
     by: str = ""
     at: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
-
-
-def write_report(folder: Path, report: Report) -> tuple[Path, ...]:
-    """Write the report into `folder`, made if missing; returns the paths.
-
-    NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender. The JSON lists
-    the SHA-256 of the other three and of what was written with it. Raises TwistError as
-    :func:`check_report`.
-    """
-    name = report.name or report.clip.path.stem
-    check_report(folder, name)
-    folder.mkdir(parents=True, exist_ok=True)
-    document = report_to_json(report)
-    page, table, markers, last = report_files(folder, name)
-    written = {
-        page: encoded(_html(document, report)),
-        table: encoded(intervals_csv(report)),
-        markers: encoded(blender_markers(report.clip.name, report.state.intervals)),
-    }
-    marks = {path.name: hashlib.sha256(data).hexdigest() for path, data in written.items()}
-    written[last] = json_bytes(document | {"files": {**report.files, **marks}})
-    for path, data in written.items():
-        write_atomically(path, data)
-    return tuple(written)
-
-
-def check_report(folder: Path, name: str) -> None:
-    """TwistError where a file of somebody else lies in the place of one of a report."""
-    *others, listing = report_files(folder, name)
-    marks = report_marks(listing)
-    for path in others:
-        if path.is_dir() or (path.is_file() and marks.get(path.name) != file_mark(path)):
-            raise TwistError(
-                f"{path}: expected a place for the report, but what is there this version did not "
-                "write, or it was changed since; move it, or do without the report"
-            )
-    if listing.is_file() and not marks:
-        raise TwistError(
-            f"{listing}: expected a place for the report, but there is another file; move it, or "
-            "do without the report"
-        )
-
-
-def report_files(folder: Path, name: str) -> tuple[Path, ...]:
-    """Where the files of a report are: HTML, CSV, markers, and the JSON that lists them."""
-    endings = ("report.html", "intervals.csv", "markers.py", "report.json")
-    return tuple(folder / f"{name}.{ending}" for ending in endings)
-
-
-def report_marks(listing: Path) -> dict[str, str]:
-    """SHA-256 by name as a report's JSON lists them; empty for no file or anything else.
-
-    Raises TwistError for one that cannot be read.
-    """
-    try:
-        document = json.loads(listing.read_bytes())
-        return dict(document["files"]) if document["schema"] == SCHEMA else {}
-    except (FileNotFoundError, ValueError, KeyError, TypeError, RecursionError):
-        return {}
-    except OSError as error:
-        raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None
+    analysis: ClipAnalysis | None = None
+    written: Path | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    left: Sequence[Mapping[str, Any]] | None = None
 
 
 def report_to_json(report: Report) -> dict[str, Any]:
@@ -310,8 +250,12 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
     return {name: of(judged, fps) for name, of in _COLUMNS.items()}
 
 
-def _html(document: dict[str, Any], report: Report) -> str:
-    """The page; joints that a tracked place carries along, and nothing else moves, are one line."""
+def moves_to_tell(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
+    """Moved joints as sentences have them: those that a tracked place carries along are one.
+
+    placed: joints whose position channels have other numbers; along: the joint whose place was
+    tracked, by how much at most and in how many frames those that only go with it move, or None.
+    """
     moved = document["changed"]["moved"]
     along = [
         move
@@ -328,11 +272,4 @@ def _html(document: dict[str, Any], report: Report) -> str:
     if along:  # the joint whose place it is comes first
         most = {key: max(move[key] for move in along) for key in ("max_of_height", "frames")}
         told["along"] = {"joint": along[0]["joint"], **most}
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("report.html").render(report=document, **told)
+    return told

@@ -1,0 +1,135 @@
+"""The pictures of a report, off the screen: `python -m inspector.recording.report_pictures FOLDER`.
+
+No window, no event loop, no display: the bodies of the program's view in a picture of their own.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from vtkmodules.vtkIOImage import vtkJPEGWriter
+from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkWindowToImageFilter
+from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
+
+from inspector.viewport.bodies import find_bones
+from inspector.viewport.bone_colours import Role, mix
+from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
+from inspector.viewport.ground import Ground, ground_lines, lowest
+from inspector.viewport.lights import background, light
+from inspector.viewport.limb_side import limb_side
+from inspector.viewport.mesh_actor import Piece
+from inspector.viewport.solid_and_ghost import Pose, Shapes, Solid, Style
+from inspector.widgets.theme import LIGHT
+from twistcore.chain import Chain
+from twistcore.figure import figure_size, guess_up, heading
+from twistcore.limb import Limb
+from twistcore.motion import forward_kinematics
+from twistcore.report.picture_job import Figure, Pair, picture_path, read_job
+
+_SAMPLES = 8  # a pixel
+_QUALITY = 84  # of JPEG: some 10 kB a picture
+_MARGIN = 1.6  # round the limb: so much that one sees whose it is
+_EYE = 0.35  # of the figure's height, above the ground
+
+
+class Studio:
+    """A picture off the screen, in which one figure after the other stands."""
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        self._aspect = size[0] / size[1]
+        self._renderer = vtkOpenGLRenderer()
+        self._renderer.SetUseOIT(False)
+        self._renderer.AutomaticLightCreationOff()
+        self._renderer.SetBackground(*(background(LIGHT) / 255.0))
+        light(self._renderer)
+        self._window = vtkRenderWindow()
+        self._window.OffScreenRenderingOn()
+        self._window.SetMultiSamples(_SAMPLES)
+        self._window.SetSize(*size)
+        self._window.AddRenderer(self._renderer)
+
+    def pictures(self, figure: Figure) -> Iterator[tuple[int, int, vtkWindowToImageFilter]]:
+        """(number of the pair, 0 before or 1 after, picture) of a figure."""
+        motion = figure.motion
+        rotations, positions = forward_kinematics(motion)
+        chains = tuple(c for c in figure.chains if not isinstance(c, Limb))
+        up = guess_up(positions, chains, motion.skeleton)
+        height = figure_size(positions, motion.skeleton)
+        bones = find_bones(motion, up, height)
+        ground = lowest(positions, up, height)
+        points, lines, strength = ground_lines(ground)
+        grid = Piece(len(points), lines=lines).unlit().add_to(self._renderer)
+        grid.move(points)
+        back, ink = background(LIGHT), mix(LIGHT.line, LIGHT.soft, 0.30)
+        grid.paint((back + 0.85 * strength[:, None] * (ink - back)).astype(np.uint8))
+        shapes = Shapes(Style.SKIN, bones, chains, height, fine=True)
+        solid = Solid(shapes, ground, self._renderer)
+        solid.set_theme(LIGHT)
+        try:
+            for k, pair in enumerate(figure.pairs):
+                chain = _named(figure, pair)
+                before, after = ((rotations[t], positions[t]) for t in (pair.first, pair.second))
+                facing = heading(after[1], chains, up)
+                above = int(motion.skeleton.parents[chain.parent])
+                side = limb_side(chain, bones, before, after, facing, up, above=above)
+                camera = OrbitCamera(np.zeros(3), 0.0, 0.0, height, up, facing)
+                if side is not None:
+                    camera = side.camera(camera, height, self._aspect, _MARGIN)
+                self._look(_above_ground(camera, ground, height), height)
+                differs = shapes.differing(before[0], after[0])
+                for which, (pose, role) in enumerate(((before, Role.BEFORE), (after, Role.AFTER))):
+                    roles = np.where(differs, role, Role.PLAIN).astype(np.int64)
+                    solid.draw(Pose(*pose, roles))
+                    yield k, which, self._picture()
+        finally:
+            solid.remove()
+            grid.remove()
+
+    def _look(self, camera: OrbitCamera, height: float) -> None:
+        vtk = self._renderer.GetActiveCamera()
+        vtk.SetPosition(*camera.position)
+        vtk.SetFocalPoint(*camera.target)
+        vtk.SetViewUp(*camera.axes[1])
+        vtk.SetViewAngle(float(np.degrees(VIEW_ANGLE)))
+        near = 0.2 * camera.distance
+        vtk.SetClippingRange(near, camera.distance + 20.0 * height)
+
+    def _picture(self) -> vtkWindowToImageFilter:
+        self._window.Render()
+        grabber = vtkWindowToImageFilter()
+        grabber.SetInput(self._window)
+        grabber.ReadFrontBufferOff()
+        grabber.ShouldRerenderOff()
+        return grabber
+
+
+def _above_ground(camera: OrbitCamera, ground: Ground, height: float) -> OrbitCamera:
+    """As high as to look down on the ground a little: from below its grid is before the figure."""
+    rise = (ground.level + _EYE * height - float(camera.target @ camera.up)) / camera.distance
+    lowest_angle = float(np.arcsin(np.clip(rise, -1.0, 1.0)))
+    return replace(camera, elevation=max(camera.elevation, lowest_angle)).orbited(0.0, 0.0)
+
+
+def _named(figure: Figure, pair: Pair) -> Chain:
+    return next(chain for chain in figure.chains if chain.name == pair.chain)
+
+
+def main(folder: Path) -> None:
+    """Draw what the files in a folder ask for, and put the pictures beside them."""
+    size, figures = read_job(folder)
+    studio = Studio(size)
+    for number, figure in enumerate(figures):
+        for pair, which, picture in studio.pictures(figure):
+            writer = vtkJPEGWriter()
+            writer.SetInputConnection(picture.GetOutputPort())
+            writer.SetQuality(_QUALITY)
+            writer.SetFileName(str(picture_path(folder, number, pair, which)))
+            writer.Write()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

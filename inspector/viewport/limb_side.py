@@ -1,0 +1,80 @@
+"""From which side a limb's error shows best, and what of the limb is to be in the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspector.viewport.bodies import Bone
+from inspector.viewport.camera import OrbitCamera, circle_direction, roll_direction
+from inspector.viewport.limb_circle import circle_of
+from twistcore.chain import Chain
+from twistcore.limb import Limb
+from twistcore.rotation import Array, normalise, rotate
+
+_AIR = 0.045  # round the limb, of the figure's height
+
+
+@dataclass(frozen=True, eq=False)
+class LimbSide:
+    """direction: a unit vector (3,) towards the eye; points: what is to be seen, (n, 3)."""
+
+    direction: Array
+    points: Array
+
+    def camera(
+        self, camera: OrbitCamera, height: float, aspect: float, margin: float = 1.4
+    ) -> OrbitCamera:
+        """A camera on this side; height: of the figure; aspect: a picture's width to its height."""
+        corners = [self.points + _AIR * height * e for e in (*np.eye(3), *-np.eye(3))]
+        turned = camera.looking_from(self.direction)
+        return turned.framing(np.vstack(corners), aspect, margin=margin)
+
+
+def limb_joints(chain: Chain, positions: Array) -> Array:
+    """The places of a chain's joints, (2 or 3, 3), of positions (joints, 3)."""
+    joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
+    return positions[joints]
+
+
+def limb_side(
+    chain: Chain,
+    bones: Sequence[Bone],
+    before: tuple[Array, Array],
+    after: tuple[Array, Array],
+    facing: Array,
+    up: Array,
+    *,
+    above: int = -1,
+) -> LimbSide | None:
+    """The best side of a chain or limb; None where it has no body.
+
+    before, after: global rotations (joints, 4) and positions (joints, 3); facing, up: unit vectors
+    (3,) of the figure; above: a joint that is to be in the picture as well, −1 for none.
+    """
+    rotations, positions = after
+    limb = limb_joints(chain, positions)
+    outward = limb.mean(axis=0) - positions.mean(axis=0)
+    if isinstance(chain, Limb) and (circle := circle_of(chain, before[1])):
+        direction = circle_direction(circle.axis, circle.aside, outward, facing, up)
+        around = circle.at(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False))
+        return LimbSide(direction, np.vstack([limb, around]))
+    if above >= 0:
+        limb = np.vstack([limb, positions[above]])
+        outward = limb.mean(axis=0) - positions.mean(axis=0)
+    own = [b for b in bones if b.parent == chain.parent]
+    bone = min(own, key=lambda b: b.child != chain.child, default=None)
+    if bone is None:
+        return None
+    size = float(np.linalg.norm(outward))
+    direction = roll_direction(
+        normalise(rotate(rotations[chain.parent], bone.tip)),
+        rotate(rotations[chain.parent], bone.normal),
+        rotate(before[0][chain.parent], bone.normal),
+        outward / size if size > 0.0 else outward,
+        facing,
+        up,
+    )
+    return LimbSide(direction, limb)

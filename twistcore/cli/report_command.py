@@ -1,0 +1,52 @@
+"""`twistcore report`: the pages of a review, or of a batch folder."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from twistcore.cli.output import tell_problems
+from twistcore.errors import TwistError
+from twistcore.export.replay import accepted_motion, chains_of
+from twistcore.formats import read_clip
+from twistcore.progress import clip_counter
+from twistcore.report.clip_report import check_report, write_clip_report
+from twistcore.report.folder_report import write_folder_report
+from twistcore.report.report_document import Report
+from twistcore.review import read_session
+
+
+def report(arguments: argparse.Namespace) -> int:
+    """Write the pages of what is named; 1 if some clip could not be read again."""
+    if arguments.output.exists() and not arguments.output.is_dir():
+        raise TwistError(f"{arguments.output}: expected a folder for the report")
+    if arguments.what.is_dir():
+        if arguments.clip:
+            raise TwistError("--clip: expected a session, whose clip it is, and no folder")
+        return _of_folder(arguments)
+    return _of_session(arguments)
+
+
+def _of_folder(arguments: argparse.Namespace) -> int:
+    written = write_folder_report(
+        arguments.what,
+        arguments.output,
+        workers=arguments.workers,
+        pictures=not arguments.no_pictures,
+        most_pages=arguments.pages,
+        counter=clip_counter,
+    )
+    print(f"{written.index}: {written.pages} page{'' if written.pages == 1 else 's'} of clips")
+    return tell_problems(written.problems, done=1)
+
+
+def _of_session(arguments: argparse.Namespace) -> int:
+    session = read_session(arguments.what)
+    clip = read_clip(arguments.clip or Path(session.clip), fps=session.fps)
+    chains = chains_of(session, clip)
+    check_report(arguments.output, clip.path.stem)
+    refined = accepted_motion(clip, chains, session.state)
+    made = Report(clip, chains, session.state, refined)
+    page, *_ = write_clip_report(arguments.output, made, pictures=not arguments.no_pictures)
+    print(f"{page}: {len(session.state.intervals)} intervals")
+    return 0

@@ -1,0 +1,148 @@
+"""What a correction changed, by how much, and what it left alone: measured, not taken on trust."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.analysis import ClipAnalysis
+from twistcore.bvh import BvhClip
+from twistcore.chain import Chain
+from twistcore.clip import Clip, changed_rotations
+from twistcore.detection import Interval, Kind
+from twistcore.errors import TwistError
+from twistcore.export.compare import Difference
+from twistcore.formats import read_clip
+from twistcore.motion import Motion
+from twistcore.review import ReviewState
+from twistcore.rotation import Array, geodesic_angle, wrap
+
+_ROWS = 4096  # frames looked at together
+
+
+@dataclass(frozen=True)
+class JointChange:
+    """How a joint's own rotation was changed: in how many frames, by how many degrees.
+
+    rms: over the frames in which it changed.
+    """
+
+    joint: str
+    frames: int
+    max_deg: float
+    rms_deg: float
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What a written file has of its source, as it was read again.
+
+    what: 'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared
+    bit for bit; total: how many there are; same: those in which nothing differs; outside: what
+    differs in frames that nothing was corrected in; head: whether all that stands before the
+    numbers is the same bytes, None where the format has no such thing.
+    """
+
+    name: str
+    what: str
+    total: int
+    same: int
+    outside: int
+    head: bool | None
+
+
+def joint_changes(before: Motion, after: Motion, difference: Difference) -> tuple[JointChange, ...]:
+    """Of every joint that turns otherwise, by its name in the skeleton's order."""
+    spans: dict[str, list[tuple[int, int]]] = {}
+    for run in difference.joints:
+        spans.setdefault(run.joint, []).append((run.start, run.stop))
+    out = []
+    for joint, runs in spans.items():
+        at = before.skeleton.index(joint)
+        frames = np.concatenate([np.arange(*run) for run in runs])
+        angle = np.degrees(
+            geodesic_angle(before.rotations[frames, at], after.rotations[frames, at])
+        )
+        rms = float(np.sqrt(np.mean(angle**2)))
+        out.append(JointChange(joint, len(frames), float(angle.max()), rms))
+    return tuple(out)
+
+
+def kept_in(clip: Clip, refined: Motion, written: Path) -> Kept:
+    """Read what was written and compare it with its source; raises TwistError."""
+    again = read_clip(written)
+    head: bool | None = None
+    if isinstance(clip, BvhClip) and isinstance(again, BvhClip):
+        what, differs = "columns", ~_same_numbers(clip, again)
+        head = clip.data[: clip.data_start] == again.data[: again.data_start]
+    elif again.motion.rotations.shape == clip.motion.rotations.shape:
+        what, differs = "joints", (again.motion.rotations != clip.motion.rotations).any(axis=-1)
+    else:
+        raise TwistError(f"{written}: expected the frames and joints of {clip.name}")
+    corrected = changed_rotations(clip, refined).any(axis=1)
+    corrected |= (clip.motion.positions != refined.positions).any(axis=(1, 2))
+    same = int((~differs.any(axis=0)).sum())
+    outside = int(differs[~corrected].sum())
+    return Kept(written.name, what, differs.shape[1], same, outside, head)
+
+
+def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
+    """Which numbers are written alike, byte for byte, (frames, columns)."""
+    shape = one.values.shape
+    if other.values.shape != shape:
+        raise TwistError(f"{other.path}: expected the frames and columns of {one.name}")
+    texts = [np.frombuffer(clip.data, np.uint8) for clip in (one, other)]
+    spans = [clip.token_spans for clip in (one, other)]
+    same = np.empty(shape[0] * shape[1], np.bool_)
+    step = _ROWS * shape[1]
+    for a in range(0, len(same), step):
+        starts = [s[a : a + step] for s, _ in spans]
+        lengths = [e[a : a + step] - s for (_, e), s in zip(spans, starts, strict=True)]
+        alike = lengths[0] == lengths[1]
+        for k in range(int(lengths[0].max(initial=0))):
+            letters = [
+                text[np.minimum(s + k, len(text) - 1)]
+                for text, s in zip(texts, starts, strict=True)
+            ]
+            alike &= (k >= lengths[0]) | (letters[0] == letters[1])
+        same[a : a + step] = alike
+    return same.reshape(shape)
+
+
+def found_again(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> list[Interval]:
+    """What is found in the corrected motion by the same detector at the same τ."""
+    analysis = ClipAnalysis(refined, chains, rig=state.rig)
+    found = analysis.detect(state.method, tau_radians=dict(state.tau))
+    return [interval for interval in found if interval.chain in state.tau]
+
+
+def left_to_json(intervals: Sequence[Interval]) -> list[dict[str, Any]]:
+    """What is left, as far as a page shows it, in the words of `detect --json`."""
+    out = []
+    for i in intervals:
+        entry: dict[str, Any] = {
+            "chain": i.chain,
+            "kind": i.kind.value,
+            "start": i.start,
+            "stop": i.stop,
+            "delta_deg": float(np.degrees(i.delta)),
+            "confidence": i.confidence,
+            "open": i.open,
+        }
+        if i.kind == Kind.LONE_JUMP:
+            entry |= i.evidence or {}
+        out.append(entry)
+    return out
+
+
+def degrees_of(offset: Array) -> tuple[float, float]:
+    """The largest and the RMS of an offset (n,), radians, in degrees; 0 for none."""
+    if not len(offset):
+        return 0.0, 0.0
+    angle = np.degrees(np.abs(wrap(offset)))
+    return float(angle.max()), float(np.sqrt(np.mean(angle**2)))

@@ -1,0 +1,205 @@
+"""The page of one clip: worst finds with pictures, curves, decisions, what changed and what not."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twistcore.analysis import ClipAnalysis
+from twistcore.detection import Interval
+from twistcore.errors import TwistError
+from twistcore.export.compare import compare
+from twistcore.refinement import Corrected, refine
+from twistcore.report.changes import (
+    degrees_of,
+    found_again,
+    joint_changes,
+    kept_in,
+    left_to_json,
+)
+from twistcore.report.curve_drawing import ClipCurves, is_limb, weight
+from twistcore.report.page_templates import rendered
+from twistcore.report.picture_job import SIZE, Drawn, Figure, draw, figure_of
+from twistcore.report.report_document import Report, moves_to_tell
+from twistcore.review.model import Decision, Judged
+
+WORST = 3  # finds that are shown in pictures
+
+
+@dataclass(frozen=True)
+class Home:
+    """The folder's page that a clip's belongs to; address: relative to this one's."""
+
+    title: str
+    address: str
+
+
+def clip_page(
+    document: Mapping[str, Any],
+    report: Report,
+    drawn: Drawn | None = None,
+    home: Home | None = None,
+) -> str:
+    """The page; document: of :func:`report_document.report_to_json`; drawn: pictures of the worst.
+
+    Without `drawn` nothing is said of pictures.
+    """
+    analysis = report.analysis or ClipAnalysis(
+        report.clip.motion, report.chains, report.clip.name, report.state.rig
+    )
+    state, corrected = report.state, Corrected(analysis)
+    corrected.take(state.chosen())
+    drawing = ClipCurves(analysis, state.method, state.tau, state.intervals)
+    curves, left_out = drawing.panels(corrected)
+    return rendered(
+        "clip.html",
+        report=document,
+        home=home,
+        size=SIZE,
+        finds=_finds(report, analysis, drawing, drawn),
+        no_pictures=drawn.problem if drawn is not None else "",
+        curves=curves,
+        curves_left_out=left_out,
+        rows=_decisions(document, state.intervals),
+        parameters=dict(report.parameters),
+        **moves_to_tell(document, report),
+        **_evidence(report),
+    )
+
+
+def figure_of_worst(report: Report) -> Figure | None:
+    """What the pictures of a page show, None where there is nothing to show."""
+    worst = _worst(report)
+    if not worst:
+        return None
+    motion = report.clip.motion
+    chosen = [j.interval for j in worst]
+    after = refine(motion, report.chains, [*_besides(report, worst), *chosen])
+    wanted = [(i.chain, _telling_frame(i)) for i in chosen]
+    return figure_of(motion, after, report.chains, wanted)
+
+
+def pictures_of(report: Report) -> Drawn:
+    """The pictures of a page, drawn now."""
+    figure = figure_of_worst(report)
+    return draw([figure])[0] if figure else Drawn()
+
+
+# -- the worst finds -------------------------------------------------------------------------------
+
+
+def _worst(report: Report) -> list[Judged]:
+    """Up to WORST that can be repaired and that nobody rejected, by degrees times frames."""
+    names = {chain.name for chain in report.chains}
+    may = [
+        j
+        for j in report.state.intervals
+        if j.interval.repairable and j.decision != Decision.REJECTED and j.interval.chain in names
+    ]
+    return sorted(may, key=lambda j: (-weight(j), j.interval.start))[:WORST]
+
+
+def _besides(report: Report, worst: Sequence[Judged]) -> list[Interval]:
+    """What is applied besides these."""
+    own = {j.id for j in worst}
+    return [
+        j.interval
+        for j in report.state.intervals
+        if j.decision == Decision.ACCEPTED and j.id not in own and j.interval.repairable
+    ]
+
+
+def _telling_frame(interval: Interval) -> int:
+    """The middle one of the frames in which nearly all of the largest offset is there."""
+    size = np.abs(interval.offset)
+    there = np.flatnonzero(size >= 0.9 * size.max())
+    return interval.start + int(there[len(there) // 2])
+
+
+def _finds(
+    report: Report, analysis: ClipAnalysis, drawing: ClipCurves, drawn: Drawn | None
+) -> list[dict[str, Any]]:
+    worst = _worst(report)
+    chains = {chain.name: chain for chain in report.chains}
+    out = []
+    for k, judged in enumerate(worst):
+        interval, chain = judged.interval, chains[judged.interval.chain]
+        alone = Corrected(analysis)
+        alone.take([*_besides(report, worst), interval])
+        find: dict[str, Any] = {
+            "label": chain.label,
+            "limb": is_limb(chain),
+            "kind": interval.kind.value,
+            "interval": interval,
+            "degrees": float(np.degrees(interval.shown)),
+            "frame": _telling_frame(interval),
+            "seconds": _telling_frame(interval) / report.clip.motion.fps,
+            "verdict": judged.verdict,
+            "applied": judged.decision == Decision.ACCEPTED,
+            "panel": drawing.near(alone, judged),
+            "pictures": None,
+        }
+        if drawn is not None and k < len(drawn.pictures):
+            find["pictures"] = [_as_address(picture) for picture in drawn.pictures[k]]
+        out.append(find)
+    return out
+
+
+def _as_address(picture: bytes) -> str:
+    return f"data:image/jpeg;base64,{base64.b64encode(picture).decode()}"
+
+
+# -- what was decided, what changed and what did not -----------------------------------------------
+
+
+def _decisions(
+    document: Mapping[str, Any], judged: Sequence[Judged]
+) -> list[tuple[Mapping[str, Any], dict[str, Any]]]:
+    """Every interval as the document has it, with what only the page tells."""
+    out = []
+    for row, one in zip(document["intervals"], judged, strict=True):
+        largest, rms = degrees_of(one.interval.offset)
+        more = {
+            "max_deg": largest,
+            "rms_deg": rms,
+            "reason": one.reason,
+            "edited": one.edited,
+            "by_hand": one.by_hand,
+            "repairable": one.interval.repairable,
+            "somebody": bool(one.reviewer or one.decided_at or one.note or one.reason),
+        }
+        out.append((row, more))
+    return out
+
+
+def _evidence(report: Report) -> dict[str, Any]:
+    motion = report.clip.motion
+    changes = joint_changes(motion, report.refined, compare(motion, report.refined))
+    kept, trouble = None, ""
+    if report.written is not None:
+        try:
+            kept = kept_in(report.clip, report.refined, report.written)
+        except TwistError as error:
+            trouble = str(error)
+    left = report.left
+    if left is None and changes:
+        left = left_to_json(found_again(report.refined, report.chains, report.state))
+    if left is not None:
+        left = [{**entry, "before": _before(entry, report.state.intervals)} for entry in left]
+    return {"changes": changes, "kept": kept, "trouble": trouble, "left": left}
+
+
+def _before(entry: Mapping[str, Any], judged: Sequence[Judged]) -> str:
+    """What was decided of what is left, an entry of `detect --json`; 'new' if it was not found."""
+    name = entry.get("limb") or entry["chain"]
+    same = [j for j in judged if (j.interval.chain, j.interval.kind) == (name, entry["kind"])]
+    shared = [
+        (min(j.interval.stop, entry["stop"]) - max(j.interval.start, entry["start"]), j.verdict)
+        for j in same
+    ]
+    frames, verdict = max(shared, default=(0, ""))
+    return verdict if frames > 0 else "new"

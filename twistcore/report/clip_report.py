@@ -1,0 +1,76 @@
+"""The files of a clip's report: one HTML page, the intervals as CSV, everything as JSON."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+from twistcore.atomic import write_atomically
+from twistcore.encoding import encoded, json_bytes
+from twistcore.errors import TwistError
+from twistcore.export.markers import blender_markers
+from twistcore.file_marks import file_mark
+from twistcore.report.clip_page import clip_page, pictures_of
+from twistcore.report.report_document import SCHEMA, Report, intervals_csv, report_to_json
+
+
+def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -> tuple[Path, ...]:
+    """Write the report into `folder`, made if missing; returns the paths.
+
+    NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender. The JSON lists
+    the SHA-256 of the other three and of what was written with it. Raises TwistError as
+    :func:`check_report`.
+    """
+    name = report.name or report.clip.path.stem
+    check_report(folder, name)
+    folder.mkdir(parents=True, exist_ok=True)
+    document = report_to_json(report)
+    page, table, markers, last = report_files(folder, name)
+    written = {
+        page: encoded(clip_page(document, report, drawn=pictures_of(report) if pictures else None)),
+        table: encoded(intervals_csv(report)),
+        markers: encoded(blender_markers(report.clip.name, report.state.intervals)),
+    }
+    marks = {path.name: hashlib.sha256(data).hexdigest() for path, data in written.items()}
+    written[last] = json_bytes(document | {"files": {**report.files, **marks}})
+    for path, data in written.items():
+        write_atomically(path, data)
+    return tuple(written)
+
+
+def check_report(folder: Path, name: str) -> None:
+    """TwistError where a file of somebody else lies in the place of one of a report."""
+    *others, listing = report_files(folder, name)
+    marks = report_marks(listing)
+    for path in others:
+        if path.is_dir() or (path.is_file() and marks.get(path.name) != file_mark(path)):
+            raise TwistError(
+                f"{path}: expected a place for the report, but what is there this version did not "
+                "write, or it was changed since; move it, or do without the report"
+            )
+    if listing.is_file() and not marks:
+        raise TwistError(
+            f"{listing}: expected a place for the report, but there is another file; move it, or "
+            "do without the report"
+        )
+
+
+def report_files(folder: Path, name: str) -> tuple[Path, ...]:
+    """Where the files of a report are: HTML, CSV, markers, and the JSON that lists them."""
+    endings = ("report.html", "intervals.csv", "markers.py", "report.json")
+    return tuple(folder / f"{name}.{ending}" for ending in endings)
+
+
+def report_marks(listing: Path) -> dict[str, str]:
+    """SHA-256 by name as a report's JSON lists them; empty for no file or anything else.
+
+    Raises TwistError for one that cannot be read.
+    """
+    try:
+        document = json.loads(listing.read_bytes())
+        return dict(document["files"]) if document["schema"] == SCHEMA else {}
+    except (FileNotFoundError, ValueError, KeyError, TypeError, RecursionError):
+        return {}
+    except OSError as error:
+        raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None

@@ -1,0 +1,271 @@
+"""Curves of a chain or limb for a page: paths so small that a page of many stays small.
+
+A path has one point or two for a column of the picture, the lowest and the highest value that the
+column's frames have, so that no jump of a single frame is lost. x counts columns, y goes down from
+0 to HEIGHT; the page stretches both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.analysis import ClipAnalysis
+from twistcore.chain import Chain
+from twistcore.limb import Limb
+from twistcore.refinement import Corrected
+from twistcore.review.model import Decision, Judged
+from twistcore.rotation import Array, wrap
+
+HEIGHT = 100
+MOST_PANELS = 8  # chains drawn of a clip, worst first
+_MOST_COLUMNS = 480
+_MOST_BYTES = 46_000  # of all curves of a clip, about
+_BYTES = 9.0  # of a column of a curve
+_ROWS = 3
+_SAME = np.radians(0.05)  # curves that differ by less are one
+_AROUND = 0.5  # seconds before and behind an interval that is drawn large
+
+
+@dataclass(frozen=True)
+class Line:
+    """One path; look: 'same', 'before', 'after' or 'strength'."""
+
+    look: str
+    path: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """One quantity over time: its symbol, the values at the bottom and the top, degrees.
+
+    tau: where the threshold is, 0 at the top to HEIGHT, None where the quantity has none.
+    """
+
+    symbol: str
+    meaning: str
+    low: float
+    high: float
+    lines: tuple[Line, ...]
+    tau: float | None = None
+
+
+@dataclass(frozen=True)
+class Band:
+    """An interval in a panel: columns from x on, so wide, and its decision."""
+
+    x: float
+    width: float
+    verdict: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The curves of one chain over frames [start, stop)."""
+
+    chain: str
+    label: str
+    start: int
+    stop: int
+    columns: int
+    rows: tuple[Row, ...]
+    bands: tuple[Band, ...]
+    tau_deg: float
+
+
+class ClipCurves:
+    """The curves of a clip under review; tau: radians by the name of a chain or limb."""
+
+    def __init__(
+        self,
+        analysis: ClipAnalysis,
+        method: str,
+        tau: Mapping[str, float],
+        judged: Sequence[Judged],
+    ) -> None:
+        self._analysis, self._method, self._tau = analysis, method, tau
+        self._by_chain: dict[str, list[Judged]] = {}
+        for one in judged:
+            self._by_chain.setdefault(one.interval.chain, []).append(one)
+        # Without any error an angle seldom jumps by half a turn: there its turns are counted.
+        self._expected = Corrected(analysis)
+        sound = [j.interval for j in judged if j.decision != Decision.REJECTED]
+        self._expected.take(i for i in sound if i.repairable)
+
+    def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
+        """Panels of what has intervals, worst first, and how many were left out.
+
+        corrected: has taken what is applied.
+        """
+        every = self._analysis.chains_and_limbs
+        known = [c for c in every if c.name in self._by_chain and c.name in self._tau]
+        known.sort(key=lambda c: -sum(map(weight, self._by_chain[c.name])))
+        worst, frames = known[:MOST_PANELS], self._analysis.motion.frames
+        share = _MOST_BYTES / (_BYTES * _ROWS * max(len(worst), 1))
+        columns = max(1, min(_MOST_COLUMNS, int(share), frames))
+        drawn = []
+        for chain in worst:
+            strength = np.degrees(self._analysis.detector(self._method).strength(chain.name))
+            symbol, what = ("Δφ", "jump of the swivel") if is_limb(chain) else ("m(t)", "strength")
+            limit = float(np.degrees(self._tau[chain.name]))
+            rows = [
+                _two(symbol, meaning, before, after, columns)
+                for symbol, meaning, before, after in self._angles(corrected, chain)
+            ]
+            rows.append(_strength(symbol, what, strength, limit, columns))
+            own = self._by_chain[chain.name]
+            drawn.append(self._panel(chain, (0, frames), columns, rows, own))
+        return tuple(drawn), len(known) - len(worst)
+
+    def near(self, corrected: Corrected, judged: Judged) -> Panel | None:
+        """One interval and what is around it, drawn large; None where its chain is not there."""
+        interval, motion = judged.interval, self._analysis.motion
+        every = self._analysis.chains_and_limbs
+        chain = next((c for c in every if c.name == interval.chain), None)
+        if chain is None or chain.name not in self._tau:
+            return None
+        around = max(3, round(_AROUND * motion.fps))
+        span = max(0, interval.start - around), min(motion.frames, interval.stop + around)
+        columns = max(1, min(_MOST_COLUMNS // 3, span[1] - span[0]))
+        symbol, meaning, *angles = self._angles(corrected, chain)[0]
+        before, after = (angle[slice(*span)] for angle in angles)
+        row = _two(symbol, meaning, before, after, columns)
+        return self._panel(chain, span, columns, [row], [judged])
+
+    def _panel(
+        self,
+        chain: Chain,
+        span: tuple[int, int],
+        columns: int,
+        rows: Sequence[Row],
+        judged: Iterable[Judged],
+    ) -> Panel:
+        scale = columns / (span[1] - span[0])
+        bands = tuple(
+            Band(
+                round((j.interval.start - span[0]) * scale, 1),
+                round(max(j.interval.frames * scale, 1.5), 1),
+                j.verdict,
+                f"frames {j.interval.start}–{j.interval.stop}, "
+                f"{np.degrees(j.interval.shown):+.1f}°, {j.verdict}",
+            )
+            for j in judged
+        )
+        tau = float(np.degrees(self._tau[chain.name]))
+        return Panel(chain.name, chain.label, *span, columns, tuple(rows), bands, tau)
+
+    def _angles(self, corrected: Corrected, chain: Chain) -> list[tuple[str, str, Array, Array]]:
+        """Symbol, meaning, and values before and after, radians, without turns at ±180°."""
+        expected = self._expected
+        if isinstance(chain, Limb):
+            was = self._analysis.flips.limbs[chain.name].swivel.angle
+            now = [c.swivel(chain) for c in (corrected, expected)]
+            return [("φ", "swivel of the limb", *_whole(was, *now))]
+        signals = self._analysis.signals[chain.name]
+        after, sound = (c.angles(chain) for c in (corrected, expected))
+        return [
+            ("θp", "twist of the parent", *_whole(signals.theta_p, after.theta_p, sound.theta_p)),
+            ("θc", "azimuth of the child", *_whole(signals.theta_c, after.theta_c, sound.theta_c)),
+        ]
+
+
+def is_limb(chain: Chain) -> bool:
+    """Whether a chain is a limb as a whole."""
+    return isinstance(chain, Limb)
+
+
+def _whole(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
+    """Angles without turns at ±180°: those of `expected` are counted on, the others lie near it."""
+    way = np.unwrap(expected)
+    return way + wrap(before - expected), way + wrap(after - expected)
+
+
+def weight(judged: Judged) -> float:
+    """How bad an interval is: degrees times frames; a lone jump by its turn."""
+    interval = judged.interval
+    if not interval.repairable:
+        return float(abs(np.degrees(interval.residual)))
+    return float(np.degrees(np.abs(interval.offset)).sum())
+
+
+def _two(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> Row:
+    """A row of one curve where nothing changes, and of two where something does."""
+    every = np.degrees(np.concatenate([before, after]))
+    low, high = _range(float(every.min()), float(every.max()))
+    edges = _edges(len(before), columns)
+    differs = np.logical_or.reduceat(np.abs(after - before) > _SAME, edges)
+    wide = differs.copy()  # one column more on either side: the lines meet
+    wide[1:] |= differs[:-1]
+    wide[:-1] |= differs[1:]
+    plain = _levels(np.degrees(before), low, high)
+    other = _levels(np.degrees(after), low, high)
+    lines = [
+        Line("same", _path(plain, edges, ~differs)),
+        Line("before", _path(plain, edges, wide)),
+        Line("after", _path(other, edges, wide)),
+    ]
+    return Row(symbol, meaning, low, high, tuple(line for line in lines if line.path))
+
+
+def _strength(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> Row:
+    """On a square-root scale: τ is seen beside peaks a hundred times as high."""
+    _, high = _range(0.0, max(float(values.max(initial=0.0)), 1.4 * tau))
+    roots = _levels(np.sqrt(np.abs(values)), 0.0, float(np.sqrt(high)))
+    path = _path(roots, _edges(len(values), columns), np.ones(columns, np.bool_))
+    level = round(HEIGHT * (1.0 - float(np.sqrt(tau / high))), 1)
+    return Row(symbol, meaning, 0.0, high, (Line("strength", path),), level)
+
+
+def _range(low: float, high: float) -> tuple[float, float]:
+    """A range with some air that is never so small that noise fills it, whole degrees."""
+    air = max(0.06 * (high - low), 1.0)
+    return float(np.floor(low - air * (low != 0.0))), float(np.ceil(high + air))
+
+
+def _edges(count: int, columns: int) -> NDArray[np.intp]:
+    """Where the frames of each column begin, (columns,)."""
+    return (np.arange(columns) * count // columns).astype(np.intp)
+
+
+def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
+    """Degrees as y."""
+    levels: NDArray[np.int64] = np.rint(HEIGHT * (high - values) / (high - low)).astype(np.int64)
+    return levels
+
+
+def _path(
+    levels: NDArray[np.int64], edges: NDArray[np.intp], shown: NDArray[np.bool_]
+) -> str:  # fmt: skip
+    """A path through the lowest and highest of every column that is shown; '' for none."""
+    least, most = np.minimum.reduceat(levels, edges), np.maximum.reduceat(levels, edges)
+    first = levels[edges]
+    parts: list[str] = []
+    x = y = flat = 0
+    fresh = True
+    for column in np.flatnonzero(shown).tolist():
+        rising = first[column] - least[column] <= most[column] - first[column]
+        ends = int(least[column]), int(most[column])
+        near_end, far_end = ends if rising else ends[::-1]
+        if fresh or column != x + 1:
+            if flat:
+                parts.append(f"h{flat}")
+            parts.append(f"M{column} {near_end}")
+        elif near_end == y == far_end:
+            flat += 1
+            x = column
+            continue
+        else:
+            if flat:
+                parts.append(f"h{flat}")
+            parts.append(f"l1{near_end - y:+d}" if near_end != y else "h1")
+        flat = 0
+        if far_end != near_end:
+            parts.append(f"v{far_end - near_end}")
+        x, y, fresh = column, far_end, False
+    if flat:
+        parts.append(f"h{flat}")
+    return "".join(parts)

@@ -1,0 +1,175 @@
+"""A batch in numbers: what is found where, in how much of the captures, and how large it is."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from twistcore.batch.manifest import ClipRecord
+from twistcore.detection import Kind
+
+KINDS = tuple(kind.value for kind in Kind)
+BIN = 15  # degrees
+_BINS = 180 // BIN
+
+
+@dataclass(frozen=True)
+class ClipRow:
+    """A line of the table of clips; of one that was not processed only name, state and reason.
+
+    counts: intervals by kind; severity, max_deg, rms_deg: degrees; affected: frames; left:
+    intervals found after the correction, None where nothing was corrected; decided, of: how many
+    of the repairable and lone intervals a person decided, None where nobody reviewed it.
+    """
+
+    name: str
+    state: str
+    reason: str = ""
+    severity: float = 0.0
+    counts: Mapping[str, int] = field(default_factory=dict)
+    frames: int = 0
+    affected: int = 0
+    seconds: float = 0.0
+    max_deg: float = 0.0
+    rms_deg: float = 0.0
+    left: int | None = None
+    applied: int | None = None
+    decided: int | None = None
+    of: int = 0
+    reviewers: Sequence[str] = ()
+    unchecked: str = ""
+    page: str = ""
+
+    @property
+    def found(self) -> int:
+        """Intervals of all kinds."""
+        return sum(self.counts.values())
+
+    @property
+    def share(self) -> float:
+        """Percent of the frames that are affected."""
+        return 100.0 * self.affected / self.frames if self.frames else 0.0
+
+
+@dataclass
+class FolderNumbers:
+    """Sums over all clips, added one at a time.
+
+    joints: intervals by the name of a chain, limb or joint and by kind; sizes: repairable intervals
+    by kind in bins of BIN degrees; how: versions and parameters that clips were processed with.
+    """
+
+    states: Counter[str] = field(default_factory=Counter)
+    kinds: Counter[str] = field(default_factory=Counter)
+    joints: dict[str, Counter[str]] = field(default_factory=dict)
+    sizes: dict[str, list[int]] = field(default_factory=dict)
+    frames: int = 0
+    affected: int = 0
+    seconds: float = 0.0
+    with_finds: int = 0
+    unchecked: int = 0
+    applied: int | None = None
+    left: int | None = None
+    decided: int = 0
+    rejected: int = 0
+    reviewers: Counter[str] = field(default_factory=Counter)
+    how: Counter[str] = field(default_factory=Counter)
+
+    def add(self, record: ClipRecord) -> ClipRow:
+        """Count a clip; its line of the table."""
+        self.states[record.state] += 1
+        result = record.result
+        if record.state != "done" or result is None:
+            return ClipRow(record.name, record.state, record.reason)
+        row = _row(record, result)
+        self.kinds.update(row.counts)
+        self.frames += row.frames
+        self.affected += row.affected
+        self.seconds += row.seconds
+        self.with_finds += row.found > 0
+        self.unchecked += bool(row.unchecked)
+        if row.applied is not None:
+            self.applied = (self.applied or 0) + row.applied
+        if row.left is not None:
+            self.left = (self.left or 0) + row.left
+        self.decided += row.decided or 0
+        self.rejected += int(record.decisions.get("rejected", 0))
+        self.reviewers.update(row.reviewers)
+        self._add_intervals(result["intervals"])
+        told = [f"twistcore {record.version}", f"detector {result['method']}"]
+        told += [_told(k, v) for k, v in given(record.parameters).items() if k != "method"]
+        self.how[", ".join(told)] += 1
+        return row
+
+    def _add_intervals(self, intervals: Iterable[Mapping[str, Any]]) -> None:
+        for entry in intervals:
+            name, kind = _where(entry), entry["kind"]
+            self.joints.setdefault(name, Counter())[kind] += 1
+            if kind != Kind.LONE_JUMP:
+                at = min(int(abs(entry["delta_deg"]) // BIN), _BINS - 1)
+                self.sizes.setdefault(kind, [0] * _BINS)[at] += 1
+
+    @property
+    def clips(self) -> int:
+        """How many there are, processed or not."""
+        return self.states.total()
+
+    @property
+    def intervals(self) -> int:
+        """How many there are, of all kinds."""
+        return self.kinds.total()
+
+    @property
+    def share(self) -> float:
+        """Percent of the frames that are affected."""
+        return 100.0 * self.affected / self.frames if self.frames else 0.0
+
+    def an_hour(self, kind: str) -> float:
+        """Intervals of a kind an hour of capture."""
+        return 3600.0 * self.kinds[kind] / self.seconds if self.seconds else 0.0
+
+
+def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters that somebody gave: those that are empty are left out."""
+    return {k: v for k, v in parameters.items() if v not in (None, [], "", False)}
+
+
+def in_order(rows: Iterable[ClipRow]) -> list[ClipRow]:
+    """What was not processed first, then worst first."""
+    return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
+
+
+def _row(record: ClipRecord, result: Mapping[str, Any]) -> ClipRow:
+    decisions, left = record.decisions, result["left"]
+    decided = decisions.get("accepted", 0) + decisions.get("rejected", 0)
+    return ClipRow(
+        record.name,
+        record.state,
+        severity=result["severity"],
+        counts={kind: result["counts"].get(kind, 0) for kind in KINDS},
+        frames=result["frames"],
+        affected=result["affected_frames"],
+        seconds=result["seconds"],
+        max_deg=result["degrees"]["max"],
+        rms_deg=result["degrees"]["rms"],
+        left=None if left is None else len(left),
+        applied=result["applied"],
+        decided=decided if decisions else None,
+        of=decided + decisions.get("undecided", 0),
+        reviewers=tuple(decisions.get("reviewers", ())),
+        unchecked=result["unchecked"],
+    )
+
+
+def _told(name: str, value: Any) -> str:
+    words = name.replace("_", " ")
+    if value is True:
+        return words
+    return f"{words} {', '.join(map(str, value)) if isinstance(value, list) else value}"
+
+
+def _where(entry: Mapping[str, Any]) -> str:
+    """The joint that jumps, the limb, or the chain of an entry of `detect --json`."""
+    return str(entry.get("joint") or entry.get("limb") or entry["chain"])

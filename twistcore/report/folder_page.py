@@ -1,0 +1,81 @@
+"""The page of a batch folder, and that of a clip of which only the manifest tells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from twistcore.batch.gates import Broken
+from twistcore.batch.manifest import ClipRecord
+from twistcore.report.clip_page import Home
+from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, given
+from twistcore.report.page_templates import GENERATOR, rendered
+from twistcore.version import __version__
+
+__all__ = ["GENERATOR", "folder_page", "known_page"]
+
+MOST_ROWS = 5000  # of the table: a browser sorts as many at once
+_MOST_JOINTS = 60
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One bin of the histogram: degrees from, how many by kind, and in all."""
+
+    start: int
+    counts: tuple[int, ...]
+
+    @property
+    def total(self) -> int:
+        """Of all kinds."""
+        return sum(self.counts)
+
+
+def folder_page(
+    title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
+) -> str:
+    """The page; rows: in the order of the table without scripts, what was not processed first."""
+    done = [row for row in rows if row.state == "done"]
+    joints = sorted(numbers.joints.items(), key=lambda j: (-j[1].total(), j[0]))
+    return rendered(
+        "folder.html",
+        title=title,
+        numbers=numbers,
+        kinds=KINDS,
+        rows=done[:MOST_ROWS],
+        rows_left_out=max(0, len(done) - MOST_ROWS),
+        troubled=[row for row in rows if row.state != "done"][:MOST_ROWS],
+        worst=max((row.severity for row in done), default=0.0),
+        joints=joints[:_MOST_JOINTS],
+        joints_left_out=max(0, len(joints) - _MOST_JOINTS),
+        bars=_bars(numbers),
+        broken=[str(one) for one in broken],
+        breakers={one.clip for one in broken},
+        reviewed=any(row.decided is not None for row in done),
+        program=f"twistcore {__version__}",
+        written_at=datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+
+
+def known_page(record: ClipRecord, why: str, home: Home) -> str:
+    """A clip's page without its curves and pictures; why: there are none."""
+    numbers = FolderNumbers()
+    return rendered(
+        "known.html",
+        record=record,
+        row=numbers.add(record),
+        result=record.result or {},
+        why=why,
+        home=home,
+        parameters=given(record.parameters),
+    )
+
+
+def _bars(numbers: FolderNumbers) -> list[Bar]:
+    """The histogram, empty where there is nothing to count."""
+    if not numbers.sizes:
+        return []
+    count = len(next(iter(numbers.sizes.values())))
+    by_kind = [numbers.sizes.get(kind, [0] * count) for kind in KINDS]
+    return [Bar(k * BIN, tuple(sizes[k] for sizes in by_kind)) for k in range(count)]

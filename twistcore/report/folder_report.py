@@ -1,0 +1,175 @@
+"""The report of a batch folder: a page of all clips, and a page of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib import import_module
+from pathlib import Path, PurePosixPath
+from typing import TypeVar
+
+from twistcore.atomic import write_atomically
+from twistcore.batch.gates import Broken
+from twistcore.batch.manifest import ClipRecord
+from twistcore.encoding import encoded
+from twistcore.errors import TwistError
+from twistcore.processes import each, reason
+from twistcore.progress import Counter, uncounted
+from twistcore.report.clip_page import Home, clip_page, figure_of_worst
+from twistcore.report.folder_numbers import FolderNumbers, in_order
+from twistcore.report.folder_page import GENERATOR, folder_page, known_page
+from twistcore.report.picture_job import Drawn, Figure, draw
+from twistcore.report.recorded_clip import report_of
+from twistcore.report.report_document import Report, report_to_json
+
+Made = TypeVar("Made")
+
+INDEX = "index.html"
+_TOGETHER = 12  # clips that one process draws: to start it takes longer than to draw one
+_HEAD = 2048  # bytes in which a page says who wrote it
+
+
+@dataclass(frozen=True)
+class FolderReport:
+    """What was written: the page of all, pages of clips, and why some have not all they might."""
+
+    index: Path
+    pages: int
+    problems: tuple[str, ...]
+
+
+def write_folder_report(
+    folder: Path,
+    target: Path,
+    *,
+    workers: int = 1,
+    pictures: bool = True,
+    most_pages: int | None = None,
+    broken: Sequence[Broken] = (),
+    records: Sequence[ClipRecord] | None = None,
+    counter: Counter = uncounted,
+) -> FolderReport:
+    """Write index.html and clips/NAME.html into `target`, made if missing.
+
+    folder: of the batch; most_pages: pages of so many clips only, the worst; broken: rules that do
+    not hold; records: instead of those in the folder's manifest; counter: of pages written. A clip
+    that cannot be read again has a page of what the manifest knows. Raises TwistError where there
+    is no manifest or another file stands in the place of a page, OSError where nothing can be
+    written.
+    """
+    if records is None:
+        with import_module("twistcore.batch.manifest").Manifest.open(folder) as manifest:
+            records = manifest.records()
+    numbers, by_name = FolderNumbers(), {record.name: record for record in records}
+    rows = in_order([numbers.add(record) for record in records])
+    with_page = [row.name for row in rows if row.state == "done"][:most_pages]
+    pages = {name: page_of(name) for name in with_page}
+    for path in (INDEX, *pages.values()):
+        _check_ours(target / path)
+    home = f"{numbers.clips} clip{'' if numbers.clips == 1 else 's'}"
+    chunks = [with_page[k : k + _TOGETHER] for k in range(0, len(with_page), _TOGETHER)]
+    tasks = [tuple(by_name[name] for name in chunk) for chunk in chunks]
+    work = partial(_write_pages, folder=folder, target=target, home=home, pictures=pictures)
+    problems: list[str] = []
+    with counter(len(with_page)) as tell:
+        for task, ended in each(work, tasks, workers):
+            if isinstance(ended, Exception):
+                if isinstance(ended, OSError):  # a full disk: the next page would not fit, either
+                    raise ended
+                why = [reason(record.name, ended) for record in task]
+                ended = [_write_known(r, target, home, w) for r, w in zip(task, why, strict=True)]
+            problems += [problem for problem in ended if problem]
+            for record in task:
+                tell(record.name)
+    rows = [replace(row, page=pages.get(row.name, "")) for row in rows]
+    index = target / INDEX
+    _write(index, folder_page(folder.resolve().name, rows, numbers, broken))
+    return FolderReport(index, len(pages), tuple(problems))
+
+
+def page_of(name: str) -> str:
+    """Where the page of a clip stands below the report, with '/'."""
+    parts = [part for part in PurePosixPath(name).parts if part not in ("/", "..", ".")]
+    return "/".join(["clips", *parts]) + ".html"
+
+
+# -- pages of clips, many by one process -----------------------------------------------------------
+
+
+def _write_pages(
+    records: Sequence[ClipRecord], *, folder: Path, target: Path, home: str, pictures: bool
+) -> list[str]:
+    """Write the pages of some clips; of each why it has not all it might, or ''."""
+    reports = [_read_again(record, folder) for record in records]
+    figures: list[Figure | None] = [
+        figure_of_worst(report) if isinstance(report, Report) and pictures else None
+        for report in reports
+    ]
+    drawn = _drawn(figures)
+    problems = []
+    for record, report, pair in zip(records, reports, drawn, strict=True):
+        if isinstance(report, Report):
+            made = _tried(partial(_page, record, report, pair if pictures else None, home))
+            if not isinstance(made, Exception):
+                _write(target / page_of(record.name), made)
+                problems.append(
+                    f"{record.name}: no pictures: {pair.problem}" if pair.problem else ""
+                )
+                continue
+            report = made
+        problems.append(_write_known(record, target, home, reason(record.name, report)))
+    return problems
+
+
+def _read_again(record: ClipRecord, folder: Path) -> Report | Exception:
+    return _tried(partial(report_of, record, folder))
+
+
+def _tried(make: Callable[[], Made]) -> Made | Exception:
+    try:
+        return make()
+    except Exception as error:  # a clip that cannot be told of must not stop the others
+        return error
+
+
+def _drawn(figures: Sequence[Figure | None]) -> list[Drawn]:
+    """Pictures of the figures there are, none where there is none."""
+    pictured = iter(draw([figure for figure in figures if figure is not None]))
+    return [Drawn() if figure is None else next(pictured) for figure in figures]
+
+
+def _page(record: ClipRecord, report: Report, drawn: Drawn | None, home: str) -> str:
+    document = {**report_to_json(report), "clip": record.name}
+    return clip_page(document, report, drawn, _home(record, home))
+
+
+def _write_known(record: ClipRecord, target: Path, home: str, why: str) -> str:
+    """A page of what the manifest knows; why there is no more."""
+    _write(target / page_of(record.name), known_page(record, why, _home(record, home)))
+    return why
+
+
+def _home(record: ClipRecord, title: str) -> Home:
+    return Home(title, "../" * page_of(record.name).count("/") + INDEX)
+
+
+def _write(path: Path, page: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, encoded(page))
+
+
+def _check_ours(path: Path) -> None:
+    """TwistError where a file of somebody else stands in the place of a page."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except OSError as error:
+        raise TwistError(f"{path}: expected a place for the report ({error.strerror})") from None
+    if GENERATOR.encode() not in head:
+        raise TwistError(
+            f"{path}: expected a place for the report, but there is another file; move it, or "
+            "choose another folder"
+        )

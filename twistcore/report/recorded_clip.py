@@ -1,0 +1,93 @@
+"""A clip of a batch folder read again: its report, from what the manifest knows of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from twistcore.analysis import ALL_KINDS, ClipAnalysis, analyse
+from twistcore.batch.manifest import ClipRecord
+from twistcore.clip import Clip
+from twistcore.detection import Kind
+from twistcore.errors import TwistError
+from twistcore.export.replay import accepted_motion, chains_of
+from twistcore.formats import read_clip
+from twistcore.report.folder_numbers import given
+from twistcore.report.report_document import Report
+from twistcore.review import Review, read_session
+from twistcore.rig import AS_FOUND, rig_from_json
+
+
+def report_of(record: ClipRecord, folder: Path) -> Report:
+    """The report of a clip that was processed; folder: of the batch.
+
+    Decisions are those of its session where a person has made some, else what the run did. Raises
+    TwistError, or OSError, where the clip is gone, or is another one by now.
+    """
+    if record.result is None:
+        raise TwistError(f"{record.source}: expected a result of it")
+    if "://" in record.source:
+        raise TwistError(f"{record.source}: is not on this machine")
+    clip = read_clip(record.source, fps=record.parameters.get("fps"))
+    if clip.sha256 != record.sha256:
+        raise TwistError(f"{record.source}: was changed since it was processed")
+    if session := record.decisions.get("session"):
+        return _reviewed(record, clip, Path(session))
+    return _unreviewed(record, clip, folder)
+
+
+def _reviewed(record: ClipRecord, clip: Clip, path: Path) -> Report:
+    session = read_session(path)
+    chains = chains_of(session, clip)
+    refined = accepted_motion(clip, chains, session.state)
+    told = {**_parameters(record), "session": path.name}
+    return Report(clip, chains, session.state, refined, record.name, parameters=told)
+
+
+def _unreviewed(record: ClipRecord, clip: Clip, folder: Path) -> Report:
+    result, parameters = record.result, record.parameters
+    assert result is not None
+    analysis = _analysed(clip, parameters)
+    kinds = [Kind(kind) for kind in parameters.get("kinds") or ()] or ALL_KINDS
+    tau = {k: v for k, v in result["tau_deg"].items() if k in _names(analysis)}
+    found = analysis.detect(result["method"], kinds=kinds, tau_degrees=tau)
+    chains, review = found.chains_and_limbs, Review.of(found)
+    if result["applied"] is not None:
+        least, also = parameters.get("min_confidence"), parameters.get("include_open", False)
+        review.accept(least, include_open=bool(also))
+    refined = accepted_motion(clip, chains, review.state)
+    report = Report(
+        clip,
+        chains,
+        review.state,
+        refined,
+        record.name,
+        analysis=analysis,
+        parameters=_parameters(record),
+        left=result["left"],
+    )
+    if not record.corrected:
+        return report
+    return replace(report, written=folder / record.corrected)
+
+
+def _analysed(clip: Clip, parameters: Mapping[str, Any]) -> ClipAnalysis:
+    rig = parameters.get("rig")
+    chains = list(parameters.get("chains") or ()) or None
+    return analyse(clip, chains, AS_FOUND if rig is None else rig_from_json(rig))
+
+
+def _names(analysis: ClipAnalysis) -> set[str]:
+    return {chain.name for chain in analysis.chains_and_limbs}
+
+
+def _parameters(record: ClipRecord) -> dict[str, Any]:
+    """Those that say something: what nobody gave is left out, and so is what the page has."""
+    told = {k: v for k, v in given(record.parameters).items() if k != "method"}
+    return {
+        **told,
+        "processed by": f"twistcore {record.version}",
+        "processed at": record.finished_at,
+    }
