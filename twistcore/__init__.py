@@ -4,23 +4,27 @@ The order of the data:
 read_clip → find_chains, find_limbs → analyse, detect → Review → refine → write_clip.
 """
 
-from twistcore.analysis import ClipAnalysis, Detection, analyse, detect
-from twistcore.batch import ClipSurvey, survey_folder
-from twistcore.bvh import read_bvh, write_motion
-from twistcore.chain import Chain, find_chains
-from twistcore.clip import Clip, write_clip
-from twistcore.detection import Interval, Kind
-from twistcore.errors import TwistError
-from twistcore.formats import read_clip
-from twistcore.limb import Limb, find_limbs
-from twistcore.motion import Motion, Skeleton
-from twistcore.refinement import refine
-from twistcore.review import Decision, Review, read_session, write_session
-from twistcore.rig import OwnChain, Rig
-from twistcore.signals import TwistSignals, twist_signals
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 from twistcore.version import __version__
 
-write_bvh = write_clip  # its name before there were other formats
+if TYPE_CHECKING:
+    from twistcore.analysis import ClipAnalysis, Detection, analyse, detect
+    from twistcore.batch import ClipSurvey, survey_folder
+    from twistcore.bvh import read_bvh, write_motion
+    from twistcore.chain import Chain, find_chains
+    from twistcore.clip import Clip, write_clip
+    from twistcore.clip import write_clip as write_bvh  # its name before there were other formats
+    from twistcore.detection import Interval, Kind
+    from twistcore.errors import TwistError
+    from twistcore.formats import read_clip
+    from twistcore.limb import Limb, find_limbs
+    from twistcore.motion import Motion, Skeleton
+    from twistcore.refinement import refine
+    from twistcore.review import Decision, Review, read_session, write_session
+    from twistcore.rig import OwnChain, Rig
+    from twistcore.signals import TwistSignals, twist_signals
 
 __all__ = [
     "Chain",
@@ -55,3 +59,36 @@ __all__ = [
     "write_motion",
     "write_session",
 ]
+
+if not TYPE_CHECKING:
+    # Loaded when first asked for: numpy and scipy take half a second, and what only keeps count
+    # of clips, as the parent of many processes does, needs neither.
+    _HOMES = {
+        "analysis": "ClipAnalysis Detection analyse detect",
+        "batch": "ClipSurvey survey_folder",
+        "bvh": "read_bvh write_motion",
+        "chain": "Chain find_chains",
+        "clip": "Clip write_clip",
+        "detection": "Interval Kind",
+        "errors": "TwistError",
+        "formats": "read_clip",
+        "limb": "Limb find_limbs",
+        "motion": "Motion Skeleton",
+        "refinement": "refine",
+        "review": "Decision Review read_session write_session",
+        "rig": "OwnChain Rig",
+        "signals": "TwistSignals twist_signals",
+    }
+
+    def __getattr__(name: str) -> object:
+        if name == "write_bvh":  # its name before there were other formats
+            name = "write_clip"
+        for module, names in _HOMES.items():
+            if name in names.split():
+                return getattr(import_module(f"{__name__}.{module}"), name)
+        if name in _HOMES:
+            return import_module(f"{__name__}.{name}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

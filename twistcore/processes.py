@@ -1,17 +1,23 @@
-"""One function over many files in many processes, where a bad file stops no other."""
+"""One function over many files in many processes, where a bad file stops no other.
+
+Each process is its own, with a pipe for orders and answers: whoever dies, hangs or takes too much
+memory is known by name, and costs its own file alone.
+"""
 
 from __future__ import annotations
 
-import multiprocessing
+import contextlib
 import os
+import pickle
+import queue
 import signal
+import struct
+import subprocess
+import sys
 import threading
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from typing import TypeVar
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import IO, Any, Generic, TypeVar
 
 from twistcore.errors import TwistError
 
@@ -19,31 +25,114 @@ Name = TypeVar("Name")
 Result = TypeVar("Result")
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+_SERVE = "from twistcore.processes import serve; serve()"
+_GRACE_S = 5.0  # a process whose parent is gone ends itself so long behind its time
+_LENGTH = struct.Struct("<Q")
+
+
+class ProcessEndedError(Exception):
+    """A process ended before it gave its answer: killed, or crashed."""
+
+
+class ProcessTimeError(Exception):
+    """A process took longer than it may, and was ended; args: the seconds."""
+
+
+class Apart:
+    """A process that carries out one call after the other, and is started anew when it has died.
+
+    It has one BLAS thread, as the cores are busy with files, and no ear for Ctrl+C, which reaches
+    every process of a terminal while the parent alone decides. It ends with the parent.
+    """
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._guard = threading.Lock()
+        self._closed = False
+
+    def call(self, work: Callable[[Name], Result], name: Name, seconds: float | None) -> Result:
+        """What `work` makes of a name, both pickled; raises what it raises.
+
+        seconds: after which the process is ended, None for never. Raises ProcessEndedError and
+        ProcessTimeError.
+        """
+        order = _packed((work, name, seconds))
+        process = self._running()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        late = threading.Event()
+
+        def end() -> None:
+            late.set()
+            process.kill()
+
+        timer = None if seconds is None else threading.Timer(seconds, end)
+        if timer is not None:
+            timer.daemon = True
+            timer.start()
+        try:
+            process.stdin.write(order)
+            process.stdin.flush()
+            answer, fine = pickle.loads(_received(process.stdout))
+        except (OSError, EOFError, pickle.UnpicklingError):
+            self._bury()
+            if late.is_set():
+                raise ProcessTimeError(seconds) from None
+            raise ProcessEndedError from None
+        finally:
+            if timer is not None:
+                timer.cancel()
+        if late.is_set():  # it answered as it was ended
+            self._bury()
+        if not fine:
+            raise answer
+        result: Result = answer
+        return result
+
+    def close(self) -> None:
+        """End the process at once, whatever it is doing. Safe to call in any thread."""
+        with self._guard:
+            self._closed = True
+            process, self._process = self._process, None
+        _end(process)
+
+    def _running(self) -> subprocess.Popen[bytes]:
+        with self._guard:
+            if self._closed:
+                raise ProcessEndedError
+            if self._process is None or self._process.poll() is not None:
+                self._process = _started()
+            return self._process
+
+    def _bury(self) -> None:
+        with self._guard:
+            process, self._process = self._process, None
+        _end(process)
 
 
 def each(
-    work: Callable[[Name], Result], names: Sequence[Name], workers: int
+    work: Callable[[Name], Result],
+    names: Iterable[Name],
+    workers: int,
+    *,
+    apart: bool = False,
+    seconds: Callable[[Name], float] | None = None,
 ) -> Iterator[tuple[Name, Result | Exception]]:
     """What `work` makes of every name, as it comes, or the exception that it ended with.
 
-    In this process where one worker is enough, else in spawned ones: `work` and all that it takes
-    and gives are pickled. Whoever was under way when a process died is tried again alone, so that
-    only the one that kills its process comes back with a BrokenProcessPool.
+    In this process where one worker is enough, unless `apart`; else in others: `work` and all that
+    it takes and gives are pickled. seconds: how long a name may take, apart. A name whose process
+    died is tried once more, in another: it may have been ended for what a neighbour did. Names are
+    taken as they are needed, no more than twice as many as there are workers ahead of the reader.
+    The processes are gone when this ends, at once where it ends early.
     """
-    workers = min(workers, len(names))
-    if workers <= 1:
+    if isinstance(names, Sequence):
+        workers = min(workers, len(names))
+    if workers <= 1 and not apart:
         for name in names:
             yield name, _tried(work, name)
         return
-    todo, doubtful = deque(names), deque[Name]()
-    while todo or doubtful:
-        alone = bool(doubtful)
-        queue = deque([doubtful.popleft()]) if alone else todo
-        for name, result in _pooled(work, 1 if alone else workers, queue):
-            if isinstance(result, BrokenProcessPool) and not alone:
-                doubtful.append(name)
-            else:
-                yield name, result
+    yield from _Crew(work, iter(names), seconds).results(max(workers, 1))
 
 
 def reason(name: object, error: Exception) -> str:
@@ -54,9 +143,77 @@ def reason(name: object, error: Exception) -> str:
         return f"{name}: cannot be read ({error.strerror})"
     if isinstance(error, MemoryError):
         return f"{name}: there is not enough memory for it"
-    if isinstance(error, BrokenProcessPool):
+    if isinstance(error, ProcessTimeError):
+        return f"{name}: took longer than {error.args[0]:.0f} s and was stopped"
+    if isinstance(error, ProcessEndedError):
         return f"{name}: its process was ended by the system, perhaps for want of memory"
     return " ".join(f"{name}: {type(error).__name__}: {error}".splitlines())
+
+
+class _Crew(Generic[Name, Result]):
+    """Threads that drive a process each, and put what comes into one queue."""
+
+    def __init__(
+        self,
+        work: Callable[[Name], Result],
+        names: Iterator[Name],
+        seconds: Callable[[Name], float] | None,
+    ) -> None:
+        self.work, self.names, self.seconds = work, names, seconds
+        self.taking = threading.Lock()  # an iterator is no more than one thread's at a time
+        self.stopped = threading.Event()
+        self.outbox: queue.Queue[tuple[Name, Result | Exception] | BaseException | None]
+
+    def results(self, workers: int) -> Iterator[tuple[Name, Result | Exception]]:
+        self.outbox = queue.Queue(workers)  # who reads slowly holds the processes up
+        crew = [Apart() for _ in range(workers)]
+        threads = [threading.Thread(target=self._drive, args=(a,), daemon=True) for a in crew]
+        for thread in threads:
+            thread.start()
+        left = workers
+        try:
+            while left:
+                found = self.outbox.get()
+                if found is None:
+                    left -= 1
+                elif isinstance(found, BaseException):
+                    raise found
+                else:
+                    yield found
+        finally:  # do not wait for files that nobody will see
+            self.stopped.set()
+            for apart in crew:
+                apart.close()
+            for thread in threads:
+                while thread.is_alive():
+                    with contextlib.suppress(queue.Empty):
+                        self.outbox.get_nowait()
+                    thread.join(0.01)
+
+    def _drive(self, apart: Apart) -> None:
+        try:
+            while not self.stopped.is_set():
+                with self.taking:
+                    try:
+                        name = next(self.names)
+                    except StopIteration:
+                        break
+                self.outbox.put((name, self._asked(apart, name)))
+        except BaseException as error:  # whoever gives the names failed: the reader is told
+            self.outbox.put(error)
+        self.outbox.put(None)
+
+    def _asked(self, apart: Apart, name: Name) -> Result | Exception:
+        limit = self.seconds(name) if self.seconds else None
+        for again in (True, False):
+            try:
+                return apart.call(self.work, name, limit)
+            except ProcessEndedError as error:
+                if not again or self.stopped.is_set():
+                    return error
+            except Exception as error:  # a defect of ours must not stop the other files, either
+                return error
+        raise AssertionError
 
 
 def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
@@ -66,59 +223,91 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
         return error
 
 
-def _pooled(
-    work: Callable[[Name], Result], workers: int, queue: deque[Name]
-) -> Iterator[tuple[Name, Result | Exception]]:
-    """What processes make of names from the queue, until it is empty or a process has died.
+def _started() -> subprocess.Popen[bytes]:
+    """A process that serves; spawned, not forked: a fork of a program with threads may hang."""
+    path = os.pathsep.join(dict.fromkeys(str(Path(entry).absolute()) for entry in sys.path))
+    own: dict[str, Any] = {"process_group": 0}
+    if sys.platform == "win32":
+        own = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+    return subprocess.Popen(
+        [sys.executable, "-c", _SERVE],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env={**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": path},
+        **own,
+    )
 
-    No more are handed out than there are workers: who is handed out may have killed a process.
-    The processes are gone when this ends, at once where it ends early.
-    """
-    others = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
-    jobs: dict[Future[Result], Name] = {}
-    broken = False
+
+def _end(process: subprocess.Popen[bytes] | None) -> None:
+    if process is None:
+        return
+    process.kill()
+    process.wait()
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            with contextlib.suppress(OSError):  # what was not sent is of no use any more
+                pipe.close()
+
+
+# -- in the other process --------------------------------------------------------------------------
+
+
+def serve() -> None:
+    """Carry out what comes in on standard input, until that ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    orders = sys.stdin.buffer
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what anything prints must not stand among the answers
+    while True:
+        try:
+            order = _received(orders)
+        except (EOFError, OSError):
+            return
+        try:
+            packed = _packed((_carried_out(order), True))
+        except Exception as error:
+            packed = _packed_error(error)
+        try:
+            answers.write(packed)
+            answers.flush()
+        except OSError:  # nobody waits any more
+            return
+
+
+def _carried_out(order: bytes) -> object:
+    work, name, seconds = pickle.loads(order)
+    alarm = getattr(signal, "setitimer", None)
+    if alarm is None or seconds is None:
+        return work(name)
+    # The parent looks after the time; this ends a process whose parent was killed.
+    alarm(signal.ITIMER_REAL, seconds + _GRACE_S)
     try:
-        while jobs or (queue and not broken):
-            with _starting_workers():  # they start as jobs come in
-                while queue and not broken and len(jobs) < workers:
-                    try:
-                        jobs[pool.submit(work, queue[0])] = queue[0]
-                        queue.popleft()
-                    except BrokenProcessPool:  # a process has died since
-                        broken = True
-            for job in wait(jobs, return_when=FIRST_COMPLETED).done:
-                name, error = jobs.pop(job), job.exception()
-                broken |= isinstance(error, BrokenProcessPool)
-                if error is not None and not isinstance(error, Exception):
-                    raise error
-                yield name, job.result() if error is None else error
-    except BaseException:  # do not wait for files that nobody will see
-        for process in set(multiprocessing.active_children()) - others:
-            process.terminate()
-        raise
+        return work(name)
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        alarm(signal.ITIMER_REAL, 0.0)
 
 
-@contextmanager
-def _starting_workers() -> Iterator[None]:
-    """What processes started inside inherit: one BLAS thread each, and no ear for Ctrl+C.
-
-    The cores are busy with files; and Ctrl+C reaches every process of a terminal, while the parent
-    alone decides.
-    """
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    main = threading.current_thread() is threading.main_thread()
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
+def _packed_error(error: Exception) -> bytes:
     try:
-        yield
-    finally:
-        if main:
-            signal.signal(signal.SIGINT, handler)
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        packed = _packed((error, False))
+        pickle.loads(packed[_LENGTH.size :])
+    except Exception:  # an exception that does not come out of a pickle is told in words
+        packed = _packed((RuntimeError(f"{type(error).__name__}: {error}"), False))
+    return packed
+
+
+def _packed(thing: object) -> bytes:
+    data = pickle.dumps(thing, protocol=pickle.HIGHEST_PROTOCOL)
+    return _LENGTH.pack(len(data)) + data
+
+
+def _received(pipe: IO[bytes]) -> bytes:
+    """The next message; EOFError where the other side has gone."""
+    head = pipe.read(_LENGTH.size)
+    if len(head) < _LENGTH.size:
+        raise EOFError
+    (length,) = _LENGTH.unpack(head)
+    data = pipe.read(length)
+    if len(data) < length:
+        raise EOFError
+    return data

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import sys
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 from inspector.session.rig_profiles import kept_rig
 from twistcore.batch import survey
 from twistcore.errors import TwistError
-
-_SPARE = 1_500_000_000  # bytes for Python and its libraries
-_OF_FILE = 12  # times the file's size for reading and analysing it
+from twistcore.worker_memory import limit_memory
 
 
 def work(pipe: Connection) -> None:
@@ -33,19 +31,5 @@ def work(pipe: Connection) -> None:
 
 
 def _limit_memory(path: Path) -> None:
-    if sys.platform != "linux":
-        return
-    import resource
-
-    try:
-        limit = _SPARE + _OF_FILE * path.stat().st_size + _virtual_memory()
-    except OSError:
-        return
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    if hard == resource.RLIM_INFINITY or limit < hard:
-        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
-
-
-def _virtual_memory() -> int:
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-    return pages * 4096
+    with suppress(OSError):  # whoever reads it says what is wrong
+        limit_memory(path.stat().st_size)

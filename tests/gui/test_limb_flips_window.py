@@ -19,7 +19,7 @@ from tests.gui.windows import act, export, open_clip, press
 from twistcore import analysis as core
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
-from twistcore.cli.parser import main
+from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.limb import places
 from twistcore.refinement import refine

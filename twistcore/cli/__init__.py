@@ -1,5 +1,5 @@
-"""The `twistcore` command: words in the parser, one module a family of commands."""
+"""The `twistcore` command: words in the parsers, one module a family of commands."""
 
-from twistcore.cli.parser import main
+from twistcore.cli.command_line import main
 
 __all__ = ["main"]

@@ -5,10 +5,19 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
 
-from twistcore.analysis import ALL_KINDS
 from twistcore.atomic import STANDARD_OUTPUT
-from twistcore.detection import Kind
+
+if TYPE_CHECKING:
+    from twistcore.detection import Kind
+
+
+class Parser(argparse.ArgumentParser):
+    """One line where the words are wrong, without the usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
 
 
 def target(text: str) -> Path:
@@ -30,6 +39,9 @@ def tau(text: str) -> float | None:
 
 def kinds(text: str) -> frozenset[Kind]:
     """Kinds of errors, comma separated, with '-' or ' ' inside, or 'all'."""
+    from twistcore.analysis import ALL_KINDS  # numpy, which not every command needs
+    from twistcore.detection import Kind
+
     known = {kind.value.replace(" ", "-"): frozenset({kind}) for kind in Kind} | {"all": ALL_KINDS}
     found: frozenset[Kind] = frozenset()
     for word in text.split(","):

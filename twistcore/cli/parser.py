@@ -1,20 +1,16 @@
-"""The `twistcore` command: words and exit codes are a contract (0 done, 1 partly, 2 refused)."""
+"""The words of the `twistcore` command, which are a contract."""
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import os
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
 
 from twistcore.analysis import ALL_KINDS
-from twistcore.atomic import is_standard_output
 from twistcore.cli import correct_commands, detect_commands, study_commands, tune_command
 from twistcore.cli.argument_types import (
+    Parser,
     count,
     folder,
     kinds,
@@ -25,58 +21,20 @@ from twistcore.cli.argument_types import (
     target,
     tau,
 )
+from twistcore.cli.batch_arguments import BATCH, add_batch
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
-from twistcore.errors import TwistError
 from twistcore.refinement import SURE_ENOUGH
 from twistcore.synthesis import PROTOCOLS
 from twistcore.version import __version__
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns its exit code. No traceback reaches a person."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without θ or → is no reason to fail
-    arguments = _parser().parse_args(argv)
-    try:
-        code = _run(arguments)
-        sys.stdout.flush()  # a reader that has gone is noticed here, not at the interpreter's end
-    except TwistError as error:
-        print(" ".join(str(error).splitlines()), file=sys.stderr)
-        return 2
-    except BrokenPipeError:  # the reader of a pipe has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except OSError as error:
-        print(f"{error.filename or 'file'}: {error.strerror}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("stopped", file=sys.stderr)
-        return 130
-    return code
-
-
-def _run(arguments: argparse.Namespace) -> int:
-    """The command; where an output is standard output, what is said goes to standard error."""
-    if not any(is_standard_output(v) for v in vars(arguments).values() if isinstance(v, Path)):
-        return int(arguments.run(arguments))
-    if getattr(arguments, "json", None) is True:
-        raise TwistError("--json: expected nothing else on standard output")
-    with contextlib.redirect_stdout(sys.stderr):
-        return int(arguments.run(arguments))
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+def make_parser() -> argparse.ArgumentParser:
+    """All commands."""
+    parser = Parser(
         prog="twistcore", description="Find and remove axial twist errors in BVH motion."
     )
     parser.add_argument("--version", action="version", version=f"twistcore {__version__}")
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
 
     info = subparsers.add_parser("info", help="what is in a clip")
     _clip(info)
@@ -192,6 +150,9 @@ def _parser() -> argparse.ArgumentParser:
     benchmark.add_argument("--csv", type=target, metavar="FILE")
     benchmark.set_defaults(run=_benchmark)
 
+    batch = subparsers.add_parser(BATCH, help="many clips into a folder of results")
+    add_batch(batch)
+
     _quamo(subparsers.add_parser("quamo", help="tracking of jittery motion, after review"))
 
     diff = subparsers.add_parser("diff", help="what differs between two clips")
@@ -203,7 +164,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _quamo(parser: argparse.ArgumentParser) -> None:
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
 
     refine = subparsers.add_parser("refine", help="track or smooth a clip and write it")
     _clip(refine)

@@ -57,6 +57,16 @@ def quality_before_and_after(
     return quality(given), quality(found, given)
 
 
+def figure_quality(motion: Motion) -> Quality | None:
+    """Of a motion by itself, at 25 Hz in mm; None where the 24 joints are not there."""
+    try:
+        topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)
+    except TwistError:
+        return None
+    times = sample_times(motion.frames, motion.frame_time)
+    return quality(_places_mm(motion, topology.joints, times, scale))
+
+
 def in_contact(places: Array) -> NDArray[np.bool_]:
     """Feet on the ground, (frames, 2): ankle and toe below a low height of their own + 3 cm.
 
@@ -91,8 +101,9 @@ def mean_distance(a: Array, b: Array) -> float:
 
 
 def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: float) -> Array:
-    places = forward_kinematics(motion)[1][:, joints]
     low = np.floor(times).astype(np.intp)
     high = np.minimum(low + 1, motion.frames - 1)
+    # Of most captures half of the frames lie next to no sample.
+    below, above = (forward_kinematics(motion.at(k))[1][:, joints] for k in (low, high))
     share = (times - low)[:, None, None]
-    return 1000.0 * scale * (places[low] + share * (places[high] - places[low]))
+    return 1000.0 * scale * (below + share * (above - below))

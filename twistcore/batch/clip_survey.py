@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.chain import Chain
-from twistcore.detection import DEFAULT_METHOD, Interval
-from twistcore.detection.consistency import SHORTEST_SEGMENT
+from twistcore.batch.how_bad import severity, unchecked
+from twistcore.detection import DEFAULT_METHOD
+from twistcore.formats import is_clip, read_clip
 from twistcore.motion import Motion
 from twistcore.processes import each, reason
-from twistcore.refinement import applied_unasked
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.tuning import Profile
 
@@ -45,43 +41,22 @@ def survey(
 
     rig_of: which chains a motion gets, if not those found.
     """
-    clip, profile = read_bvh(path), profile or Profile({})
+    clip, profile = read_clip(path), profile or Profile({})
     analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
-    why = "" if len(found) else _unchecked(clip.motion, analysis.chains_and_limbs)
+    why = "" if len(found) else unchecked(clip.motion, analysis.chains_and_limbs)
     return ClipSurvey(path, frames, fps, len(found), severity(found, frames), unchecked=why)
-
-
-def _unchecked(motion: Motion, chains: Sequence[Chain]) -> str:
-    if not chains:
-        return "no chain of parent, child and grandchild"
-    if motion.frames < max(3, round(SHORTEST_SEGMENT * motion.fps)):
-        one = motion.frames == 1
-        return f"{motion.frames} frame{' is' if one else 's are'} too few to tell error from motion"
-    return ""
 
 
 def survey_folder(
     folder: Path | str, profile: Profile | None = None, workers: int = 1
 ) -> list[ClipSurvey]:
-    """All BVH files of a folder, worst first; those that cannot be read, last, say why."""
-    paths = sorted(p for p in Path(folder).iterdir() if p.suffix.lower() == ".bvh")
+    """All clips of a folder, worst first; those that cannot be read, last, say why."""
+    paths = sorted(p for p in Path(folder).iterdir() if is_clip(p))
     found = [
         ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r
         for path, r in each(partial(survey, profile=profile), paths, workers)
     ]
     return sorted(found, key=lambda s: (bool(s.problem), -s.severity, s.path))
-
-
-def severity(intervals: Iterable[Interval], frames: int) -> float:
-    """How bad a clip is: the mean error a frame, degrees summed over all chains.
-
-    Each interval counts by its confidence, so that doubtful ones do not push a clip to the top.
-    """
-    total = sum(
-        float(np.degrees(np.abs(i.offset)).sum()) * (1.0 if i.confidence is None else i.confidence)
-        for i in applied_unasked(intervals, 0.0)
-    )
-    return total / max(frames, 1)

@@ -1,0 +1,34 @@
+"""Many clips: what is in each, worst first; and a folder of results that survives its makers."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from twistcore.batch.clip_survey import ClipSurvey, survey, survey_folder
+    from twistcore.batch.how_bad import severity
+    from twistcore.batch.manifest import ClipRecord, Manifest, is_batch_folder
+
+__all__ = [
+    "ClipRecord",
+    "ClipSurvey",
+    "Manifest",
+    "is_batch_folder",
+    "severity",
+    "survey",
+    "survey_folder",
+]
+
+if not TYPE_CHECKING:
+    # Loaded when first asked for: who reads a manifest needs no numpy.
+    _HOMES = {
+        "clip_survey": "ClipSurvey survey survey_folder",
+        "how_bad": "severity",
+        "manifest": "ClipRecord Manifest is_batch_folder",
+    }
+
+    def __getattr__(name: str) -> object:
+        for module, names in _HOMES.items():
+            if name in names.split():
+                globals()[name] = value = getattr(import_module(f"{__name__}.{module}"), name)
+                return value
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

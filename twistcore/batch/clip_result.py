@@ -1,0 +1,128 @@
+"""From the bytes of a clip to its result document, and to its corrected bytes where asked."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twistcore.analysis import ALL_KINDS, Detection, analyse
+from twistcore.batch.how_bad import severity, unchecked
+from twistcore.batch.parameters import Parameters
+from twistcore.bvh import parse_bvh
+from twistcore.chain import uncorrectable_joints
+from twistcore.clip import Clip, rewritten
+from twistcore.detection import Kind
+from twistcore.detection.cuts import border_notes
+from twistcore.export.detection_json import intervals_to_json, tau_to_json
+from twistcore.formats import read_clip
+from twistcore.motion import Motion
+from twistcore.quality.figure_quality import figure_quality
+from twistcore.rig import AS_FOUND, rig_from_json
+
+SCHEMA = "twistcore.batch_clip/1"
+
+
+def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
+    """A clip, its document without its name, and its corrected bytes or None; raises TwistError.
+
+    The same bytes give the same document in every process.
+    """
+    clip = read_clip(path, fps=parameters.fps)
+    found = _detected(clip, parameters)
+    document = _document(clip, found)
+    if not parameters.refine:
+        return clip, document, None
+    refined, applied, skipped = _refined(clip, found, parameters)
+    corrected = rewritten(clip, refined).data
+    document["warnings"] += skipped
+    document["applied"] = applied
+    document["left"] = document["intervals"]
+    if corrected != clip.data:
+        # What was written, with its decimals; of other formats what was to be written.
+        bvh = clip.format == "bvh"
+        after = parse_bvh(corrected, path, fps=parameters.fps) if bvh else refined
+        document["left"] = intervals_to_json(_detected(after, parameters))
+    return clip, document, corrected
+
+
+def _detected(clip: Clip | Motion, parameters: Parameters) -> Detection:
+    rig = AS_FOUND if parameters.rig is None else rig_from_json(parameters.rig)
+    analysis = analyse(clip, list(parameters.chains) or None, rig)
+    kinds = [Kind(kind) for kind in parameters.kinds] or ALL_KINDS
+    tau: float | Mapping[str, float] | None = None
+    if parameters.tau_deg is not None:
+        tau = math.radians(parameters.tau_deg)
+    if parameters.profile_rad is not None:
+        given = {} if tau is None else {c.name: tau for c in analysis.chains}
+        names = {c.name for c in analysis.chains_and_limbs}
+        tau = given | {k: v for k, v in parameters.profile_rad.items() if k in names}
+    return analysis.detect(parameters.method, kinds=kinds, tau_radians=tau)
+
+
+def _document(clip: Clip, found: Detection) -> dict[str, Any]:
+    motion, chains = clip.motion, found.chains_and_limbs
+    wrong = np.zeros(motion.frames, dtype=np.bool_)
+    offsets = [np.zeros(0)]
+    for interval in found:
+        if interval.repairable:
+            wrong[interval.start : interval.stop] = True
+            offsets.append(np.degrees(np.abs(interval.offset)))
+    degrees = np.concatenate(offsets)
+    counts = Counter(interval.kind for interval in found)
+    quality = figure_quality(motion)
+    return {
+        "schema": SCHEMA,
+        "sha256": clip.sha256,
+        "format": clip.format,
+        "frames": motion.frames,
+        "fps": motion.fps,
+        "seconds": motion.frames * motion.frame_time,
+        "joints": len(motion.skeleton),
+        "method": found.method,
+        "tau_deg": tau_to_json(found),
+        "intervals": intervals_to_json(found),
+        "counts": {kind.value: counts[kind] for kind in Kind},
+        "affected_frames": int(wrong.sum()),
+        "severity": severity(found, motion.frames),
+        "degrees": {
+            "max": float(degrees.max(initial=0.0)),
+            "rms": float(np.sqrt(np.mean(degrees**2))) if len(degrees) else 0.0,
+        },
+        "chains": [chain.name for chain in chains],
+        "unchecked": "" if len(found) else unchecked(motion, chains),
+        "warnings": [
+            *map(str, clip.warnings),
+            *border_notes(motion),
+            *(warning for chain in found.chains for warning in chain.warnings),
+        ],
+        "applied": None,
+        "left": None,
+        "quality": {k: v for k, v in asdict(quality).items() if v is not None} if quality else {},
+    }
+
+
+def _refined(
+    clip: Clip, found: Detection, parameters: Parameters
+) -> tuple[Motion, int, list[str]]:
+    """The corrected motion, how many intervals are out of it, and what could not be corrected."""
+    from twistcore.export.replay import accepted_motion
+    from twistcore.review import Review
+
+    chains, review = found.chains_and_limbs, Review.of(found)
+    review.accept(parameters.min_confidence, include_open=parameters.include_open)
+    refined = accepted_motion(clip, chains, review.state)
+    used = {interval.chain for interval in review.accepted}
+    skipped = {
+        chain.name: f"{chain.name} was not corrected: {', '.join(joints)} "
+        "without three rotation channels"
+        for chain in chains
+        if chain.name in used and (joints := uncorrectable_joints(clip.motion, chain))
+    }
+    applied = sum(interval.chain not in skipped for interval in review.accepted)
+    return refined, applied, list(skipped.values())

@@ -1,0 +1,139 @@
+"""One clip as a task: sent to any process or machine, it comes back with the same outcome.
+
+What carries it out is loaded there, so that who sends thousands loads no numpy.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from twistcore.batch.parameters import Parameters
+from twistcore.errors import TwistError
+from twistcore.worker_memory import SPARE, forget_peak, limit_memory, peak_memory
+
+_RACY_NS = 2_000_000_000  # a file written so lately may change again within its own time stamp
+
+
+@dataclass(frozen=True)
+class Task:
+    """source: absolute path or URL; name: the clip's in the manifest; size: bytes, 0 if unknown.
+
+    memory: bytes beyond what a clip of its size should need; data: the file's bytes, for a process
+    that does not see it, else None.
+    """
+
+    source: str
+    name: str
+    size: int
+    parameters: Parameters
+    memory: int = SPARE
+    data: bytes | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a clip.
+
+    result: the document 'twistcore.batch_clip/1' without the clip's name, or None where there is a
+    reason, one sentence; again: whether another try may end otherwise; sha256, bytes, signature: of
+    the file that was read, '' where it may change unseen; corrected: the bytes of the corrected
+    clip, or None; unseen: the file is not to be seen from where the task was carried out.
+    """
+
+    result: dict[str, Any] | None = None
+    reason: str = ""
+    again: bool = False
+    sha256: str = ""
+    bytes: int = 0
+    signature: str = ""
+    seconds: float = 0.0
+    peak_bytes: int = 0
+    corrected: bytes | None = field(default=None, repr=False)
+    unseen: bool = False
+
+
+def process(task: Task) -> Outcome:
+    """Carry a task out; raises nothing that has to do with the clip."""
+    begin = time.perf_counter()
+    forget_peak()
+    found: dict[str, Any] = {}
+    try:
+        limit_memory(task.size, task.memory)
+        found |= _carried_out(task)
+    except FileNotFoundError:
+        found |= {"reason": f"{task.source}: there is no such file", "again": True, "unseen": True}
+    except OSError as error:
+        found |= {"reason": f"{task.source}: cannot be read ({error.strerror})", "again": True}
+    except MemoryError:
+        said = f"{task.name}: needs more memory than a clip of its size should"
+        found |= {"reason": said, "again": True}
+    except TwistError as error:
+        found |= {"reason": " ".join(str(error).splitlines())}
+    except Exception as error:  # a defect of ours must not stop the other clips
+        said = " ".join(f"{task.name}: {type(error).__name__}: {error}".splitlines())
+        found |= {"reason": said}
+    return Outcome(**found, seconds=time.perf_counter() - begin, peak_bytes=peak_memory())
+
+
+def signature_of(status: os.stat_result) -> str:
+    """A file's size, time and number: while they stay, its bytes do."""
+    return f"{status.st_size} {status.st_mtime_ns} {status.st_ino}"
+
+
+def settled(status: os.stat_result) -> bool:
+    """Whether a file was written so long ago that a change would show in its time."""
+    return time.time_ns() - status.st_mtime_ns > _RACY_NS
+
+
+def _carried_out(task: Task) -> dict[str, Any]:
+    from twistcore.batch.clip_result import processed  # numpy, scipy
+
+    with _on_this_disk(task) as path:
+        before = path.stat()
+        if not stat.S_ISREG(before.st_mode):  # to open a FIFO would wait for its writer
+            raise TwistError(f"{path}: expected a file")
+        try:
+            clip, result, corrected = processed(path, task.parameters)
+        except TwistError as error:
+            path.open("rb").close()  # what cannot be opened is no matter of its content
+            known: dict[str, Any] = {"reason": " ".join(str(error).splitlines())}
+            known |= {"bytes": before.st_size, "sha256": file_sha256(path)}
+        else:
+            known = {"result": result, "corrected": corrected}
+            known |= {"bytes": len(clip.data), "sha256": clip.sha256}
+        same = signature_of(before) == signature_of(path.stat())
+    if same and settled(before) and str(path) == task.source:
+        known["signature"] = signature_of(before)
+    return known
+
+
+def file_sha256(path: Path) -> str:
+    """Of a file's bytes; raises OSError."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@contextmanager
+def _on_this_disk(task: Task) -> Iterator[Path]:
+    """The clip's file, or one with its bytes for as long as it is read."""
+    data = task.data
+    if data is None and "://" in task.source:
+        from twistcore.batch.remote_files import read_remote
+
+        data = read_remote(task.source)
+    if data is None:
+        yield Path(task.source)
+        return
+    with TemporaryDirectory() as folder:
+        path = Path(folder, PurePosixPath(task.name).name)
+        path.write_bytes(data)
+        yield path

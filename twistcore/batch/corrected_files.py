@@ -1,0 +1,51 @@
+"""Corrected clips in a batch folder: each is the old one or the new, and no other file is lost."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+from twistcore.atomic import write_atomically
+from twistcore.batch.clip_task import file_sha256, signature_of
+from twistcore.batch.manifest import ClipRow
+from twistcore.errors import TwistError
+
+FOLDER = "corrected"
+
+
+def write_corrected(folder: Path, row: ClipRow, known: ClipRow | None, data: bytes) -> ClipRow:
+    """Write a corrected clip below the folder; the row with what is known of it.
+
+    known: the clip as the manifest has it. A file that is there is replaced if it is the one that
+    was noted, and taken as written if it holds these bytes, as one does that was written just
+    before a process was killed. TwistError for any other; OSError.
+    """
+    relative = f"{FOLDER}/{row.name}"
+    path, mark = folder / relative, hashlib.sha256(data).hexdigest()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    there = file_sha256(path) if path.is_file() else "" if not path.exists() else "other"
+    if there != mark:
+        if path.is_symlink() or (there and (known is None or there != known.corrected_sha256)):
+            raise TwistError(f"{path}: expected no file that twistcore batch has not written")
+        write_atomically(path, data)
+    return replace(
+        row,
+        corrected=relative,
+        corrected_sha256=mark,
+        corrected_signature=signature_of(path.stat()),
+    )
+
+
+def is_intact(folder: Path, row: ClipRow) -> bool:
+    """Whether a clip's corrected file is there as it was written, by its size, time and number."""
+    try:
+        return signature_of((folder / row.corrected).stat()) == row.corrected_signature
+    except OSError:
+        return False
+
+
+def remove_parts(folder: Path) -> None:
+    """Remove what a killed process left half written."""
+    for part in (folder / FOLDER).rglob(".*.part"):
+        part.unlink(missing_ok=True)

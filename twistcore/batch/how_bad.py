@@ -1,0 +1,35 @@
+"""How bad a clip is, and whether nothing found in it means anything."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.detection import Interval
+from twistcore.detection.consistency import SHORTEST_SEGMENT
+from twistcore.motion import Motion
+from twistcore.twist_removal import applied_unasked
+
+
+def severity(intervals: Iterable[Interval], frames: int) -> float:
+    """How bad a clip is: the mean error a frame, degrees summed over all chains.
+
+    Each interval counts by its confidence, so that doubtful ones do not push a clip to the top.
+    """
+    total = sum(
+        float(np.degrees(np.abs(i.offset)).sum()) * (1.0 if i.confidence is None else i.confidence)
+        for i in applied_unasked(intervals, 0.0)
+    )
+    return total / max(frames, 1)
+
+
+def unchecked(motion: Motion, chains: Sequence[Chain]) -> str:
+    """Why nothing found in a motion says nothing about it, else ''."""
+    if not chains:
+        return "no chain of parent, child and grandchild"
+    if motion.frames < max(3, round(SHORTEST_SEGMENT * motion.fps)):
+        one = motion.frames == 1
+        return f"{motion.frames} frame{' is' if one else 's are'} too few to tell error from motion"
+    return ""

@@ -1,0 +1,316 @@
+"""The manifest of a batch folder: what became of every clip, in one SQLite file.
+
+One process writes it, a clip's outcome at a time; others may read, and note decisions. A process
+that is killed, or a full disk, leaves what was noted before.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Self
+
+from twistcore.batch.parameters import Parameters
+from twistcore.encoding import escaped, json_text, unescaped
+from twistcore.errors import FormatError, TwistError
+from twistcore.version import __version__
+
+FILE = "manifest.sqlite"
+DONE, FAILED, WAITING = "done", "failed", "waiting"
+
+_SCHEMA = 1
+_OURS = 0x54774261  # 'TwBa': SQLite keeps it in the file's head, where it is read without SQLite
+_MAGIC, _SCHEMA_AT, _OURS_AT = b"SQLite format 3\0", 60, 68
+_BUSY_S = 10.0  # another process notes something, which takes no longer
+
+# A result belongs to bytes and parameters, however many clips have them and whatever their names.
+_TABLES = """
+CREATE TABLE parameters (mark TEXT PRIMARY KEY, document TEXT NOT NULL, version TEXT NOT NULL);
+CREATE TABLE results (
+    sha256 TEXT NOT NULL, mark TEXT NOT NULL, bytes INTEGER NOT NULL, document TEXT NOT NULL,
+    PRIMARY KEY (sha256, mark)) WITHOUT ROWID;
+CREATE INDEX results_by_size ON results (bytes);
+CREATE TABLE clips (
+    source TEXT PRIMARY KEY, name TEXT NOT NULL UNIQUE, state TEXT NOT NULL, reason TEXT NOT NULL,
+    again INTEGER NOT NULL, mark TEXT NOT NULL, sha256 TEXT NOT NULL, bytes INTEGER NOT NULL,
+    signature TEXT NOT NULL, seconds REAL NOT NULL, peak_bytes INTEGER NOT NULL,
+    finished_at TEXT NOT NULL, corrected TEXT NOT NULL, corrected_sha256 TEXT NOT NULL,
+    corrected_signature TEXT NOT NULL);
+CREATE TABLE decisions (source TEXT PRIMARY KEY, document TEXT NOT NULL);
+"""
+
+
+@dataclass(frozen=True)
+class ClipRecord:
+    """A clip of a batch folder.
+
+    source: absolute path or URL; name: below its input, with '/', unique; state: 'done', 'failed'
+    or 'waiting'; reason: why it failed, one sentence, else ''; sha256, bytes: of the file; seconds,
+    peak_bytes: what it took; finished_at: ISO 8601, UTC, or ''; parameters, version: it was
+    processed with; result: 'twistcore.batch_clip/1', or None; corrected: path below the folder, or
+    ''; decisions: of a review, as :meth:`Manifest.note_decisions` was given them, or {}.
+    """
+
+    source: str
+    name: str
+    state: str = WAITING
+    reason: str = ""
+    sha256: str = ""
+    bytes: int = 0
+    seconds: float = 0.0
+    peak_bytes: int = 0
+    finished_at: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    version: str = ""
+    result: Mapping[str, Any] | None = None
+    corrected: str = ""
+    decisions: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ClipRow:
+    """What a run needs to know of a clip, and notes of it: see ClipRecord.
+
+    again: whether a failure may end otherwise; mark: of the parameters; signature: of the file,
+    '' if it has to be read to be known; corrected_sha256, corrected_signature: of what was written.
+    """
+
+    source: str
+    name: str
+    state: str = WAITING
+    reason: str = ""
+    again: bool = False
+    mark: str = ""
+    sha256: str = ""
+    bytes: int = 0
+    signature: str = ""
+    seconds: float = 0.0
+    peak_bytes: int = 0
+    finished_at: str = ""
+    corrected: str = ""
+    corrected_sha256: str = ""
+    corrected_signature: str = ""
+
+
+_COLUMNS = tuple(ClipRow.__dataclass_fields__)
+_PUT = (
+    f"INSERT INTO clips ({', '.join(_COLUMNS)}) VALUES ({', '.join('?' * len(_COLUMNS))}) "
+    "ON CONFLICT (source) DO UPDATE SET "
+    + ", ".join(f"{c} = excluded.{c}" for c in _COLUMNS if c != "source")
+)
+_RECORDS = (
+    "SELECT c.source, c.name, c.state, c.reason, c.sha256, c.bytes, c.seconds, c.peak_bytes, "
+    "c.finished_at, p.document, p.version, r.document, c.corrected, d.document FROM clips c "
+    "LEFT JOIN parameters p ON p.mark = c.mark "
+    "LEFT JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
+    "LEFT JOIN decisions d ON d.source = c.source "
+)
+
+
+def is_batch_folder(path: Path | str) -> bool:
+    """Whether a folder has a manifest of ours; reads a hundred bytes at most."""
+    try:
+        with (Path(path) / FILE).open("rb") as file:
+            head = file.read(100)
+    except OSError:
+        return False
+    ours = int.from_bytes(head[_OURS_AT : _OURS_AT + 4], "big")
+    schema = int.from_bytes(head[_SCHEMA_AT : _SCHEMA_AT + 4], "big")
+    return head.startswith(_MAGIC) and (ours, schema) == (_OURS, _SCHEMA)
+
+
+class Manifest:
+    """The manifest of a folder; a context manager that closes it.
+
+    Methods raise TwistError where the file is damaged or cannot be written.
+    """
+
+    def __init__(self, folder: Path, connection: sqlite3.Connection) -> None:
+        self.folder = folder
+        self._connection = connection
+
+    @classmethod
+    def open(cls, folder: Path | str, *, create: bool = False) -> Self:
+        """That of a folder; `create`: made where there is none. TwistError without one."""
+        folder = Path(folder)
+        file = folder / FILE
+        if not file.exists() or (create and file.stat().st_size == 0):
+            if not create:
+                raise TwistError(f"{folder}: expected a folder that twistcore batch has written")
+        elif not is_batch_folder(folder):
+            raise FormatError(f"{file}: expected a manifest of twistcore batch")
+        with _told(file):
+            connection = sqlite3.connect(file, timeout=_BUSY_S, isolation_level=None)
+            # No WAL: its shared memory does not work on network disks, where captures live.
+            connection.execute("PRAGMA journal_mode = TRUNCATE").fetchone()
+            manifest = cls(folder, connection)
+            if create:
+                manifest._make()
+        return manifest
+
+    def __enter__(self) -> Self:
+        """Itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closed."""
+        self.close()
+
+    def close(self) -> None:
+        """Let the file go."""
+        self._connection.close()
+
+    # -- what others read ---------------------------------------------------------------------
+
+    def records(self) -> list[ClipRecord]:
+        """All clips, by name."""
+        return list(self.each_record())
+
+    def each_record(self) -> Iterator[ClipRecord]:
+        """All clips, by name, one at a time: of a million no one wants a list."""
+        with _told(self.folder / FILE):
+            for row in self._connection.execute(_RECORDS + "ORDER BY c.name"):
+                yield _record(row)
+
+    def record(self, source: str) -> ClipRecord:
+        """That of a source; TwistError where there is none."""
+        with _told(self.folder / FILE):
+            query = _RECORDS + "WHERE c.source = ?"
+            row = self._connection.execute(query, (escaped(source),)).fetchone()
+        if row is None:
+            raise TwistError(f"{source}: expected a clip of {self.folder}")
+        return _record(row)
+
+    def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
+        """Keep how far a clip's review is, in place of what was noted before; {} forgets it.
+
+        decisions: accepted, rejected, undecided (numbers), reviewers (names), session (path), at
+        (ISO 8601). TwistError where the clip is none of these.
+        """
+        self.record(source)
+        with self.transaction():
+            if decisions:
+                self._connection.execute(
+                    "INSERT OR REPLACE INTO decisions VALUES (?, ?)",
+                    (escaped(source), json_text(dict(decisions), indent=None)),
+                )
+            else:
+                key = (escaped(source),)
+                self._connection.execute("DELETE FROM decisions WHERE source = ?", key)
+
+    # -- what a run reads and notes -----------------------------------------------------------
+
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        """All that is noted inside, or nothing of it."""
+        with _told(self.folder / FILE):
+            self._connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._connection.execute("COMMIT")
+            except BaseException:
+                if self._connection.in_transaction:  # a full disk may have ended it already
+                    self._connection.execute("ROLLBACK")
+                raise
+
+    def rows(self) -> dict[str, ClipRow]:
+        """All clips by source."""
+        with _told(self.folder / FILE):
+            query = f"SELECT {', '.join(_COLUMNS)} FROM clips"
+            rows = [_row(row) for row in self._connection.execute(query)]
+        return {row.source: row for row in rows}
+
+    def sizes(self, mark: str) -> frozenset[int]:
+        """Bytes of the files that have results with these parameters."""
+        with _told(self.folder / FILE):
+            query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
+            return frozenset(row[0] for row in self._connection.execute(query, (mark,)))
+
+    def has_result(self, sha256: str, mark: str) -> bool:
+        """Whether bytes have a result with these parameters."""
+        with _told(self.folder / FILE):
+            query = "SELECT 1 FROM results WHERE sha256 = ? AND mark = ?"
+            return self._connection.execute(query, (sha256, mark)).fetchone() is not None
+
+    def put_parameters(self, parameters: Parameters) -> None:
+        """Keep what a mark stands for."""
+        document = json_text(parameters.to_json(), indent=None)
+        self._connection.execute(
+            "INSERT OR IGNORE INTO parameters VALUES (?, ?, ?)",
+            (parameters.mark, document, __version__),
+        )
+
+    def put_rows(self, rows: Iterable[ClipRow]) -> None:
+        """Note what became of clips; inside a transaction."""
+        self._connection.executemany(_PUT, (_values(row) for row in rows))
+
+    def put_result(self, row: ClipRow, result: Mapping[str, Any]) -> None:
+        """Keep a clip's result under its bytes and parameters; inside a transaction."""
+        self._connection.execute(
+            "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
+            (row.sha256, row.mark, row.bytes, json_text(dict(result), indent=None)),
+        )
+
+    def _make(self) -> None:
+        if self._connection.execute("PRAGMA user_version").fetchone()[0]:
+            return
+        with self.transaction():  # killed before its end, there is an empty file
+            for statement in _TABLES.split(";\n"):
+                self._connection.execute(statement)
+            self._connection.execute(f"PRAGMA application_id = {_OURS}")
+            self._connection.execute(f"PRAGMA user_version = {_SCHEMA}")
+
+
+def now() -> str:
+    """The time as a manifest has it: ISO 8601, UTC, to the second."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+@contextmanager
+def _told(file: Path) -> Iterator[None]:
+    """What SQLite raises, as a sentence."""
+    try:
+        yield
+    except sqlite3.OperationalError as error:
+        raise TwistError(f"{file}: cannot be read or written ({error})") from None
+    except sqlite3.DatabaseError as error:
+        raise FormatError(f"{file}: expected a manifest of twistcore batch ({error})") from None
+
+
+def _values(row: ClipRow) -> tuple[Any, ...]:
+    return tuple(
+        escaped(value) if isinstance(value, str) else value
+        for value in (getattr(row, column) for column in _COLUMNS)
+    )
+
+
+def _row(values: tuple[Any, ...]) -> ClipRow:
+    told = dict(zip(_COLUMNS, values, strict=True))
+    told = {k: unescaped(v) if isinstance(v, str) else v for k, v in told.items()}
+    return ClipRow(**{**told, "again": bool(told["again"])})
+
+
+def _record(row: tuple[Any, ...]) -> ClipRecord:
+    """A row of _RECORDS."""
+    source, name, reason, corrected = (unescaped(row[k]) for k in (0, 1, 3, 12))
+    result = row[11] and json.loads(row[11])
+    if result is not None:
+        schema = {"schema": result.pop("schema"), "clip": name}
+        result = schema | result
+    return ClipRecord(
+        source,
+        name,
+        row[2],
+        reason,
+        *row[4:9],
+        parameters=json.loads(row[9]) if row[9] else {},
+        version=row[10] or "",
+        result=result,
+        corrected=corrected,
+        decisions=json.loads(row[13]) if row[13] else {},
+    )

@@ -1,0 +1,47 @@
+"""What clips are processed with: the options of `detect` and `refine`, as one thing with a mark."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+from twistcore.version import __version__
+
+DEFAULT_METHOD = "consistency"  # as of detect, without loading any detector
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Two runs with equal parameters and version make equal results of equal bytes.
+
+    tau_deg: of all chains, None for automatic; profile_rad: τ by the name of a chain or limb, which
+    goes before it, radians as a profile gives them; kinds: of errors, empty for all; chains: their
+    names, empty for all; fps: instead of the file's; rig: as :func:`twistcore.rig.rig_to_json`, or
+    None; refine: whether a corrected clip is made, of intervals from min_confidence on and, with
+    include_open, of open ones.
+    """
+
+    method: str = DEFAULT_METHOD
+    tau_deg: float | None = None
+    profile_rad: Mapping[str, float] | None = None
+    kinds: tuple[str, ...] = ()
+    chains: tuple[str, ...] = ()
+    fps: float | None = None
+    rig: Mapping[str, Any] | None = None
+    refine: bool = False
+    min_confidence: float | None = None
+    include_open: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        """As a manifest keeps them."""
+        told = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {k: list(v) if isinstance(v, tuple) else v for k, v in told.items()}
+
+    @property
+    def mark(self) -> str:
+        """SHA-256 of parameters and version: what results belong to."""
+        text = json.dumps([__version__, self.to_json()], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()

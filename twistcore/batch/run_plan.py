@@ -1,0 +1,107 @@
+"""What of all clips is to be done: what is new, or may end otherwise than last time."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from twistcore.batch.clip_task import file_sha256
+from twistcore.batch.inputs import Source
+from twistcore.batch.manifest import DONE, FAILED, ClipRow, Manifest, now
+from twistcore.batch.parameters import Parameters
+
+
+@dataclass
+class Plan:
+    """todo: clips to process; known: how many need nothing; failed: rows of failures that stay.
+
+    rows: those of all clips that the manifest had; notes: rows to put down as they are by now.
+    """
+
+    rows: Mapping[str, ClipRow]
+    todo: list[Source] = field(default_factory=list)
+    known: int = 0
+    failed: list[ClipRow] = field(default_factory=list)
+    notes: list[ClipRow] = field(default_factory=list)
+
+
+def make_plan(
+    manifest: Manifest,
+    sources: Sequence[Source],
+    parameters: Parameters,
+    intact: Callable[[ClipRow], bool],
+) -> Plan:
+    """Look every clip up, by its signature or, where that says nothing, by the hash of its bytes.
+
+    intact: whether what was written of a clip is still there. A clip of other bytes, another
+    version or other parameters is new; bytes that are known under another name are not. A failure
+    that lay in the clip itself stays; one of time, memory or the disk is tried again.
+    """
+    plan = Plan(manifest.rows())
+    mark, sizes = parameters.mark, manifest.sizes(parameters.mark)
+    for source in sources:
+        row = plan.rows.get(source.path)
+        if row is None:
+            row = ClipRow(source.path, source.name)
+            plan.notes.append(row)
+        found = _same_bytes(row, source) if row.mark == mark else None
+        if found is not None and row.state == FAILED and not row.again:
+            plan.failed.append(found)
+        elif found is not None and row.state == DONE and (not parameters.refine or intact(row)):
+            plan.known += 1
+        elif not parameters.refine and (
+            found := _of_other_name(manifest, row, source, mark, sizes)
+        ):
+            plan.known += 1
+        else:
+            plan.todo.append(source)
+            continue
+        if found != row:
+            plan.notes.append(found)
+    # The longest first: a long clip that starts last would keep one core busy and the rest idle.
+    plan.todo.sort(key=lambda source: (-source.size, source.name))
+    return plan
+
+
+def shard(sources: Iterable[Source], index: int, count: int) -> list[Source]:
+    """The clips of one of so many shards, 1…count, by their names alone."""
+    def of(source: Source) -> int:
+        return int.from_bytes(hashlib.sha256(source.name.encode("utf-8", "surrogatepass")).digest())
+
+    return [source for source in sources if of(source) % count == index - 1]
+
+
+def _same_bytes(row: ClipRow, source: Source) -> ClipRow | None:
+    """The row, with the file's signature, if it tells of the bytes that the file has by now."""
+    if source.signature and source.signature == row.signature:
+        return row
+    if not source.signature:  # gone, or at a URL
+        return row if "://" in source.path and source.size == row.bytes else None
+    if source.size != row.bytes or _sha256(source) != row.sha256:
+        return None
+    return replace(row, signature=source.signature if source.settled else "")
+
+
+def _of_other_name(
+    manifest: Manifest, row: ClipRow, source: Source, mark: str, sizes: frozenset[int]
+) -> ClipRow | None:
+    """The row as done, where the same bytes have a result under whatever name."""
+    if not source.signature or source.size not in sizes:
+        return None
+    sha256 = _sha256(source)
+    if not sha256 or not manifest.has_result(sha256, mark):
+        return None
+    signature = source.signature if source.settled else ""
+    return replace(
+        row, state=DONE, reason="", again=False, mark=mark, sha256=sha256, bytes=source.size,
+        signature=signature, finished_at=now(), corrected="", corrected_sha256="", corrected_signature="",
+    )  # fmt: skip
+
+
+def _sha256(source: Source) -> str:
+    try:
+        return file_sha256(Path(source.path))
+    except OSError:  # who processes it says so
+        return ""

@@ -1,0 +1,63 @@
+"""How far a batch is: a bar on a terminal, lines elsewhere, with rate and time left."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from twistcore.batch.inputs import Source
+from twistcore.batch.run_plan import Plan
+
+_EVERY_S = 10.0  # between lines, but for the twentieths of the way
+
+
+class Progress:
+    """Told of every clip that is through; time left goes by bytes, which time goes with."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.total, self.done, self.failed = len(plan.todo), 0, 0
+        self.bytes, self.bytes_done = sum(max(s.size, 1) for s in plan.todo), 0
+        self.begin = self.said = time.monotonic()
+        self.bar: Any = None
+        if plan.known or plan.failed:
+            known = plan.known + len(plan.failed)
+            print(f"{known} clips are known, {self.total} to do", file=sys.stderr)
+        if sys.stderr.isatty():
+            from tqdm import tqdm
+
+            self.bar = tqdm(total=self.total, unit="clip", file=sys.stderr)
+
+    def tell(self, source: Source, fine: bool) -> None:
+        """A clip is through."""
+        self.done += 1
+        self.failed += not fine
+        self.bytes_done += max(source.size, 1)
+        if self.bar is not None:
+            self.bar.set_postfix_str(f"{self.left()} left, {self.failed} failed", refresh=False)
+            self.bar.update()
+            if self.done == self.total:
+                self.bar.close()
+            return
+        now = time.monotonic()
+        twentieth = self.done % max(1, self.total // 20) == 0 and now - self.said > 0.2
+        if self.done == self.total or twentieth or now - self.said > _EVERY_S:
+            self.said = now
+            rate = self.done / max(now - self.begin, 1e-9)
+            print(
+                f"{self.done}/{self.total} {source.name}, {rate:.3g} clips/s, {self.left()} left",
+                file=sys.stderr,
+                flush=True,
+            )
+
+    def left(self) -> str:
+        """'0:12:07', by the pace so far."""
+        passed = time.monotonic() - self.begin
+        seconds = round(passed / self.bytes_done * (self.bytes - self.bytes_done))
+        return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
+
+
+def begin(plan: Plan) -> Callable[[Source, bool], None]:
+    """A progress for a plan."""
+    return Progress(plan).tell
