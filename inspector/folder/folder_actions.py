@@ -88,4 +88,6 @@ class FolderActions:
         if error == QProcess.ProcessError.FailedToStart and self._report is not None:
             self._report.deleteLater()
             self._report = None
-            self.bar.show_message(f"{folder.name}: the report's process could not be started.", True)
+            self.bar.show_message(
+                f"{folder.name}: the report's process could not be started.", True
+            )
