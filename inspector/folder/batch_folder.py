@@ -1,4 +1,4 @@
-"""A folder that `twistcore batch` left: what it found in its clips, and how their review goes on."""
+"""A folder that `twistcore batch` left: what it found in its clips, and how their review goes."""
 
 from __future__ import annotations
 
