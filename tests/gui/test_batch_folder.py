@@ -1,4 +1,4 @@
-"""A folder that `twistcore batch` left, as the queue of the window, and decisions on their way back."""
+"""A folder that `twistcore batch` left, as the window's queue, and decisions on their way back."""
 
 import csv
 import io
