@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
+from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import BvhError
 from twistcore.motion import forward_kinematics
 
@@ -57,7 +58,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path)
     worst, count, wrong = [0.0, 0.0], 0, 0
-    for path in sorted(f for d in parser.parse_args().folders for f in d.rglob("*.bvh")):
+    for path in sorted(
+        f for d in parser.parse_args().folders for f in clips_in(d, below=True, suffixes=BVH)
+    ):
         try:
             read, written = differences(path)
         except BvhError as error:

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from twistcore.bvh import parse_bvh
 from twistcore.chain import find_chains
+from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import BvhError
 
 SLOW = 2.0
@@ -101,7 +102,9 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
-    files = sorted(f for folder in arguments.folders for f in folder.rglob("*.bvh"))
+    files = sorted(
+        f for folder in arguments.folders for f in clips_in(folder, below=True, suffixes=BVH)
+    )
     # The 2 s are for a file of any ordinary size; a damaged 4 MB one says no more than its start.
     sources = [f.read_bytes()[:400_000] for f in files]
     counts: Counter[str] = Counter()

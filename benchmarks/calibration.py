@@ -20,6 +20,7 @@ from scipy.optimize import minimize
 
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain, find_chains
+from twistcore.clip_files import BVH, clips_in
 from twistcore.detection import Interval, confidence
 from twistcore.detection.consistency import ConsistencyAnalysis, ConsistencyDetector
 from twistcore.motion import Motion
@@ -193,7 +194,7 @@ def main() -> None:
     parser.add_argument("--step", type=int, default=1, help="every step-th clip")
     parser.add_argument("--fit", default="05", help="the subject that the map is fitted on")
     arguments = parser.parse_args()
-    paths = sorted(arguments.folder.glob("*.bvh"))
+    paths = clips_in(arguments.folder, suffixes=BVH)
     own = [p for p in paths if p.stem.split("_")[0] == arguments.fit][:: arguments.step]
     others = [p for p in paths if p.stem.split("_")[0] != arguments.fit][:: arguments.step]
     if not own or not others:

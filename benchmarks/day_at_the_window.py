@@ -27,6 +27,7 @@ from tests.gui.real_screen import RealScreen, WatchedProgram, real_screen, watch
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.clip import rewritten
+from twistcore.clip_files import BVH, clips_in
 from twistcore.synthesis import draw_errors, generator, inject
 
 _CHAINS = 1  # with errors in a clip
@@ -308,7 +309,7 @@ def main() -> int:
         log = stack.enter_context((arguments.log or scratch / "log.jsonl").open("w"))
         folder = scratch / "clips"
         folder.mkdir()
-        sources = sorted(arguments.folder.glob("*.bvh"))[: arguments.clips]
+        sources = clips_in(arguments.folder, suffixes=BVH)[: arguments.clips]
         for source in sources:
             with_errors(source, folder / source.name)
         day = Day(log, random.Random(arguments.seed))

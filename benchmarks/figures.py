@@ -21,6 +21,7 @@ from matplotlib import pyplot as plt
 from twistcore.analysis import analyse, detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
+from twistcore.clip_files import BVH, clips_in
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.natural_events import FLIP, NaturalEvent, natural_events
 from twistcore.motion import Motion
@@ -70,7 +71,7 @@ def turns(motion: Motion, joint: int) -> np.ndarray:
 def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
     """Clip, joint, motion and event of every flip in a folder's clips."""
     found = []
-    for path in sorted(folder.glob("*.bvh")):
+    for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion
         names = motion.skeleton.names
         given = analyse(motion)
@@ -121,7 +122,7 @@ def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
 def alarm_figure(folders: list[Path], path: Path) -> int:
     """A panel an interval found in clips as captured; returns how many there are."""
     found = []
-    for clip in (c for folder in folders for c in sorted(folder.glob("*.bvh"))):
+    for clip in (c for folder in folders for c in clips_in(folder, suffixes=BVH)):
         motion = read_bvh(clip).motion
         first = leading_frames(motion)
         motion = motion.sliced(first, motion.frames)

@@ -26,6 +26,7 @@ from twistcore.batch import severity
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.clip import rewritten
+from twistcore.clip_files import BVH, clips_in
 from twistcore.detection import Interval
 from twistcore.synthesis import draw_errors, generator, inject
 
@@ -57,7 +58,7 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         truth = {}
-        for k, source in enumerate(sorted(arguments.folder.glob("*.bvh"))[: arguments.clips]):
+        for k, source in enumerate(clips_in(arguments.folder, suffixes=BVH)[: arguments.clips]):
             target = Path(folder) / source.name
             truth[target] = with_errors(source, target, k % 9)
         window = MainWindow(Settings(), None)

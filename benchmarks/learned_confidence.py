@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_folder, sampled
+from twistcore.clip_files import BVH, clips_in
 from twistcore.tuning.learned_confidence import Seen, learned, reliability, seen
 
 VERDICTS = 200
@@ -89,7 +90,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=CHOSEN_ON, help="the first pass's seed")
     parser.add_argument("--keep", type=Path, help="a folder: passes are kept there")
     arguments = parser.parse_args()
-    paths = sorted(p for folder in arguments.folders for p in folder.glob("*.bvh"))
+    paths = sorted(p for folder in arguments.folders for p in clips_in(folder, suffixes=BVH))
     if not paths:
         parser.error("no BVH")
     passes = range(arguments.first, arguments.first + arguments.seeds)

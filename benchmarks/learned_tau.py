@@ -25,6 +25,7 @@ import numpy as np
 from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_folder, sampled
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
+from twistcore.clip_files import BVH, clips_in
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
@@ -117,7 +118,7 @@ def main() -> None:
     parser.add_argument("--passes", type=int, default=2, help="of the reviewer over the clips")
     parser.add_argument("--harder", default="P0", help="what is done to clips first: rich+H1")
     arguments = parser.parse_args()
-    paths = sorted(arguments.folder.glob("*.bvh"))
+    paths = clips_in(arguments.folder, suffixes=BVH)
     who = [performer_of(p.name) for p in paths]
     most = max(sorted(set(who)), key=who.count)
     first = [p for p in paths if performer_of(p.name) == most]

@@ -21,6 +21,7 @@ import numpy as np
 
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain
+from twistcore.clip_files import BVH, clips_in
 from twistcore.detection import counter_rotation
 from twistcore.detection.consistency import ConsistencyDetector
 from twistcore.detection.prediction import Mask
@@ -119,7 +120,7 @@ def main() -> None:
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
     print(f"| clip | Hz | row | {' | '.join(f'{j} × {s:g}' for j, s in SETTINGS)} |")
     print("|---" * (3 + len(SETTINGS)) + "|")
-    for path in sorted(arguments.folder.rglob("*.bvh")):
+    for path in clips_in(arguments.folder, below=True, suffixes=BVH):
         plain = make_scene(path.name, read_bvh(path).motion, parse_protocol("P0"))
         for row in arguments.protocol:
             cells = []

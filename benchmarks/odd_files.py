@@ -18,6 +18,7 @@ from pathlib import Path
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.clip import Clip, write_clip
+from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import BvhError
 
 BEGIN, END = "<!-- odd files: begin -->", "<!-- odd files: end -->"
@@ -131,7 +132,7 @@ def main() -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--write", type=Path, metavar="PAGE")
     arguments = parser.parse_args()
-    rows = [row(path) for path in sorted(arguments.folder.rglob("*.bvh"))]
+    rows = [row(path) for path in clips_in(arguments.folder, below=True, suffixes=BVH)]
     if arguments.write:
         page = arguments.write.read_text("utf-8")
         arguments.write.write_text(written_into(page, rows), "utf-8")

@@ -22,6 +22,7 @@ import numpy as np
 from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.clip_files import BVH, clips_in
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.motion import Motion
@@ -105,7 +106,7 @@ def main() -> None:
     track = partial(track_by_hand, causal=not arguments.both_ways)
     protocol = parse_protocol(arguments.protocol)
     raw, tracked, after = Count(), Count(), Count()
-    paths = [p for p in sorted(arguments.clips.glob("*.bvh")) if "injected" not in p.stem]
+    paths = [p for p in clips_in(arguments.clips, suffixes=BVH) if "injected" not in p.stem]
     for path in paths:
         motion = read_bvh(path).motion
         motion = motion.sliced(leading_frames(motion), motion.frames)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.bvh import read_bvh
+from twistcore.clip_files import BVH, clips_in
 from twistcore.detection.cuts import leading_frames
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.quamo.resample import resampled, sample_times
@@ -87,7 +88,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     found: dict[tuple[str, str], list[Array]] = {}
     clips = 0
-    for path in sorted(parser.parse_args().folder.glob("*.bvh")):
+    for path in clips_in(parser.parse_args().folder, suffixes=BVH):
         motion = read_bvh(path).motion
         motion = motion.sliced(leading_frames(motion), motion.frames)
         placed = placed_joint(motion)

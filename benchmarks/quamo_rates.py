@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.bvh import read_bvh
+from twistcore.clip_files import BVH, clips_in
 from twistcore.quality.figure_quality import quality
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.resample import resampled, sample_times
@@ -60,7 +61,7 @@ ROWS: dict[str, Run] = {
 
 def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Array, Array, float]]:
     """Name, rotations and root places of the 24 joints, offsets, frame time; metres."""
-    for path in sorted(folder.glob("*.bvh"))[::every]:
+    for path in clips_in(folder, suffixes=BVH)[::every]:
         motion = read_bvh(path).motion
         motion = motion.sliced(1, motion.frames)
         topology = find_topology(motion.skeleton)

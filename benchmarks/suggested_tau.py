@@ -21,6 +21,7 @@ import numpy as np
 
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
+from twistcore.clip_files import BVH, clips_in
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.refinement import applied_unasked
 from twistcore.rotation import Array
@@ -84,7 +85,7 @@ def main() -> None:
     parser.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     arguments = parser.parse_args()
-    paths = sorted(arguments.folder.glob("*.bvh"))
+    paths = clips_in(arguments.folder, suffixes=BVH)
     if not paths:
         parser.error(f"{arguments.folder}: no BVH")
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)

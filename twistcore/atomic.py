@@ -7,7 +7,9 @@ import errno
 import os
 import stat
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 STANDARD_OUTPUT = Path("/dev/stdout")  # by this name also on systems that have no such file
 
@@ -34,13 +36,25 @@ def write_atomically(path: Path, data: bytes) -> None:
 
     Raises OSError, BrokenPipeError where a reader has gone; a file is then as it was.
     """
+    with writing_atomically(path) as file:
+        file.write(data)
+
+
+@contextlib.contextmanager
+def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
+    """A file to write into bit by bit, which ends where a path leads once all is in it.
+
+    As :func:`write_atomically`, for what is larger than memory should hold. What is raised inside
+    leaves the file as it was; of a stream, with what had been written by then.
+    """
     try:
         descriptor = _descriptor_to_write(path)
         if descriptor is None:
-            _replace(destination(path), data)
+            with _replacing(destination(path)) as file:
+                yield file
         else:
             with os.fdopen(descriptor, "wb") as file:
-                file.write(data)
+                yield file
     except OSError as error:  # the person knows this name, not a temporary one or a link's end
         raise OSError(error.errno, error.strerror, str(path)) from None
 
@@ -121,12 +135,13 @@ def _kind(path: Path) -> int:
         return 0
 
 
-def _replace(end: Path, data: bytes) -> None:
+@contextlib.contextmanager
+def _replacing(end: Path) -> Iterator[IO[bytes]]:
     handle, name = tempfile.mkstemp(dir=end.parent, prefix=f".{end.name}.", suffix=".part")
     part = Path(name)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(data)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         move_into_place(part, end)

@@ -89,6 +89,24 @@ class Apart:
         result: Result = answer
         return result
 
+    def tried(
+        self, work: Callable[[Name], Result], name: Name, seconds: float | None
+    ) -> Result | Exception:
+        """The same, with what is raised as the answer.
+
+        A name whose process died is tried once more, in another: it may have been ended for what a
+        neighbour did.
+        """
+        for last in (False, True):
+            try:
+                return self.call(work, name, seconds)
+            except ProcessEndedError as error:
+                if last or self._closed:
+                    return error
+            except Exception as error:  # a defect of ours must not stop the other files, either
+                return error
+        raise AssertionError
+
     def close(self) -> None:
         """End the process at once, whatever it is doing. Safe to call in any thread."""
         with self._guard:
@@ -121,9 +139,8 @@ def each(
     """What `work` makes of every name, as it comes, or the exception that it ended with.
 
     In this process where one worker is enough, unless `apart`; else in others: `work` and all that
-    it takes and gives are pickled. seconds: how long a name may take, apart. A name whose process
-    died is tried once more, in another: it may have been ended for what a neighbour did. Names are
-    taken as they are needed, no more than twice as many as there are workers ahead of the reader.
+    it takes and gives are pickled. seconds: how long a name may take, apart. Those whose process died
+    are tried once more (:meth:`Apart.tried`). Names are taken as they are needed, no more than twice as many as there are workers ahead of the reader.
     The processes are gone when this ends, at once where it ends early.
     """
     if isinstance(names, Sequence):
@@ -198,22 +215,11 @@ class _Crew(Generic[Name, Result]):
                         name = next(self.names)
                     except StopIteration:
                         break
-                self.outbox.put((name, self._asked(apart, name)))
+                limit = self.seconds(name) if self.seconds else None
+                self.outbox.put((name, apart.tried(self.work, name, limit)))
         except BaseException as error:  # whoever gives the names failed: the reader is told
             self.outbox.put(error)
         self.outbox.put(None)
-
-    def _asked(self, apart: Apart, name: Name) -> Result | Exception:
-        limit = self.seconds(name) if self.seconds else None
-        for again in (True, False):
-            try:
-                return apart.call(self.work, name, limit)
-            except ProcessEndedError as error:
-                if not again or self.stopped.is_set():
-                    return error
-            except Exception as error:  # a defect of ours must not stop the other files, either
-                return error
-        raise AssertionError
 
 
 def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:

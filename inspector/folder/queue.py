@@ -23,6 +23,7 @@ from inspector.session.session_files import decided_in, exports_among, written
 from twistcore.atomic import same_file
 from twistcore.batch import ClipSurvey, is_batch_folder
 from twistcore.batch.manifest import FILE as MANIFEST
+from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
 from twistcore.tuning import Profile
 
@@ -152,7 +153,7 @@ class FolderQueue(QObject):
         if self.batch is not None:
             self._take_batch(self.batch)
             return
-        there = sorted(self.folder.glob("*.bvh")) if self.folder.is_dir() else []
+        there = clips_in(self.folder)
         exported = exports_among(there)
         self.exports = frozenset(exported)
         clips = [path for path in there if path not in exported]

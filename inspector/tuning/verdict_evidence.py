@@ -16,6 +16,7 @@ from inspector.session.session_files import kept_sessions, written
 from inspector.tuning.remembered_profiles import Performers
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.background import OneTask
+from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
 from twistcore.progress import Tell
 from twistcore.review import ReviewState
@@ -152,7 +153,7 @@ def _counted(
     """In a thread: nothing here changes the review or the clip."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped = [], []
-    folder = sorted(data.clip.path.parent.glob("*.bvh"))
+    folder = clips_in(data.clip.path.parent)
     for k, path in enumerate(folder):
         tell(k / len(folder))
         if path == data.clip.path or not (sessions := kept_sessions(path)):

@@ -9,8 +9,9 @@ from pathlib import Path
 
 from twistcore.analysis import analyse
 from twistcore.batch.how_bad import severity, unchecked
+from twistcore.clip_files import clips_in
 from twistcore.detection import DEFAULT_METHOD
-from twistcore.formats import is_clip, read_clip
+from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.processes import each, reason
 from twistcore.rig import AS_FOUND, Rig
@@ -54,7 +55,7 @@ def survey_folder(
     folder: Path | str, profile: Profile | None = None, workers: int = 1
 ) -> list[ClipSurvey]:
     """All clips of a folder, worst first; those that cannot be read, last, say why."""
-    paths = sorted(p for p in Path(folder).iterdir() if is_clip(p))
+    paths = clips_in(Path(folder))
     found = [
         ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r
         for path, r in each(partial(survey, profile=profile), paths, workers)

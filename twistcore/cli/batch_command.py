@@ -5,22 +5,25 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from twistcore.atomic import write_atomically
 from twistcore.batch.batch_run import CarryOut, Limits, Summary, run_batch
 from twistcore.batch.clip_task import Outcome, Task, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.cli.batch_progress import begin
-from twistcore.cli.output import refuse_overwrite
 from twistcore.errors import TwistError
 from twistcore.processes import each
+from twistcore.worker_memory import SPARE
 
+_FILES = ("jsonl", "parquet", "csv", "junit")
 _MIB = 1 << 20
 
 
@@ -33,8 +36,12 @@ def batch(arguments: argparse.Namespace) -> int:
     if not words:
         raise TwistError("expected clips, folders, patterns, URLs or --from FILE")
     inputs = find_inputs(words, without=folder)
-    files = _result_files(arguments)
-    refuse_overwrite(list(files), [Path(s.path) for s in inputs.sources if "://" not in s.path])
+    targets = [getattr(arguments, name) for name in _FILES if getattr(arguments, name)]
+    if targets:
+        from twistcore.cli.output import refuse_overwrite  # numpy, scipy
+
+        local = [Path(source.path) for source in inputs.sources if "://" not in source.path]
+        refuse_overwrite(targets, local)
     with _carrying_out(arguments) as carry_out:
         summary = run_batch(
             folder,
@@ -47,15 +54,123 @@ def batch(arguments: argparse.Namespace) -> int:
         )
     for problem in (*inputs.problems, *summary.failed):
         print(problem, file=sys.stderr)
-    broken: list[str] = []
-    with Manifest.open(folder) as manifest:
-        chosen = {source.path for source in inputs.sources}
-        if rules or files or not summary.stopped:
-            broken = _results(manifest, chosen, rules, files, arguments)
-        _tell(folder, summary)
-    if summary.stopped == "stopped":
-        return 130
-    if summary.stopped or inputs.problems or broken:
+    if summary.stopped:
+        print(f"{summary.stopped}: {summary.left} clips to go; the same again goes on", file=sys.stderr)
+    broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
+    print(
+        f"{folder}: {summary.done} clips done, {summary.known} known, {len(summary.failed)} failed"
+    )
+    if summary.stopped:
+        return 130 if summary.stopped == "stopped" else 1
+    if inputs.problems or broken:
         return 1
-    good = summary.done + summary.known
-    return (1 if good else 2) if summary.failed else 0
+    return (1 if summary.done + summary.known else 2) if summary.failed else 0
+
+
+def _written(
+    arguments: argparse.Namespace, folder: Path, sources: Collection[str], rules: Sequence[Any]
+) -> bool:
+    """Write result files and report, and say which rules are broken; whether any is."""
+    broken: list[Any] = []
+    if rules or any(getattr(arguments, name) for name in _FILES):
+        from twistcore.batch.gates import broken as broken_of
+
+        with Manifest.open(folder) as manifest:
+
+            def records() -> Iterator[ClipRecord]:
+                return (r for r in manifest.each_record() if r.source in sources)
+
+            broken = broken_of(rules, records())
+            _write_files(arguments, records, rules, broken)
+    for one in broken:
+        print(one, file=sys.stderr)
+    if arguments.report:
+        import_module("twistcore.report.folder_report").write_folder_report(
+            folder, folder / "report"
+        )
+    return bool(broken)
+
+
+def _write_files(
+    arguments: argparse.Namespace,
+    records: Callable[[], Iterator[ClipRecord]],
+    rules: Sequence[Any],
+    broken: Sequence[Any],
+) -> None:
+    from twistcore.batch import result_files
+
+    if arguments.jsonl:
+        result_files.write_json_lines(arguments.jsonl, records())
+    if arguments.parquet:
+        result_files.write_parquet(arguments.parquet, records())
+    if arguments.csv:
+        result_files.write_clip_table(arguments.csv, records())
+    if arguments.junit:
+        from twistcore.batch.junit import junit_xml
+
+        write_atomically(arguments.junit, junit_xml(records(), rules, broken))
+
+
+def _rules(arguments: argparse.Namespace) -> list[Any]:
+    if not arguments.fail_if:
+        return []
+    from twistcore.batch.gates import parse_rule  # numpy, scipy
+
+    return [parse_rule(text) for text in arguments.fail_if]
+
+
+def _parameters(arguments: argparse.Namespace) -> Parameters:
+    """What the words say; what files say is read here, as no other machine may see them."""
+    profile, rig = None, None
+    if arguments.profile:
+        from twistcore.tuning import read_profile
+
+        found = read_profile(arguments.profile)
+        if found.method not in ("", arguments.method):
+            print(
+                f"{arguments.profile}: note: tuned for detector {found.method}, "
+                f"used with {arguments.method}",
+                file=sys.stderr,
+            )
+        profile = dict(found.tau)
+    if arguments.rig:
+        from twistcore.rig import read_rig, rig_to_json
+
+        rig = rig_to_json(read_rig(arguments.rig))
+    if not arguments.refine and (arguments.include_open or arguments.min_confidence is not None):
+        raise TwistError("--min-confidence, --include-open: expected --refine, too")
+    return Parameters(
+        method=arguments.method,
+        tau_deg=arguments.tau,
+        profile_rad=profile,
+        kinds=tuple(sorted(kind.value for kind in arguments.kinds or ())),
+        chains=tuple(arguments.chain or ()),
+        fps=arguments.fps,
+        rig=rig,
+        refine=arguments.refine,
+        min_confidence=arguments.min_confidence,
+        include_open=arguments.include_open,
+    )
+
+
+def _limits(arguments: argparse.Namespace) -> Limits:
+    memory = SPARE if arguments.memory_limit is None else round(arguments.memory_limit * _MIB)
+    return Limits(arguments.time_limit, memory)
+
+
+@contextmanager
+def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
+    """Processes of this machine, or a cluster."""
+    if not (arguments.scheduler or arguments.local_cluster):
+        yield partial(_in_processes, workers=arguments.workers or os.cpu_count() or 1)
+        return
+    from twistcore.batch.dask_cluster import cluster
+
+    with cluster(arguments.scheduler, arguments.local_cluster) as carry_out:
+        yield carry_out
+
+
+def _in_processes(
+    tasks: Sequence[Task], seconds: Callable[[Task], float], *, workers: int
+) -> Iterator[tuple[Task, Outcome | Exception]]:
+    return each(process, tasks, workers, apart=True, seconds=seconds)

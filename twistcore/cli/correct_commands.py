@@ -6,8 +6,9 @@ import argparse
 import sys
 from collections.abc import Iterable, Sequence
 
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.chain import Chain
 from twistcore.cli.detect_commands import detected
+from twistcore.cli.folder_commands import apply_folder, diff_folders
 from twistcore.cli.output import (
     lone_jumps,
     print_json,
@@ -20,11 +21,11 @@ from twistcore.clip import Clip, write_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
-from twistcore.export.replay import accepted_motion, chains_of
+from twistcore.export.replay import accepted_motion, replayed, uncorrected
 from twistcore.export.report import Report, check_report, write_report
 from twistcore.formats import read_clip
-from twistcore.refinement import SURE_ENOUGH, applied_unasked, children_off_axis
-from twistcore.review import Review, read_session
+from twistcore.refinement import SURE_ENOUGH, applied_unasked
+from twistcore.review import Review
 from twistcore.review.model import SEEN
 
 
@@ -53,13 +54,13 @@ def refine(arguments: argparse.Namespace) -> int:
 
 
 def apply(arguments: argparse.Namespace) -> int:
-    """Replay a session: the same bytes as the program's export."""
-    session = read_session(arguments.session)
-    clip = read_clip(arguments.clip, fps=session.fps)
+    """Replay a session, or those of a folder: the same bytes as the program's export."""
+    if arguments.session.is_dir() or arguments.clip.is_dir():
+        return apply_folder(arguments)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
-    chains = chains_of(session, clip)
-    refined = accepted_motion(clip, chains, session.state)
-    tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
+    replay = replayed(arguments.session, arguments.clip)
+    clip, chains, session = replay.clip, replay.chains, replay.session
+    tell_jumps(arguments.output, write_clip(clip, replay.motion, arguments.output))
     chosen, judged = session.state.chosen(), session.state.intervals
     count = told_of(chosen, [j.interval for j in judged], "applied")
     seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
@@ -81,31 +82,16 @@ def _least(asked: float | None) -> float:
 
 def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> bool:
     """Say what could not be corrected, or not without moving a helper joint; True if skipped."""
-    skipped = False
-    used = {interval.chain for interval in chosen}
-    for chain in chains:
-        if chain.name not in used:
-            continue
-        if joints := uncorrectable_joints(clip.motion, chain):
-            skipped = True
-            print(
-                f"{clip.path}: {chain.name} was not corrected: {', '.join(joints)} "
-                "without three rotation channels",
-                file=sys.stderr,
-            )
-        for name, distance in children_off_axis(clip.motion, chain).items():
-            share = 2.0 * distance / clip.motion.skeleton.height
-            if share > 1e-6:
-                print(
-                    f"{clip.path}: {name} lies beside the axis of {chain.name} and follows it "
-                    f"by up to {share:.1e} of the height",
-                    file=sys.stderr,
-                )
-    return skipped
+    left, beside = uncorrected(clip, chains, chosen)
+    for sentence in (*left, *beside):
+        print(sentence, file=sys.stderr)
+    return bool(left)
 
 
 def diff(arguments: argparse.Namespace) -> int:
-    """Print what differs between two clips."""
+    """Print what differs between two clips, or the clips of two folders."""
+    if arguments.a.is_dir() or arguments.b.is_dir():
+        return diff_folders(arguments)
     a, b = read_clip(arguments.a), read_clip(arguments.b)
     try:
         difference = compare(a.motion, b.motion)

@@ -74,10 +74,11 @@ def make_parser() -> argparse.ArgumentParser:
     refine.add_argument("--report", type=folder, metavar="DIR", help="also write a report")
     refine.set_defaults(run=correct_commands.refine)
 
-    apply = subparsers.add_parser("apply", help="write what a session has accepted")
-    apply.add_argument("session", type=Path, metavar="SESSION")
-    _clip(apply)
+    apply = subparsers.add_parser("apply", help="write what sessions have accepted")
+    apply.add_argument("session", type=Path, metavar="SESSION|FOLDER")
+    apply.add_argument("clip", type=Path, metavar="CLIP|FOLDER")
     _output(apply)
+    _workers(apply)
     apply.set_defaults(run=correct_commands.apply)
 
     inject = subparsers.add_parser("inject", help="put known twist errors into a clip")
@@ -155,10 +156,11 @@ def make_parser() -> argparse.ArgumentParser:
 
     _quamo(subparsers.add_parser("quamo", help="tracking of jittery motion, after review"))
 
-    diff = subparsers.add_parser("diff", help="what differs between two clips")
+    diff = subparsers.add_parser("diff", help="what differs between two clips or folders")
     diff.add_argument("a", type=Path, metavar="A")
     diff.add_argument("b", type=Path, metavar="B")
     _json(diff)
+    _workers(diff)
     diff.set_defaults(run=correct_commands.diff)
     return parser
 
@@ -271,6 +273,15 @@ def _clip(parser: argparse.ArgumentParser) -> None:
 def _output(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=target, required=True, metavar="OUT", help="'-': standard output"
+    )
+
+
+def _workers(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--workers",
+        type=count,
+        metavar="N",
+        help="processes, where it is folders; default all cores",
     )
 
 

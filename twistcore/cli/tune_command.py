@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from twistcore.cli.output import refuse_overwrite, tell_problems
+from twistcore.clip_files import clips_in
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.processes import each, reason
@@ -39,7 +40,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     source: Path = arguments.source
     if arguments.performer is not None:
         raise TwistError("--performer: expected --verdicts, too; an injected error is nobody's")
-    paths = sorted(source.glob("*.bvh")) if source.is_dir() else [source]
+    paths = clips_in(source) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a BVH or a folder with some")
     sessions = FolderSessions({}, ())

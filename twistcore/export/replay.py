@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
-from twistcore.chain import Chain
+from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.clip import Clip
-from twistcore.detection import Kind
+from twistcore.detection import Interval, Kind
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.tracking import check_tracking, tracked_motion
+from twistcore.formats import read_clip
 from twistcore.limb import Limb
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
-from twistcore.refinement import refine
-from twistcore.review import ReviewState, Session
+from twistcore.refinement import children_off_axis, refine
+from twistcore.review import ReviewState, Session, read_session
 
 
 def accepted_motion(
@@ -26,6 +29,46 @@ def accepted_motion(
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """A session on its clip: the chains and limbs that it names, and the corrected motion."""
+
+    session: Session
+    clip: Clip
+    chains: tuple[Chain, ...]
+    motion: Motion
+
+
+def replayed(session_path: Path, clip_path: Path) -> Replay:
+    """Read a session and its clip and correct this; raises TwistError of either, OSError."""
+    session = read_session(session_path)
+    clip = read_clip(clip_path, fps=session.fps)
+    chains = chains_of(session, clip)
+    return Replay(session, clip, chains, accepted_motion(clip, chains, session.state))
+
+
+def uncorrected(
+    clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Sentences: what the file lets nobody correct, and what moved that lies beside the axis."""
+    left, beside = [], []
+    used = {interval.chain for interval in chosen}
+    for chain in (chain for chain in chains if chain.name in used):
+        if joints := uncorrectable_joints(clip.motion, chain):
+            left.append(
+                f"{clip.path}: {chain.name} was not corrected: {', '.join(joints)} "
+                "without three rotation channels"
+            )
+        for name, distance in children_off_axis(clip.motion, chain).items():
+            share = 2.0 * distance / clip.motion.skeleton.height
+            if share > 1e-6:
+                beside.append(
+                    f"{clip.path}: {name} lies beside the axis of {chain.name} and follows it "
+                    f"by up to {share:.1e} of the height"
+                )
+    return tuple(left), tuple(beside)
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
+from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
-from twistcore.review import read_session
+from twistcore.review import Session, read_session
 
 _SESSION = ".twist.json"  # as the program names them; a person may choose another name
 _REPLAY = ".replay.json"  # what an export did: its review is in the clip's own session
@@ -48,20 +49,33 @@ def sessions_in(folder: Path) -> FolderSessions:
     """
     found: dict[Path, list[tuple[Path, str]]] = {}
     damaged: list[Damaged] = []
-    for path in sorted(folder.glob("*.json")):
-        if path.name.endswith(_REPLAY):
-            continue
-        try:
-            session = read_session(path)
-        except TwistError as error:
-            if (clip := _meant_for(path)) is not None:
-                damaged.append(Damaged(path, clip, str(error)))
+    for path, session in read_sessions(folder):
+        if isinstance(session, TwistError):
+            damaged.append(Damaged(path, _meant_for(path) or folder, str(session)))
             continue
         clip = folder / PurePath(session.clip).name
         if _is_file(clip):  # not the folder, by '' or '/'
             found.setdefault(clip, []).append((path, session.sha256))
     of = {clip: _best(clip, found[clip]) for clip in sorted(found)}
     return FolderSessions(of, tuple(damaged))
+
+
+def read_sessions(
+    folder: Path, *, below: bool = False
+) -> Iterator[tuple[Path, Session | TwistError]]:
+    """Every session of a folder in order of names, or why it cannot be read.
+
+    below: those of the folders below it, too. Other documents are left out, and so is what an
+    export did, whose review is in the clip's own session.
+    """
+    for path in sorted((folder.rglob if below else folder.glob)("*.json")):
+        if path.name.endswith(_REPLAY):
+            continue
+        try:
+            yield path, read_session(path)
+        except TwistError as error:
+            if _meant_for(path) is not None:
+                yield path, error
 
 
 def _meant_for(path: Path) -> Path | None:
@@ -77,9 +91,11 @@ def _meant_for(path: Path) -> Path | None:
     named = path.name.endswith(_SESSION)
     if not (named or str(said.get("schema")).startswith("twistcore.session/")):
         return None
-    names = PurePath(str(said.get("clip", ""))).name, path.name.removesuffix(_SESSION) + ".bvh"
-    clips = (path.parent / name for name in names)
-    return next(filter(_is_file, clips), path.parent)
+    said_clip = path.parent / PurePath(str(said.get("clip", ""))).name
+    if _is_file(said_clip):
+        return said_clip
+    stem = path.name.removesuffix(_SESSION)
+    return next((clip for clip in clips_in(path.parent) if clip.stem == stem), path.parent)
 
 
 def _is_file(path: Path) -> bool:

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import json
-import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from tqdm import tqdm
-
+from twistcore.clip_files import BVH, clips_by_name
 from twistcore.detection.natural_events import NaturalEvent
 from twistcore.encoding import escaped
-from twistcore.errors import FormatError, TwistError
+from twistcore.errors import FormatError
 from twistcore.processes import each, reason
+from twistcore.progress import clip_counter
 from twistcore.study.benchmark.clip_run import ClipResult, Settings, result_from_json, run_clip
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.tally import Tallies, add_tallies
@@ -65,11 +63,7 @@ def find_clips(folder: Path) -> dict[str, Path]:
     """BVH files below a folder, by their path in it; a single file by its name."""
     if folder.is_file():
         return {folder.name: folder}
-    named = [p for p in folder.rglob("*") if p.suffix.lower() == ".bvh"]
-    found = [p for p in named if p.is_file() or not p.exists()]  # a link astray is listed as such
-    if not found:
-        raise TwistError(f"{folder}: expected a folder with BVH files")
-    return {p.relative_to(folder).as_posix(): p for p in sorted(found)}
+    return clips_by_name(folder, suffixes=BVH)
 
 
 def run_benchmark(
@@ -99,7 +93,7 @@ def run_benchmark(
     summary.missing = len(todo)
     with (
         _partial_file(partial, settings, append=bool(known)) as file,
-        _progress(len(clips), len(known)) as tell,
+        clip_counter(len(clips), len(known)) as tell,
     ):
         try:
             for result in _results(todo, clips, settings, workers):
@@ -187,25 +181,3 @@ def _partial_file(
             file.write(json.dumps(head, ensure_ascii=False) + "\n")
         file.flush()
         yield file
-
-
-@contextmanager
-def _progress(total: int, done: int) -> Iterator[Callable[[str], None]]:
-    """A bar on a terminal, else a line every twentieth of the way."""
-    if sys.stderr.isatty():
-        with tqdm(total=total, initial=done, unit="clip", file=sys.stderr) as bar:
-
-            def advance(name: str) -> None:
-                bar.set_postfix_str(name, refresh=False)
-                bar.update()
-
-            yield advance
-        return
-    counts, every = itertools.count(done + 1), max(1, total // 20)
-
-    def line(name: str) -> None:
-        count = next(counts)
-        if count % every == 0 or count == total:
-            print(f"{count}/{total} {name}", file=sys.stderr, flush=True)
-
-    yield line

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.bvh import read_bvh
+from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import TwistError
 from twistcore.processes import each, reason
 from twistcore.quamo.resample import resampled, sample_times
@@ -68,7 +69,7 @@ def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
 
     TwistError where there is no BVH.
     """
-    paths: Sequence[Path] = sorted(folder.glob("*.bvh"))
+    paths = clips_in(folder, suffixes=BVH)
     if not paths:
         raise TwistError(f"{folder}: expected a folder with BVH files")
     found = list(each(read_sequence, paths, workers=1))

@@ -1,0 +1,286 @@
+"""Commands that take folders: which files they take, and that a bad one stops no other."""
+
+import json
+import os
+import shutil
+from dataclasses import replace
+
+import pytest
+
+from tests.conftest import ASSETS
+from tests.twistcore.reviews import CLIP, fresh
+from tests.twistcore.test_cli import run
+from twistcore.batch import survey_folder
+from twistcore.bvh import read_bvh, write_motion
+from twistcore.clip_files import BVH, clips_by_name, clips_in
+from twistcore.errors import TwistError
+from twistcore.review import Decide, Decision, write_session
+from twistcore.study.quamo.sequences import read_folder
+
+WALK = ASSETS / "walk.bvh"
+
+
+@pytest.fixture(scope="module")
+def cut(tmp_path_factory):
+    """A piece of the walk that takes little time."""
+    path = tmp_path_factory.mktemp("cut") / "walk.bvh"
+    write_motion(read_bvh(WALK).motion.sliced(0, 60), path)
+    return path
+
+
+@pytest.fixture
+def odd(tmp_path, cut):
+    """A folder with two good clips and all that a folder may have beside them."""
+    folder = tmp_path / "odd"
+    folder.mkdir()
+    shutil.copy(cut, folder / "01_good.bvh")
+    shutil.copy(cut, folder / "05_UPPER.BVH")
+    (folder / "bad.bvh").write_bytes(b"PK\x03\x04 no BVH")
+    (folder / "empty.bvh").touch()
+    (folder / "astray.bvh").symlink_to("nowhere")
+    (folder / "folder.bvh").mkdir()
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(folder / "pipe.bvh")  # who reads it waits for good
+    (folder / "notes.txt").touch()
+    return folder
+
+
+BAD = ("astray.bvh", "bad.bvh", "empty.bvh")
+ALL = ("01_good.bvh", "05_UPPER.BVH", *BAD)
+
+
+def test_the_clips_of_a_folder(odd):
+    assert [path.name for path in clips_in(odd)] == list(ALL)
+    shutil.move(odd / "05_UPPER.BVH", odd / "folder.bvh")
+    assert len(clips_in(odd)) == len(ALL) - 1
+    assert list(clips_by_name(odd)) == ["01_good.bvh", *BAD, "folder.bvh/05_UPPER.BVH"]
+    assert clips_in(odd / "nowhere") == clips_in(odd / "bad.bvh") == []
+    (odd / "folder.bvh" / "x.npz").touch()
+    assert len(clips_in(odd / "folder.bvh", suffixes=BVH)) == 1
+    assert len(clips_in(odd / "folder.bvh", suffixes=(".npz", ".amc"))) == 1
+    with pytest.raises(TwistError, match="expected a folder with BVH or NPZ files"):
+        clips_by_name(odd / "bad.bvh", suffixes=(".bvh", ".npz"))
+
+
+def listed(err):
+    """The names of clips in sentences on standard error that say why not."""
+    lines = [line for line in err.splitlines() if "expected" in line or "cannot be read" in line]
+    return sorted({name for line in lines for name in ALL if name in line})
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("tune", "{}", "-o", "{}/../profile.toml", "--seeds", "1", "--workers", "1"),
+        ("benchmark", "{}", "--seeds", "1", "--workers", "1", "--methods", "paper"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_bad_file_stops_no_command(capsys, odd, words):
+    code, _, err = run(capsys, *(word.format(odd) for word in words))
+    assert (code, listed(err)) == (1, sorted(BAD)), err
+
+
+def test_a_bad_file_stops_no_survey_and_no_study(odd):
+    surveys = {s.path.name: s.problem for s in survey_folder(odd)}
+    assert [name for name in ALL if surveys[name]] == list(BAD)
+    sequences, problems = read_folder(odd)
+    assert [s.subject for s in sequences] == ["01", "05"]
+    assert listed("\n".join(problems)) == sorted(BAD)
+
+
+# --- diff ------------------------------------------------------------------------------------
+
+
+def test_two_folders_are_compared_clip_by_clip(capsys, tmp_path, odd, cut):
+    a, b = odd, tmp_path / "b"
+    (a / "sub").mkdir()
+    (b / "sub").mkdir(parents=True)
+    shutil.copy(cut, b / "01_good.bvh")
+    (b / "05_UPPER.BVH").write_bytes(cut.read_bytes().replace(b"\n", b"\r\n"))
+    motion = read_bvh(cut).motion
+    shutil.copy(cut, a / "sub" / "walk.bvh")
+    turned = motion.rotations.copy()
+    turned[10:20, 5] = turned[0, 5]
+    write_motion(replace(motion, rotations=turned), b / "sub" / "walk.bvh")
+    shutil.copy(cut, b / "bad.bvh")
+    (b / "empty.bvh").touch()
+    shutil.copy(cut, b / "new.bvh")
+    write_motion(motion.sliced(0, 30), a / "short.bvh")
+    shutil.copy(cut, b / "short.bvh")
+    code, out, err = run(capsys, "diff", a, b, "--json", "--workers", "1")
+    found = json.loads(out)
+    assert (code, found["schema"]) == (1, "twistcore.folder_diff/1")
+    assert (found["only_a"], found["only_b"]) == (["astray.bvh"], ["new.bvh"])
+    assert found["identical"] == ["01_good.bvh", "empty.bvh"]
+    assert found["same_motion"] == ["05_UPPER.BVH"]
+    (changed,) = found["different"]
+    assert (changed["clip"], changed["frames"]) == ("sub/walk.bvh", 10)
+    (joint,) = changed["joints"]
+    assert (joint["joint"], joint["frames"]) == (motion.skeleton.names[5], 10)
+    assert joint["max_deg"] == changed["max_deg"] > 0
+    reasons = {entry["clip"]: entry["reason"] for entry in found["failed"]}
+    assert list(reasons) == ["bad.bvh", "short.bvh"]
+    assert "30 and 60 frames" in reasons["short.bvh"]
+    assert all(reason in err for reason in reasons.values())
+    code, out, _ = run(capsys, "diff", a, b, "--workers", "1")
+    assert code == 1
+    assert "sub/walk.bvh: 1 joint in 10 frames, up to" in out
+    assert "4 clips compared: 2 identical, 1 of the same motion, 1 different; 1 only in" in out
+
+
+def test_equal_folders_and_a_folder_beside_a_file(capsys, tmp_path, cut):
+    code, out, _ = run(capsys, "diff", cut.parent, cut.parent, "--json", "--workers", "1")
+    found = json.loads(out)
+    assert (code, found["identical"], found["failed"]) == (0, ["walk.bvh"], [])
+    code, _, err = run(capsys, "diff", cut.parent, cut)
+    assert (code, err) == (2, f"{cut}: expected a folder, as the other is one\n")
+    code, _, err = run(capsys, "diff", cut.parent, tmp_path)
+    assert (code, err) == (2, f"{tmp_path}: expected a folder with BVH files\n")
+
+
+# --- apply -----------------------------------------------------------------------------------
+
+
+def judged(decide=True):
+    review = fresh()
+    for judged in review.state.intervals[:4]:
+        if decide:
+            review.do(Decide((judged.id,), Decision.ACCEPTED))
+    return review.state
+
+
+@pytest.fixture
+def delivery(tmp_path):
+    """Clips in folders, their sessions in another, and one of each that has no partner."""
+    clips, sessions = tmp_path / "clips", tmp_path / "sessions"
+    for k, name in enumerate(("one/walk.bvh", "two/WALK.BVH", "alone.bvh")):
+        (clips / name).parent.mkdir(parents=True, exist_ok=True)
+        data = CLIP.data if name != "alone.bvh" else WALK.read_bytes()
+        (clips / name).write_bytes(data + b"\n" * k)  # bytes of its own
+        if name != "alone.bvh":
+            session = sessions / name
+            session.parent.mkdir(parents=True)
+            write_session(session.with_suffix(".twist.json"), read_bvh(clips / name), judged())
+    (sessions / "broken.twist.json").write_text("{")
+    (sessions / "truth.json").write_text("{}")
+    return clips, sessions, tmp_path / "out"
+
+
+def apply(capsys, clips, sessions, out):
+    return run(capsys, "apply", sessions, clips, "-o", out, "--workers", "1")
+
+
+def files_of(folder):
+    return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_sessions_of_a_folder_give_the_bytes_of_each_alone(capsys, delivery, tmp_path):
+    clips, sessions, out = delivery
+    code, said, err = apply(capsys, clips, sessions, out)
+    assert code == 1
+    assert [line for line in err.splitlines() if "broken" in line]
+    assert "8 intervals applied in 2 clips; 1 clip without a session" in said
+    assert files_of(out) == {"applied.jsonl", "one/walk.bvh", "two/WALK.BVH"}
+    for name in ("one/walk.bvh", "two/WALK.BVH"):
+        session = (sessions / name).with_suffix(".twist.json")
+        assert run(capsys, "apply", session, clips / name, "-o", tmp_path / "single.bvh")[0] == 0
+        assert (out / name).read_bytes() == (tmp_path / "single.bvh").read_bytes()
+        assert (out / name).read_bytes() != (clips / name).read_bytes()
+
+
+def test_what_is_there_is_replaced_only_where_the_command_wrote_it(capsys, delivery):
+    clips, sessions, out = delivery
+    (sessions / "broken.twist.json").unlink()
+    (out / "two").mkdir(parents=True)
+    (out / "two" / "WALK.BVH").write_bytes(b"of somebody")
+    code, _, err = apply(capsys, clips, sessions, out)
+    assert code == 1
+    path = out / "two" / "WALK.BVH"
+    assert f"{path}: expected nothing there, or what this command wrote" in err
+    assert path.read_bytes() == b"of somebody"
+    path.unlink()
+    assert apply(capsys, clips, sessions, out)[0] == 0
+    times = {name: (out / name).stat().st_mtime_ns for name in files_of(out)}
+    code, said, _ = apply(capsys, clips, sessions, out)
+    assert (code, said.count("was there already")) == (0, 2)
+    assert times == {name: (out / name).stat().st_mtime_ns for name in files_of(out)}
+    ours, session = out / "one" / "walk.bvh", sessions / "one" / "walk.twist.json"
+    write_session(session, read_bvh(clips / "one" / "walk.bvh"), judged(decide=False))
+    assert apply(capsys, clips, sessions, out)[0] == 0  # decided otherwise since
+    assert ours.read_bytes() == (clips / "one" / "walk.bvh").read_bytes()
+    ours.write_bytes(b"changed by hand")
+    assert apply(capsys, clips, sessions, out)[0] == 1
+    assert ours.read_bytes() == b"changed by hand"
+
+
+def test_a_session_finds_its_clip_by_name_and_bytes(capsys, delivery):
+    clips, sessions, out = delivery
+    (sessions / "broken.twist.json").unlink()
+    session = sessions / "two" / "WALK.twist.json"
+    (clips / "two" / "WALK.BVH").rename(clips / "renamed.bvh")
+    later = session.with_name("later.json")
+    shutil.copy(session, later)
+    os.utime(session, (1e9, 1e9))
+    code, _, err = apply(capsys, clips, sessions, out)
+    assert (code, f"{session}: note: its clip has a later session" in err) == (0, True)
+    assert "renamed.bvh" in files_of(out)
+    later.unlink()
+    shutil.copy(clips / "renamed.bvh", clips / "again.bvh")
+    shutil.rmtree(out)
+    code, _, err = apply(capsys, clips, sessions, out)
+    assert (code, files_of(out)) == (1, {"applied.jsonl", "one/walk.bvh"})
+    assert "expected one clip that it was made on, found again.bvh and renamed.bvh" in err
+    (clips / "two").mkdir(exist_ok=True)
+    shutil.copy(clips / "again.bvh", clips / "two" / "again.bvh")  # as the session lies
+    assert apply(capsys, clips, sessions, out)[0] == 0
+    assert "two/again.bvh" in files_of(out)
+
+
+def test_another_version_of_a_clip_is_listed(capsys, delivery):
+    clips, sessions, out = delivery
+    shutil.copy(WALK, clips / "one" / "walk.bvh")
+    (clips / "two" / "WALK.BVH").unlink()
+    code, _, err = apply(capsys, clips, sessions, out)
+    assert (code, files_of(out)) == (2, set())  # nothing could be done
+    first, second, third = err.splitlines()[-3:]
+    assert "broken.twist.json" in first
+    assert "one/walk.bvh is another version (SHA-256 differs)" in second
+    assert "no clip is called 'WALK.BVH', and none has its bytes" in third
+
+
+def test_folders_that_cannot_be_applied_are_refused(capsys, delivery, tmp_path):
+    clips, sessions, out = delivery
+    session = sessions / "one" / "walk.twist.json"
+    for words, expected in (
+        ((clips, sessions, clips), f"{clips}: expected another folder than that of the clips"),
+        ((clips, session, out), f"{session}: expected a folder"),
+        ((clips / "alone.bvh", sessions, out), "alone.bvh: expected a folder"),
+        ((clips, clips, out), f"{clips}: expected a folder with sessions"),
+        ((clips, sessions, session), f"{session}: expected a folder"),
+    ):
+        code, _, err = apply(capsys, *words)
+        assert (code, len(err.splitlines())) == (2, 1)
+        assert expected in err
+    assert not out.exists()
+
+
+def test_a_folder_in_that_of_the_clips_is_written_into_again_and_again(capsys, delivery):
+    clips, sessions, _ = delivery
+    (sessions / "broken.twist.json").unlink()
+    for session in sessions.rglob("*.twist.json"):  # beside their clips
+        shutil.move(session, clips / session.relative_to(sessions))
+    for _ in range(2):
+        code, said, _ = apply(capsys, clips, clips, clips / "out")
+        assert (code, "in 2 clips; 1 clip without a session" in said) == (0, True)
+    assert files_of(clips / "out") == {"applied.jsonl", "one/walk.bvh", "two/WALK.BVH"}
+
+
+def test_a_record_of_another_program_is_not_taken_for_ours(capsys, delivery):
+    clips, sessions, out = delivery
+    out.mkdir()
+    (out / "applied.jsonl").write_text('{"schema": "other/1"}\n')
+    code, _, err = apply(capsys, clips, sessions, out)
+    assert code == 2
+    assert "applied.jsonl: expected a document with schema 'twistcore.applied/1'" in err
+    assert files_of(out) == {"applied.jsonl"}

@@ -1,0 +1,160 @@
+"""Rules of a batch: how they are written, what they count, and what CI is told."""
+
+from xml.etree import ElementTree
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.twistcore.batch_records import done, failed, interval, record
+from twistcore.batch.gates import GRAMMAR, broken, parse_rule
+from twistcore.batch.junit import junit_xml
+from twistcore.detection import Kind
+from twistcore.errors import TwistError
+
+FLIP = interval(30, 40, 170.0, 0.6, Kind.LIMB_FLIP)
+LONE = interval(50, 51, 0.0, 0.95, Kind.LONE_JUMP, joint="LeftArm", turn_deg=90.0)
+CLIP = done("a/walk.bvh", interval(), FLIP, LONE, interval(60, 65, -40.0, None), severity=5.5)
+CLEAN = done("clean.bvh", frames=300)
+BAD = failed("bad.bvh", "bad.bvh: expected HIERARCHY")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("severity>5", 5.5),
+        ("count>3", 4),
+        ("count[limb-flip]>0", 1),
+        ("count[limb flip, lone-jump]==2", 2),
+        ("count[Counter-Twist] >= 2", 2),
+        ("count[confidence>=0.9]>2", 3),  # no confidence counts as 1
+        ("count[confidence>=0.6,confidence<0.9]>0", 1),
+        ("count[counter-twist,confidence<0.5]<=0", 0),
+        ("degrees>100", 170.0),
+        ("degrees[counter-twist]>30", 40.0),
+        ("degrees[lone-jump]>45", 90.0),
+        ("affected>2%", 26.0),
+        ("affected[counter-twist]>=15 %", 15.0),
+    ],
+)
+def test_a_rule_measures_a_clip(text, value):
+    (found,) = broken([parse_rule(text)], [CLIP])
+    assert (found.clip, found.value) == ("a/walk.bvh", pytest.approx(value))
+    assert repr(text) in str(found)
+    assert str(found).startswith("a/walk.bvh: ")
+
+
+@pytest.mark.parametrize(
+    "text", ["severity>5.5", "count[limb-flip]>1", "degrees<170", "affected>26%", "count==3"]
+)
+def test_a_rule_that_holds_says_nothing(text):
+    assert broken([parse_rule(text)], [CLIP]) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("total.count>3", 4),
+        ("total.count[limb-flip]==1", 1),
+        ("total.degrees>100", 170.0),
+        ("total.affected>6%", 6.5),
+        ("total.severity>1", 5.5 / 4),
+        ("failed>0", 1),
+        ("total.failed>0", 1),
+    ],
+)
+def test_a_rule_over_the_run(text, value):
+    (found,) = broken([parse_rule(text)], [CLIP, BAD, CLEAN, record("w.bvh", state="waiting")])
+    assert (found.clip, found.value) == ("", pytest.approx(value))
+
+
+def test_frames_that_lie_in_two_intervals_are_counted_once():
+    over = done("x.bvh", interval(10, 30), interval(12, 15), interval(20, 40), FLIP, frames=100)
+    (found,) = broken([parse_rule("affected[counter-twist]>0%")], [over])
+    assert found.value == pytest.approx(30.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", "a number"),
+        ("severity", "a number"),
+        ("jitter>1", "expected one of severity, count"),
+        ("severity>many", "expected a number behind '>', found 'many'"),
+        ("severity>nan", "expected a number"),
+        ("severity=>5", "a number"),
+        ("severity[limb-flip]>5", "expected no filter of severity"),
+        ("failed[limb-flip]>0", "expected no filter of failed"),
+        ("count[]>0", "found ''"),
+        ("count[flip]>0", "found 'flip'"),
+        ("count[confidence>high]>0", "found 'confidence>high'"),
+        ("affected>2", "expected a percentage"),
+        ("count>2%", "expected no '%'"),
+        ("count>0 and severity>1", "a number"),
+    ],
+)
+def test_what_is_no_rule_is_refused_in_a_sentence(text, expected):
+    with pytest.raises(TwistError, match="expected") as found:
+        parse_rule(text)
+    assert expected in str(found.value)
+    assert str(found.value).startswith(f"rule {text!r}: ")
+
+
+@given(st.text(alphabet="countdegrsvyaffil.[]<>=!,%- 0123456789e", max_size=30))
+def test_any_text_is_a_rule_or_refused(text):
+    try:
+        rule = parse_rule(text)
+    except TwistError:
+        return
+    broken([rule], [CLIP, BAD])
+
+
+def test_the_help_shows_rules_that_are_read():
+    examples = [word for word in GRAMMAR.split("Examples")[1].split() if word]
+    assert len(examples) == 7
+    for text in [*examples, "affected>2%", "failed>0", "severity>5"]:
+        parse_rule(text)
+
+
+def suite_of(records, *rules):
+    rules = [parse_rule(text) for text in rules]
+    root = ElementTree.fromstring(junit_xml(records, rules, broken(rules, records)))
+    assert root.tag == "testsuites"
+    (suite,) = root
+    cases = {case.get("name"): case for case in suite}
+    assert int(suite.get("tests")) == len(cases)
+    for name in ("failure", "error", "skipped"):
+        count = sum(case.find(name) is not None for case in cases.values())
+        attribute = name if name == "skipped" else f"{name}s"
+        assert int(suite.get(attribute)) == count
+    return cases
+
+
+def test_ci_sees_a_case_a_clip_and_one_a_rule_over_the_run():
+    records = [CLIP, BAD, CLEAN, record("later.bvh", state="waiting", seconds=0.0)]
+    cases = suite_of(records, "severity>5", "count>3", "failed>0", "total.count>100")
+    assert set(cases) == {"failed>0", "total.count>100", *(r.name for r in records)}
+    assert cases["a/walk.bvh"].get("classname") == "clips.a"
+    (failure,) = cases["a/walk.bvh"]
+    assert failure.get("message") == "severity>5, count>3"
+    assert failure.text.splitlines() == [
+        "a/walk.bvh: severity is 5.5°, which breaks 'severity>5'",
+        "a/walk.bvh: count is 4, which breaks 'count>3'",
+    ]
+    (error,) = cases["bad.bvh"]
+    assert (error.tag, error.text) == ("error", "bad.bvh: expected HIERARCHY")
+    assert [child.tag for child in cases["later.bvh"]] == ["skipped"]
+    assert [child.tag for child in cases["failed>0"]] == ["failure"]
+    assert not [*cases["clean.bvh"], *cases["total.count>100"]]
+
+
+@given(st.text(), st.text())
+def test_any_name_and_any_reason_make_a_document_that_can_be_read(name, reason):
+    records = [failed(f"x{name}\udcff", f"{reason}\x00\x1b\ufffe")]
+    (case,) = suite_of(records).values()
+    assert "\\x00\\x1b\\ufffe" in case[0].text
+    assert case.get("name").endswith("\\udcff")
+
+
+def test_an_empty_run_is_a_document():
+    assert suite_of([]) == {}

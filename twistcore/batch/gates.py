@@ -1,0 +1,226 @@
+"""Rules that a batch has to keep, as `--fail-if "count[limb-flip]>0"`: read and checked."""
+
+from __future__ import annotations
+
+import math
+import operator
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from twistcore.batch.manifest import ClipRecord
+from twistcore.detection import Kind
+from twistcore.errors import TwistError
+
+GRAMMAR = """\
+A rule names what must not be: "severity>5" fails where a clip's severity is above 5.
+
+  [total.]WHAT[FILTER,…] OP NUMBER      quoted, for > means something to a shell
+
+WHAT      severity   mean error a frame, degrees, over all chains
+          count      intervals
+          degrees    the largest error of an interval; of a lone jump, its turn in a frame
+          affected   frames in which an interval lies, in percent of all: affected>2%
+          failed     clips that could not be processed, of the whole run: failed>0
+FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
+          a kind (counter-twist, limb-flip, lone-jump; of several, any), confidence OP NUMBER
+OP        >  >=  <  <=  ==
+
+A rule is held against every clip; with "total." against the run: counts are added, degrees are the
+largest, affected is of the frames of all clips and severity their mean over all frames. A clip that
+could not be processed is listed as such, and breaks no rule but "failed".
+
+Examples  severity>5   count[limb-flip]>0   count[confidence>=0.8]>3   affected>2%
+          degrees[counter-twist,confidence>=0.9]>10   total.count>100   failed>0
+"""
+
+_OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
+    ">=": operator.ge,
+    "<=": operator.le,
+    "==": operator.eq,
+    ">": operator.gt,
+    "<": operator.lt,
+}
+_OF_INTERVALS = ("count", "degrees", "affected")
+_WHAT = ("severity", *_OF_INTERVALS, "failed")
+_KINDS = {kind.value.replace(" ", "-"): kind for kind in Kind}
+_OP = "|".join(map(re.escape, _OPERATORS))
+_RULE = re.compile(
+    rf"(?P<total>total\.)?(?P<what>\w+)\s*(?:\[(?P<filters>[^\[\]]*)\])?"
+    rf"\s*(?P<op>{_OP})\s*(?P<limit>[^\s%]+)\s*(?P<percent>%?)"
+)
+_CONFIDENCE = re.compile(rf"confidence\s*({_OP})\s*(\S+)")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule as it was read: what is measured, of which intervals, and where it is broken.
+
+    text: as it was given; total: over the run, not by clip; kinds: those that count, none for all;
+    confidence: operators and limits that all must hold; limit: of `affected` in percent.
+    """
+
+    text: str
+    what: str
+    total: bool
+    kinds: frozenset[Kind]
+    confidence: tuple[tuple[str, float], ...]
+    op: str
+    limit: float
+
+    def counts(self, interval: Mapping[str, Any]) -> bool:
+        """Whether it is about an interval, an entry of `detect --json`.
+
+        Where a detector knows no confidence it counts as 1, as it does in the severity.
+        """
+        if self.kinds and interval["kind"] not in self.kinds:
+            return False
+        sure = 1.0 if interval["confidence"] is None else float(interval["confidence"])
+        return all(_OPERATORS[op](sure, limit) for op, limit in self.confidence)
+
+    def broken_by(self, value: float) -> bool:
+        """Whether a value is what must not be."""
+        return _OPERATORS[self.op](value, self.limit)
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A rule that does not hold; clip: the name of the one that breaks it, '' for the run."""
+
+    rule: Rule
+    clip: str
+    value: float
+
+    def __str__(self) -> str:
+        unit = {"severity": "°", "degrees": "°", "affected": " %"}.get(self.rule.what, "")
+        who = self.clip or "all clips"
+        return f"{who}: {self.rule.what} is {self.value:.4g}{unit}, which breaks {self.rule.text!r}"
+
+
+def parse_rule(text: str) -> Rule:
+    """A rule of :data:`GRAMMAR`; TwistError says what was expected."""
+
+    def refused(expected: str) -> TwistError:
+        return TwistError(f"rule {text!r}: expected {expected}")
+
+    found = _RULE.fullmatch(text.strip())
+    if found is None:
+        raise refused("WHAT, one of > >= < <= ==, and a number, as in 'count[limb-flip]>0'")
+    what, total = found["what"], bool(found["total"])
+    if what not in _WHAT:
+        raise refused(f"one of {', '.join(_WHAT)}, found {what!r}")
+    limit = _number(found["limit"])
+    if limit is None:
+        raise refused(f"a number behind {found['op']!r}, found {found['limit']!r}")
+    if bool(found["percent"]) != (what == "affected"):
+        raise refused("a percentage, as in 'affected>2%'" if what == "affected" else "no '%'")
+    if found["filters"] is not None and what not in _OF_INTERVALS:
+        raise refused(f"no filter of {what}, but of {', '.join(_OF_INTERVALS)}")
+    kinds, confidence = set(), []
+    for word in () if found["filters"] is None else found["filters"].split(","):
+        word = word.strip()
+        at_least = _CONFIDENCE.fullmatch(word)
+        edge = _number(at_least[2]) if at_least else None
+        if at_least and edge is not None:
+            confidence.append((at_least[1], edge))
+        elif (kind := _KINDS.get("-".join(word.lower().split()))) is not None:
+            kinds.add(kind)
+        else:
+            raise refused(f"{', '.join(_KINDS)} or confidence>=0.8 in [ ], found {word!r}")
+    return Rule(
+        text.strip(),
+        what,
+        total or what == "failed",
+        frozenset(kinds),
+        tuple(confidence),
+        found["op"],
+        limit,
+    )
+
+
+def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
+    """Every rule that a clip or the run breaks: clips in their order, then the run.
+
+    The records are gone through once.
+    """
+    of_clips = [rule for rule in rules if not rule.total]
+    totals = {rule: _Total() for rule in rules if rule.total}
+    out = []
+    for record in records:
+        for total in totals.values():
+            total.failed += record.state == "failed"
+        if record.state != "done" or record.result is None:
+            continue
+        values = [(rule, _of_clip(rule, record.result)) for rule in of_clips]
+        out += [Broken(rule, record.name, v) for rule, v in values if rule.broken_by(v)]
+        for rule, total in totals.items():
+            total.add(rule, record.result)
+    values = [(rule, total.value(rule)) for rule, total in totals.items()]
+    return out + [Broken(rule, "", v) for rule, v in values if rule.broken_by(v)]
+
+
+@dataclass
+class _Total:
+    """What has come together over a run."""
+
+    failed: int = 0
+    count: int = 0
+    degrees: float = 0.0
+    frames: int = 0
+    affected: int = 0
+    severity: float = 0.0  # degrees, summed over frames
+
+    def add(self, rule: Rule, result: Mapping[str, Any]) -> None:
+        sizes = list(_sizes(rule, result))
+        self.count += len(sizes)
+        self.degrees = max(self.degrees, *sizes, 0.0)
+        self.frames += result["frames"]
+        self.affected += _affected(rule, result)
+        self.severity += result["severity"] * result["frames"]
+
+    def value(self, rule: Rule) -> float:
+        frames = max(self.frames, 1)
+        values = {
+            "failed": self.failed,
+            "count": self.count,
+            "degrees": self.degrees,
+            "affected": 100.0 * self.affected / frames,
+            "severity": self.severity / frames,
+        }
+        return values[rule.what]
+
+
+def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
+    total = _Total()
+    total.add(rule, result)
+    return float(result["severity"]) if rule.what == "severity" else total.value(rule)
+
+
+def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
+    """Of every interval that counts, degrees; nothing is taken out of a lone jump, but it turns."""
+    for interval in result["intervals"]:
+        if rule.counts(interval):
+            lone = interval["kind"] == Kind.LONE_JUMP
+            yield abs(interval.get("turn_deg", 0.0) if lone else interval["delta_deg"])
+
+
+def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
+    """Frames in which an interval lies that counts, each once."""
+    if not (rule.kinds or rule.confidence):
+        return int(result["affected_frames"])
+    spans = sorted((i["start"], i["stop"]) for i in result["intervals"] if rule.counts(i))
+    frames, reached = 0, 0
+    for start, stop in spans:
+        frames += max(0, stop - max(start, reached))
+        reached = max(reached, stop)
+    return frames
+
+
+def _number(text: str) -> float | None:
+    """Finite, else None."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

@@ -1,0 +1,89 @@
+"""Results of a batch as JUnit XML, which continuous integration shows beside its tests.
+
+A test case a clip, and one a rule over the whole run. There is no one standard: elements and
+attributes are those that common readers share, and a case has one failure at most, since some
+readers take the first alone.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from pathlib import PurePosixPath
+from xml.etree import ElementTree
+
+from twistcore.batch.gates import Broken, Rule
+from twistcore.batch.manifest import ClipRecord
+from twistcore.encoding import escaped
+
+_NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # of XML 1.0
+_SUITE = "twistcore batch"
+
+
+def junit_xml(
+    records: Iterable[ClipRecord], rules: Sequence[Rule], broken: Iterable[Broken]
+) -> bytes:
+    """The document, UTF-8.
+
+    A clip is a failure where it breaks a rule, an error where it could not be processed, skipped
+    where it has not been looked at. rules: all that were asked for; broken: as
+    :func:`twistcore.batch.gates.broken` gives it. Characters that XML cannot hold are written as
+    their escapes.
+    """
+    by_clip: dict[str, list[Broken]] = defaultdict(list)
+    for one in broken:
+        by_clip[one.clip].append(one)
+    suite = ElementTree.Element("testsuite", name=_SUITE)
+    seconds = 0.0
+    for record in records:
+        case = _case(suite, record.name, record.seconds)
+        seconds += record.seconds
+        if record.state == "failed":
+            _ending(case, "error", "could not be processed", [record.reason])
+        elif record.state != "done":
+            ElementTree.SubElement(case, "skipped", message="not processed yet")
+        elif by_clip[record.name]:
+            _fails(case, by_clip[record.name])
+    for rule in (rule for rule in rules if rule.total):
+        case = _case(suite, rule.text, 0.0, "total")
+        if breaks := [one for one in by_clip[""] if one.rule == rule]:
+            _fails(case, breaks)
+    counts = {
+        "tests": len(suite),
+        "failures": len(suite.findall("testcase/failure")),
+        "errors": len(suite.findall("testcase/error")),
+    }
+    root = ElementTree.Element("testsuites", name=_SUITE)
+    for element in (suite, root):
+        for name, count in counts.items():
+            element.set(name, str(count))
+        element.set("time", f"{seconds:.3f}")
+    suite.set("skipped", str(len(suite.findall("testcase/skipped"))))
+    root.append(suite)
+    ElementTree.indent(root, " ")
+    text: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+    return text + b"\n"
+
+
+def _case(
+    suite: ElementTree.Element, name: str, seconds: float, of: str = ""
+) -> ElementTree.Element:
+    """Readers group by class name: of a clip that is its folder, with dots as between packages."""
+    folder = of or ".".join(("clips", *PurePosixPath(name).parent.parts))
+    return ElementTree.SubElement(
+        suite, "testcase", classname=_legal(folder), name=_legal(name), time=f"{seconds:.3f}"
+    )
+
+
+def _fails(case: ElementTree.Element, breaks: Sequence[Broken]) -> None:
+    _ending(case, "failure", ", ".join(one.rule.text for one in breaks), map(str, breaks))
+
+
+def _ending(case: ElementTree.Element, what: str, message: str, lines: Iterable[str]) -> None:
+    element = ElementTree.SubElement(case, what, message=_legal(message), type=what)
+    element.text = _legal("\n".join(lines))
+
+
+def _legal(text: str) -> str:
+    return _NOT_XML.sub(lambda found: ascii(found[0])[1:-1], escaped(text))

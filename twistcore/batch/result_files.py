@@ -1,0 +1,157 @@
+"""Results of a batch as files for others: JSON lines, Parquet, and the clip table as CSV."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from twistcore.atomic import write_atomically, writing_atomically
+from twistcore.batch.manifest import ClipRecord
+from twistcore.detection import Kind
+from twistcore.encoding import csv_text, encoded, escaped, json_text
+from twistcore.errors import TwistError
+
+_KINDS = {f"{kind.replace(' ', '_').replace('-', '_')}s": kind for kind in Kind}
+_VERDICTS = ("accepted", "rejected", "undecided")
+_ROWS = 50_000  # of a Parquet row group, some MB
+
+# Of a clip, in the CSV and in every row of the Parquet: name and type.
+CLIP_COLUMNS: Mapping[str, type] = {
+    "clip": str,  # its name in the batch
+    "state": str,  # done, failed or waiting
+    "frames": int,
+    "fps": float,
+    "seconds": float,
+    "severity": float,  # mean error a frame, degrees
+    **dict.fromkeys(_KINDS, int),
+    "affected_frames": int,
+    "affected_percent": float,
+    "max_deg": float,  # of the offset over the affected frames
+    "rms_deg": float,
+    **dict.fromkeys(_VERDICTS, int),
+    "reviewers": str,  # joined by '; '
+    "applied": int,  # intervals, with --refine
+    "left": int,  # intervals found again in the corrected clip
+    "corrected": str,  # its path in the folder of the batch
+    "format": str,
+    "method": str,
+    "reason": str,  # why it could not be processed, or why nothing can be found in it
+    "sha256": str,
+    "source": str,
+}
+
+# Of an interval, in the Parquet: as in `detect --json`, empty where a kind knows no such thing.
+INTERVAL_COLUMNS: Mapping[str, type] = {
+    "interval": int,  # its number in the clip, from 0; null in the one row of a clip without any
+    "chain": str,
+    "parent": str,
+    "child": str,
+    "limb": str,
+    "end": str,
+    "joint": str,
+    "kind": str,
+    "start": int,
+    "stop": int,
+    "delta_deg": float,
+    "turn_deg": float,
+    "confidence": float,
+    "open": bool,
+    "carried": bool,
+}
+
+
+def clip_row(record: ClipRecord) -> dict[str, Any]:
+    """:data:`CLIP_COLUMNS` of a clip; None for what is not known of it."""
+    row: dict[str, Any] = dict.fromkeys(CLIP_COLUMNS)
+    row |= {"clip": record.name, "state": record.state, "source": record.source}
+    row |= {"reason": record.reason, "sha256": record.sha256, "corrected": record.corrected}
+    row |= {name: record.decisions.get(name) for name in _VERDICTS}
+    row["reviewers"] = "; ".join(record.decisions.get("reviewers", ()))
+    if (result := record.result) is not None:
+        same = ("frames", "fps", "seconds", "severity", "affected_frames", "applied")
+        row |= {name: result[name] for name in (*same, "format", "method")}
+        row |= {name: result["counts"].get(kind.value, 0) for name, kind in _KINDS.items()}
+        row["affected_percent"] = 100.0 * result["affected_frames"] / max(result["frames"], 1)
+        row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}
+        row["left"] = None if result["left"] is None else len(result["left"])
+        row["reason"] = record.reason or result["unchecked"]
+    return row
+
+
+def clip_table(records: Iterable[ClipRecord]) -> str:
+    """The clips as CSV, a line each in their order, under a line of names."""
+    return csv_text(CLIP_COLUMNS, map(clip_row, records))
+
+
+def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
+    """The same as a file; raises OSError."""
+    write_atomically(path, encoded(clip_table(records)))
+
+
+def json_line(record: ClipRecord) -> str:
+    """The result document of a clip with its source, state, reason and what was decided.
+
+    A clip without a result has schema, name and SHA-256 alone.
+    """
+    bare = {"schema": "twistcore.batch_clip/1", "clip": record.name, "sha256": record.sha256}
+    document = {
+        **(bare if record.result is None else record.result),
+        "source": record.source,
+        "state": record.state,
+        "reason": record.reason,
+        "corrected": record.corrected,
+        "decisions": dict(record.decisions),
+    }
+    return json_text(document, indent=None)
+
+
+def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
+    """A document a line, one clip each; raises OSError. Never more than a clip is in memory."""
+    with writing_atomically(path) as file:
+        for record in records:
+            file.write(json_line(record).encode() + b"\n")
+
+
+def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
+    """A row an interval with the clip's columns repeated; a clip without any has one all the same.
+
+    There the columns of an interval are None: no clip is lost, and intervals are counted by theirs.
+    """
+    result = record.result or {}
+    of_clip = clip_row(record) | {"quality": json.dumps(result.get("quality", {}), sort_keys=True)}
+    intervals = result.get("intervals", ())
+    for number, interval in enumerate(intervals):
+        yield (
+            of_clip | {name: interval.get(name) for name in INTERVAL_COLUMNS} | {"interval": number}
+        )
+    if not intervals:
+        yield of_clip | dict.fromkeys(INTERVAL_COLUMNS)
+
+
+def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
+    """:func:`interval_rows` of all clips as Parquet, some rows at a time; raises OSError.
+
+    TwistError where pyarrow is not installed.
+    """
+    try:
+        import pyarrow as pa  # an extra, and half a second
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise TwistError(
+            'Parquet needs pyarrow: expected pip install "twist-inspector[parquet]"'
+        ) from None
+    types = {str: pa.string(), int: pa.int64(), float: pa.float64(), bool: pa.bool_()}
+    columns = {**CLIP_COLUMNS, "quality": str, **INTERVAL_COLUMNS}
+    schema = pa.schema([(name, types[kind]) for name, kind in columns.items()])
+    rows = (row for record in records for row in interval_rows(record))
+    with writing_atomically(path) as file, pq.ParquetWriter(file, schema) as writer:
+        while some := list(islice(rows, _ROWS)):
+            writer.write_table(pa.Table.from_pylist(list(map(_plain, some)), schema=schema))
+
+
+def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Bytes that were no UTF-8 are none in Parquet, either."""
+    return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}

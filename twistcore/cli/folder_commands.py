@@ -1,0 +1,114 @@
+"""`twistcore apply | diff` where they are given folders."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from functools import partial
+from pathlib import Path
+
+from twistcore.atomic import same_file
+from twistcore.cli.output import print_json, tell_jumps, tell_problems
+from twistcore.errors import TwistError
+from twistcore.export.folder_compare import (
+    FolderDifference,
+    compare_folders,
+    folder_difference_to_json,
+    largest_degrees,
+)
+from twistcore.export.folder_replay import (
+    Replayed,
+    note_written,
+    pair_sessions,
+    read_written,
+    replay_into,
+)
+from twistcore.processes import each, reason
+from twistcore.progress import clip_counter
+
+
+def apply_folder(arguments: argparse.Namespace) -> int:
+    """Replay every session of a folder on its clip; 1 where one could not be, 2 where none."""
+    sessions, clips, output = _folders(arguments.session, arguments.clip, arguments.output)
+    if same_file(output, clips):
+        raise TwistError(f"{output}: expected another folder than that of the clips")
+    found = pair_sessions(sessions, clips, output)
+    output.mkdir(parents=True, exist_ok=True)
+    own = read_written(output)
+    problems, through = list(found.problems), dict[str, Replayed]()
+    work = partial(replay_into, output, own)
+    with clip_counter(len(found.pairs)) as tell:
+        for pair, result in each(work, found.pairs, _workers(arguments)):
+            if isinstance(result, Exception):
+                problems.append(reason(pair.session, result))
+            else:
+                through[pair.name] = result
+                if result.new:
+                    note_written(output, pair.name, result.sha256)
+            tell(pair.name)
+    for path in found.older:
+        print(f"{path}: note: its clip has a later session", file=sys.stderr)
+    for name in sorted(through):
+        _tell_replayed(output / name, through[name])
+    problems += [sentence for name in sorted(through) for sentence in through[name].left]
+    applied = sum(one.applied for one in through.values())
+    alone = f"; {_count(len(found.alone), 'clip')} without a session" if found.alone else ""
+    print(
+        f"{output}: {_count(applied, 'interval')} applied in {_count(len(through), 'clip')}{alone}"
+    )
+    return tell_problems(sorted(problems), len(through))
+
+
+def diff_folders(arguments: argparse.Namespace) -> int:
+    """Print what differs between two folders of clips; 1 where two could not be compared."""
+    a, b = _folders(arguments.a, arguments.b)
+    found = compare_folders(a, b, workers=_workers(arguments), counter=clip_counter)
+    if arguments.json:
+        print_json(folder_difference_to_json(found, str(arguments.a), str(arguments.b)))
+    else:
+        _tell_difference(found, arguments.a, arguments.b)
+    return tell_problems(list(found.failed.values()), 1)  # that nothing else differs is an answer
+
+
+def _folders(*paths: Path) -> tuple[Path, ...]:
+    for path in paths:
+        if path.exists() and not path.is_dir():
+            raise TwistError(f"{path}: expected a folder, as the other is one")
+    return paths
+
+
+def _tell_replayed(path: Path, one: Replayed) -> None:
+    kept = "" if one.new else ", was there already"
+    print(f"{path}: {one.applied} of {one.repairable} intervals applied{kept}")
+    tell_jumps(path, one.jumps)
+    for sentence in one.beside:
+        print(sentence, file=sys.stderr)
+
+
+def _tell_difference(found: FolderDifference, a: Path, b: Path) -> None:
+    for folder, names in ((a, found.only_a), (b, found.only_b)):
+        for name in names:
+            print(f"{name}: only in {folder}")
+    for name, difference in found.different.items():
+        joints = {j.joint for j in difference.joints}
+        print(
+            f"{name}: {_count(len(joints), 'joint')} in {_count(difference.frames, 'frame')}, "
+            f"up to {largest_degrees(difference):.3f}°; joints move by at most "
+            f"{difference.max_position_of_height:.1e} of the height"
+        )
+    for name in found.same_motion:
+        print(f"{name}: other bytes, the same motion")
+    print(
+        f"{_count(found.compared, 'clip')} compared: {len(found.identical)} identical, "
+        f"{len(found.same_motion)} of the same motion, {len(found.different)} different; "
+        f"{len(found.only_a)} only in {a}, {len(found.only_b)} only in {b}"
+    )
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _workers(arguments: argparse.Namespace) -> int:
+    return arguments.workers or os.cpu_count() or 1

@@ -1,0 +1,120 @@
+"""What differs between two folders of clips: two deliveries of the same captures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from twistcore.clip_files import clips_by_name
+from twistcore.errors import ClipMismatchError
+from twistcore.export.compare import Difference, compare, move_to_json
+from twistcore.formats import read_clip
+from twistcore.processes import each, reason
+from twistcore.progress import Counter, uncounted
+
+
+@dataclass(frozen=True)
+class FolderDifference:
+    """Two folders clip by clip, each named by its path in its folder; all in order of names.
+
+    only_a, only_b: clips that the other has not; identical: the same bytes; same_motion: other
+    bytes, in which nothing moves otherwise; different: what does; failed: why two could not be
+    compared.
+    """
+
+    only_a: tuple[str, ...]
+    only_b: tuple[str, ...]
+    identical: tuple[str, ...]
+    same_motion: tuple[str, ...]
+    different: dict[str, Difference]
+    failed: dict[str, str]
+
+    @property
+    def compared(self) -> int:
+        """How many clips are in both and could be compared."""
+        return len(self.identical) + len(self.same_motion) + len(self.different)
+
+
+def compare_folders(
+    a: Path, b: Path, *, workers: int = 1, counter: Counter = uncounted
+) -> FolderDifference:
+    """Compare all clips of two folders and those below them; TwistError where one has none.
+
+    counter: makes of their number what is told the name of each that is through.
+    """
+    of_a, of_b = clips_by_name(a), clips_by_name(b)
+    both = sorted(of_a.keys() & of_b.keys())
+    found: dict[str, Difference | None] = {}
+    failed: dict[str, str] = {}
+    with counter(len(both)) as tell:
+        for name, result in each(partial(_compared, a, b), both, workers):
+            if isinstance(result, Exception):
+                failed[name] = reason(name, result)
+            else:
+                found[name] = result
+            tell(name)
+    different = {name: d for name in both if (d := found.get(name)) is not None}
+    same = {name for name, difference in different.items() if _is_same(difference)}
+    return FolderDifference(
+        only_a=tuple(sorted(of_a.keys() - of_b.keys())),
+        only_b=tuple(sorted(of_b.keys() - of_a.keys())),
+        identical=tuple(name for name in both if name in found and found[name] is None),
+        same_motion=tuple(name for name in both if name in same),
+        different={name: d for name, d in different.items() if name not in same},
+        failed={name: failed[name] for name in both if name in failed},
+    )
+
+
+def _compared(a: Path, b: Path, name: str) -> Difference | None:
+    """None for the same bytes, be they a clip or not."""
+    path_a, path_b = a / name, b / name
+    if path_a.read_bytes() == path_b.read_bytes():
+        return None
+    clip_a, clip_b = read_clip(path_a), read_clip(path_b)
+    try:
+        return compare(clip_a.motion, clip_b.motion)
+    except ClipMismatchError as error:
+        raise ClipMismatchError(f"{path_a}, {path_b}: {error}") from None
+
+
+def _is_same(difference: Difference) -> bool:
+    return not (difference.joints or difference.moved or difference.moved_channels)
+
+
+def folder_difference_to_json(found: FolderDifference, a: str, b: str) -> dict[str, Any]:
+    """The comparison as a JSON document."""
+    return {
+        "schema": "twistcore.folder_diff/1",
+        "a": a,
+        "b": b,
+        "only_a": list(found.only_a),
+        "only_b": list(found.only_b),
+        "identical": list(found.identical),
+        "same_motion": list(found.same_motion),
+        "different": [_clip_to_json(name, d) for name, d in found.different.items()],
+        "failed": [{"clip": name, "reason": why} for name, why in found.failed.items()],
+    }
+
+
+def _clip_to_json(name: str, difference: Difference) -> dict[str, Any]:
+    joints: dict[str, dict[str, Any]] = {}
+    for j in difference.joints:
+        known = joints.setdefault(j.joint, {"joint": j.joint, "frames": 0, "max_deg": 0.0})
+        known["frames"] += j.stop - j.start
+        known["max_deg"] = max(known["max_deg"], j.max_degrees)
+    return {
+        "clip": name,
+        "frames": difference.frames,
+        "max_deg": largest_degrees(difference),
+        "joints": list(joints.values()),
+        "max_position_of_height": difference.max_position_of_height,
+        "changed_position_channels": difference.moved_channels,
+        "moved": [move_to_json(move) for move in difference.moved],
+    }
+
+
+def largest_degrees(difference: Difference) -> float:
+    """The largest angle between two rotations of a joint, 0 where none differs."""
+    return max((j.max_degrees for j in difference.joints), default=0.0)

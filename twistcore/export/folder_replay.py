@@ -1,0 +1,194 @@
+"""The sessions of a folder replayed, each on its clip, into a folder of their own."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import defaultdict
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path, PurePath
+
+from twistcore.atomic import write_atomically
+from twistcore.clip import ChannelJump, rewritten
+from twistcore.clip_files import clips_by_name
+from twistcore.encoding import json_text
+from twistcore.errors import FormatError, TwistError
+from twistcore.export.replay import replayed, uncorrected
+from twistcore.file_marks import file_mark
+from twistcore.tuning.folder_sessions import read_sessions
+
+WRITTEN = "applied.jsonl"  # in the folder written into: what this command wrote there
+_SCHEMA = "twistcore.applied/1"
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A session and its clip; name: the clip's path in its folder, with '/' between."""
+
+    session: Path
+    clip: Path
+    name: str
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """What belongs together; problems: sessions that cannot be replayed, a sentence each.
+
+    older: sessions of a clip that has a later one; alone: clips without a session.
+    """
+
+    pairs: tuple[Pair, ...]
+    problems: tuple[str, ...]
+    older: tuple[Path, ...]
+    alone: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What became of a clip; sha256: of its corrected bytes; new: whether they were not there yet.
+
+    applied, repairable: intervals; jumps: of channels, that could not be avoided; left, beside: as
+    :func:`twistcore.export.replay.uncorrected`.
+    """
+
+    sha256: str
+    new: bool
+    applied: int
+    repairable: int
+    jumps: tuple[ChannelJump, ...]
+    left: tuple[str, ...]
+    beside: tuple[str, ...]
+
+
+def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
+    """Every session of a folder, and those below it, with the clip that it was made on.
+
+    That is the clip of its name with its bytes, else one of other name with its bytes; of several
+    the one whose folder lies in that of the clips as the session's does in that of the sessions.
+    Of several sessions of a clip the latest. What lies in `output` is no clip. TwistError where
+    there is no clip, or no session.
+    """
+    there = clips_by_name(clips)
+    if (inside := output.resolve()).is_relative_to(clips.resolve()):
+        there = {n: p for n, p in there.items() if not (clips.resolve() / n).is_relative_to(inside)}
+    files = _Clips(there)
+    problems: list[str] = []
+    found: dict[str, list[Path]] = defaultdict(list)
+    for path, session in read_sessions(sessions, below=True):
+        if isinstance(session, TwistError):
+            problems.append(str(session))
+            continue
+        own = path.relative_to(sessions).parent
+        try:
+            found[files.of(path, PurePath(session.clip).name, session.sha256, own)].append(path)
+        except TwistError as error:
+            problems.append(str(error))
+    if not (found or problems):
+        raise TwistError(f"{sessions}: expected a folder with sessions, found none")
+    ordered = {name: sorted(found[name], key=_written) for name in sorted(found)}
+    return Pairs(
+        tuple(Pair(of_clip[-1], there[name], name) for name, of_clip in ordered.items()),
+        tuple(problems),
+        tuple(path for of_clip in ordered.values() for path in of_clip[:-1]),
+        tuple(name for name in there if name not in found),
+    )
+
+
+class _Clips:
+    """Clips by their names and by their bytes; these are read where a name says nothing."""
+
+    def __init__(self, paths: Mapping[str, Path]) -> None:
+        self._paths = paths
+        self._named: dict[str, list[str]] = defaultdict(list)
+        for name, path in paths.items():
+            self._named[path.name].append(name)
+
+    def of(self, session: Path, clip: str, sha256: str, folder: PurePath) -> str:
+        """The name of the clip of a session in such a folder; TwistError where there is none."""
+        named = self._named.get(clip, [])
+        same = [name for name in named if self._mark(name) == sha256]
+        same = same or self._by_bytes.get(sha256, [])
+        beside = [name for name in same if PurePath(name).parent == folder]
+        if len(beside or same) == 1:
+            return (beside or same)[0]
+        if same:
+            raise TwistError(
+                f"{session}: expected one clip that it was made on, found {' and '.join(same)}"
+            )
+        if named:
+            raise TwistError(
+                f"{session}: expected the clip that it was made on; {' and '.join(named)} is "
+                "another version (SHA-256 differs)"
+            )
+        raise TwistError(f"{session}: no clip is called {clip!r}, and none has its bytes")
+
+    @cached_property
+    def _by_bytes(self) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = defaultdict(list)
+        for name in self._paths:
+            found[self._mark(name)].append(name)
+        return found
+
+    def _mark(self, name: str) -> str:
+        with suppress(OSError):
+            return file_mark(self._paths[name])
+        return ""
+
+
+def replay_into(output: Path, own: Mapping[str, str], pair: Pair) -> Replayed:
+    """Write a clip corrected as its session says: the bytes of `apply` on the two alone.
+
+    own: SHA-256 by name of what this command wrote into the folder. TwistError, and nothing
+    written, where something else is there; also as :func:`twistcore.export.replay.replayed`.
+    """
+    replay = replayed(pair.session, pair.clip)
+    patch = rewritten(replay.clip, replay.motion)
+    path = output / pair.name
+    mark, before = hashlib.sha256(patch.data).hexdigest(), ""
+    if path.exists() or path.is_symlink():
+        before = file_mark(path)
+        if before not in (mark, own.get(pair.name)):
+            raise TwistError(f"{path}: expected nothing there, or what this command wrote")
+    if before != mark:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, patch.data)
+    chosen, state = replay.session.state.chosen(), replay.session.state
+    left, beside = uncorrected(replay.clip, replay.chains, chosen)
+    repairable = sum(judged.interval.repairable for judged in state.intervals)
+    return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, beside)
+
+
+def read_written(output: Path) -> dict[str, str]:
+    """SHA-256 by name of what this command wrote into a folder; FormatError."""
+    path, own = output / WRITTEN, dict[str, str]()
+    if not path.exists():
+        return own
+    lines = path.read_text("utf-8", errors="replace").split("\n")
+    for number, line in enumerate(lines):
+        entry = None
+        with suppress(ValueError):  # a line cut short: what it told of is no longer known as ours
+            entry = json.loads(line)
+        if not number and not (isinstance(entry, dict) and entry.get("schema") == _SCHEMA):
+            raise FormatError(f"{path}: expected a document with schema {_SCHEMA!r}")
+        if isinstance(entry, dict) and {"clip", "sha256"} <= entry.keys():
+            own[str(entry["clip"])] = str(entry["sha256"])
+    return own
+
+
+def note_written(output: Path, name: str, sha256: str) -> None:
+    """Remember that this command wrote a clip; raises OSError."""
+    path = output / WRITTEN
+    new = not path.exists()
+    head = json_text({"schema": _SCHEMA}, indent=None)
+    line = json_text({"clip": name, "sha256": sha256}, indent=None)
+    with path.open("a", encoding="utf-8") as file:
+        file.write(f"{head}\n{line}\n" if new else f"\n{line}\n")  # the last may be cut short
+
+
+def _written(path: Path) -> tuple[int, Path]:
+    with suppress(OSError):
+        return path.stat().st_mtime_ns, path
+    return 0, path
