@@ -45,6 +45,8 @@ class BatchFolder(QObject):
                 f"{path.name}: decisions not noted in the batch: {error}"
             )
         )
+        task.finished.connect(task.deleteLater)
+        task.failed.connect(task.deleteLater)
         task.start()
 
     def _noted(self, path: Path, source: str) -> None:

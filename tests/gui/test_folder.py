@@ -62,6 +62,8 @@ def test_a_clip_that_hangs_or_eats_memory_takes_only_itself_down(
     import os
 
     os.mkfifo(slow)
+    there = sorted(tmp_path.iterdir())  # as if it had become a pipe since it was listed
+    monkeypatch.setattr("inspector.folder.queue.clips_in", lambda _: there)
     monkeypatch.setattr("inspector.folder.queue._PATIENCE_S", 8.0)  # of a busy machine
     with qtbot.waitSignal(queue.finished, timeout=60_000):
         queue.open(tmp_path)
