@@ -166,7 +166,7 @@ def _surface_format() -> QSurfaceFormat:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="twist-inspector", description="See, judge and repair axial twist errors in a BVH."
+        prog="twist-inspector", description="See, judge and repair axial twist errors in a clip."
     )
     parser.add_argument("file", nargs="?", type=Path, metavar="CLIP|SESSION|FOLDER")
     parser.add_argument(

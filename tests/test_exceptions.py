@@ -13,7 +13,10 @@ import twistcore
 # An example of each: the arguments, and those by name.
 EXAMPLES = {
     "twistcore.errors.TwistError": (("one sentence",), {}),
+    "twistcore.errors.ClipError": (("a.bvh", "expected OFFSET"), {"line": 3}),
     "twistcore.errors.BvhError": (("a.bvh", "expected OFFSET"), {"line": 3, "column": 7}),
+    "twistcore.errors.NpzError": (("a.npz: expected an .npz of numpy",), {}),
+    "twistcore.errors.AmcError": (("a.asf", "expected :root"), {"line": 1}),
     "twistcore.errors.ClipMismatchError": (("other joints",), {}),
     "twistcore.errors.FormatError": (("a.json: expected JSON",), {}),
     "twistcore.bvh.numbers.BadNumberError": ((17, b"1.0.0"), {}),

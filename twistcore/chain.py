@@ -62,8 +62,12 @@ class Chain:
         axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
-    def changed_joints(self, skeleton: Skeleton) -> tuple[int, ...]:
-        """P and its children: what an error in the chain, or its correction, turns otherwise."""
+    def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
+        """P and its children: what an error in the chain, or its correction, turns otherwise.
+
+        carried: of a limb only, whose end may have turned along.
+        """
+        del carried
         return self.parent, *skeleton.children[self.parent]
 
 
@@ -137,9 +141,13 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
     return tuple(tuple(c for c in chains if c in members) for _, members in groups)
 
 
-def uncorrectable_joints(motion: Motion, chain: Chain) -> tuple[str, ...]:
-    """Names of joints that it turns and that lack three rotation channels; empty: correctable."""
-    rotatable, joints = motion.skeleton.rotatable, chain.changed_joints(motion.skeleton)
+def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:
+    """Names of joints that it turns and that lack three rotation channels; empty: correctable.
+
+    carried: of a limb, by a flip in which the end turned along, whose own rotation then stays.
+    """
+    skeleton = motion.skeleton
+    rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
     if rotatable is None:
         return ()
     return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])

@@ -18,6 +18,7 @@ from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array
 
 SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
+_FORMATS = ("bvh", "npz", "amc")  # a file named so is taken for one by every reader
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,15 @@ class Clip(ABC):
 
     @abstractmethod
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Letters of a joint's Euler angles and these, radians, (frames, 3); None without three."""
+        """Letters of a joint's Euler angles and these, radians, (frames, 3); None without three.
+
+        About the axes of :meth:`as_written`.
+        """
+
+    def as_written(self, joint: int, q: Array) -> Array:
+        """A joint's rotation q, (…, 4), about the axes that :meth:`euler` has its angles of."""
+        del joint
+        return q
 
     @abstractmethod
     def patched(
@@ -140,6 +149,16 @@ def rewritten(clip: Clip, motion: Motion) -> Patch:
     return clip.patched(motion, changed_rotations(clip, motion), positions=moved)
 
 
+def check_ending(clip: Clip, path: Path) -> None:
+    """TwistError where a file's name says that it is of another format than the clip's."""
+    ending = path.suffix.lower().removeprefix(".")
+    if ending != clip.format and ending in _FORMATS:
+        raise TwistError(
+            f"{path}: expected a name that ends in .{clip.format}, since {clip.name} is written "
+            "in its own format"
+        )
+
+
 def write_clip(
     clip: Clip, motion: Motion, path: str | Path, *, replace_source: bool = False
 ) -> tuple[ChannelJump, ...]:
@@ -147,9 +166,10 @@ def write_clip(
 
     In the clip's own format, atomically. Returns the jumps of angles that could not be avoided.
     Raises TwistError where the file that the clip was read from would be replaced, unless
-    `replace_source`; OSError.
+    `replace_source`, or where `path` ends as another format does; OSError.
     """
     path = Path(path)
+    check_ending(clip, path)
     if not replace_source and not is_stream(path) and same_file(path, clip.path):
         raise TwistError(
             f"{path}: expected another file than the clip's own source "

@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from twistcore.errors import TwistError
-from twistcore.formats import CLIP_SUFFIXES
+from twistcore.formats import CLIP_SUFFIXES, is_other_data
 
 BVH = (".bvh",)  # for studies, whose figures are of BVH files
 
@@ -19,7 +19,7 @@ def clips_in(
 
     below: those of the folders below it, too; suffixes: of their names, which may have them in
     capitals. A link that leads nowhere is a clip: whoever reads it says so. Folders and devices are
-    none, whatever their names.
+    none, whatever their names, nor is an .npz of other data.
     """
     if not folder.is_dir():
         return []
@@ -46,5 +46,5 @@ def kinds_of_clips(suffixes: Sequence[str] = CLIP_SUFFIXES) -> str:
 
 def _is_clip(path: Path) -> bool:
     with suppress(OSError):  # a folder that tells names, and nothing of what bears them
-        return path.is_file() or not path.exists()
+        return (path.is_file() and not is_other_data(path)) or not path.exists()
     return True

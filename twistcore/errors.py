@@ -18,8 +18,8 @@ def _remade(kind: type[TwistError], arguments: tuple[Any, ...]) -> TwistError:
     return kind.__new__(kind, *arguments)
 
 
-class BvhError(TwistError):
-    """A BVH that cannot be read: where, and what was expected there."""
+class ClipError(TwistError):
+    """A clip that cannot be read: where, and what was expected there."""
 
     def __init__(
         self, path: str, expected: str, *, line: int | None = None, column: int | None = None
@@ -31,6 +31,18 @@ class BvhError(TwistError):
             if column is not None:
                 place += f", column {column}"
         super().__init__(f"{place}: {expected}")
+
+
+class BvhError(ClipError):
+    """A BVH that cannot be read."""
+
+
+class AmcError(ClipError):
+    """An AMC, or the ASF of its skeleton, that cannot be read."""
+
+
+class NpzError(TwistError):
+    """An .npz that cannot be read: it has no lines."""
 
 
 class ClipMismatchError(TwistError):

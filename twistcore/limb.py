@@ -36,10 +36,10 @@ class Limb(Chain):
         """E: the joint whose place a flip leaves."""
         return self.grandchild
 
-    def changed_joints(self, skeleton: Skeleton) -> tuple[int, ...]:
-        """P and E: C's own rotation is none of a flip's."""
+    def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
+        """P, and E unless it was carried: C's own rotation is none of a flip's."""
         del skeleton
-        return self.parent, self.end
+        return (self.parent,) if carried else (self.parent, self.end)
 
     @property
     def label(self) -> str:

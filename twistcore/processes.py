@@ -139,9 +139,10 @@ def each(
     """What `work` makes of every name, as it comes, or the exception that it ended with.
 
     In this process where one worker is enough, unless `apart`; else in others: `work` and all that
-    it takes and gives are pickled. seconds: how long a name may take, apart. Those whose process died
-    are tried once more (:meth:`Apart.tried`). Names are taken as they are needed, no more than twice as many as there are workers ahead of the reader.
-    The processes are gone when this ends, at once where it ends early.
+    it takes and gives are pickled. seconds: how long a name may take, apart. Those whose process
+    died are tried once more (:meth:`Apart.tried`). Names are taken as they are needed, no more than
+    twice as many as there are workers ahead of the reader. The processes are gone when this ends,
+    at once where it ends early.
     """
     if isinstance(names, Sequence):
         workers = min(workers, len(names))

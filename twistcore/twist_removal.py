@@ -73,12 +73,23 @@ def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Arr
 def refine(motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]) -> Motion:
     """The motion without the errors in `intervals`; chains: limbs too, where there are flips.
 
-    Intervals of chains that cannot be corrected (see chain.uncorrectable_joints) are left out.
+    Intervals that cannot be corrected (:func:`stuck_joints`) are left out.
     """
     check_motion(motion)
-    intervals, frames = tuple(intervals), motion.frames
+    by_name, frames = {chain.name: chain for chain in chains}, motion.frames
+    intervals = [
+        i
+        for i in intervals
+        if i.chain in by_name and not stuck_joints(motion, by_name[i.chain], [i])
+    ]
     offsets = offsets_by_chain(intervals, frames)
     return remove_twist(motion, chains, offsets, carried_by_limb(intervals, frames))
+
+
+def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:
+    """Joints without three rotation channels for which some of the chain's intervals stay."""
+    carried = {i.carried for i in intervals if i.chain == chain.name}
+    return uncorrectable_joints(motion, chain, carried=all(carried)) if carried else ()
 
 
 def remove_twist(
@@ -100,13 +111,14 @@ def remove_twist(
     rotations = motion.rotations.copy()
     for chain in chains:
         offset = offsets.get(chain.name)
-        if offset is None or uncorrectable_joints(motion, chain):
+        if offset is None or uncorrectable_joints(motion, chain, carried=True):
             continue
-        at = np.flatnonzero(offset)
+        at, along = np.flatnonzero(offset), carried.get(chain.name)
+        if uncorrectable_joints(motion, chain):  # an end that was carried need not be turned
+            at = at[offset[at] == along[at]] if along is not None else at[:0]
         if not len(at):
             continue
         if isinstance(chain, Limb):
-            along = carried.get(chain.name)
             kept = offset[at] if along is None else offset[at] - along[at]
             _turn_limb(motion, rotations, chain, at, offset[at], kept)
             continue

@@ -17,6 +17,7 @@ from inspector.widgets.tables import BesideDelegate, Index, Row, RowDelegate, Ro
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.limb_flips import BENT
+from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
 
@@ -193,12 +194,16 @@ def _peak(document: Document, chain: Chain) -> float:
 def _of_clip(document: Document, chain: Chain) -> _Shown:
     data = document.data
     assert data is not None
-    stuck = uncorrectable_joints(data.motion, chain)
+    partly = uncorrectable_joints(data.motion, chain)
+    stuck = uncorrectable_joints(data.motion, chain, carried=True)
     flips, skeleton = data.limb(chain.name), data.motion.skeleton
     beside = {} if flips else children_off_axis(data.motion, chain)
     notes = list(chain.warnings)
     if stuck:
         notes.append(f"not corrected: {', '.join(stuck)} without three rotation channels")
+    elif partly and isinstance(chain, Limb):
+        names = f"{', '.join(partly)} without three rotation channels"
+        notes.append(f"not corrected where the {chain.end_word} was kept: {names}")
     if beside:
         notes.append(f"beside the bone, so a correction moves them: {', '.join(beside)}")
     if flips is None:

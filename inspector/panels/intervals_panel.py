@@ -302,7 +302,7 @@ class IntervalsPanel(QWidget):
         self._tell_columns(bool(shared))
         self.count.setText(self._counted())
         if not self._document.data:
-            self._hint.setText("Open a BVH: its suspicious intervals are listed here.")
+            self._hint.setText("Open a clip: its suspicious intervals are listed here.")
         elif not self._document.data.chains:
             self._hint.setText("No chain in this skeleton, so nothing to find.")
         elif not intervals:

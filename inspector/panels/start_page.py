@@ -59,7 +59,7 @@ class StartPage(QScrollArea):
         self._heading = soft(QLabel("Recent", alignment=Qt.AlignmentFlag.AlignHCenter))
         self._recent = QVBoxLayout()
         self._recent.setSpacing(0)
-        drop = hint("or drop a BVH, a session or a folder anywhere on this window.")
+        drop = hint("or drop a clip, a session or a folder anywhere on this window.")
         column = QWidget()
         column.setMaximumWidth(_WIDTH)
         vbox(

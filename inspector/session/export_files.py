@@ -1,4 +1,4 @@
-"""Exporting: the corrected BVH, and beside it the session and a report."""
+"""Exporting: the corrected clip, and beside it the session and a report."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
 from twistcore.atomic import same_file
-from twistcore.chain import Chain, uncorrectable_joints
-from twistcore.clip import ChannelJump, Clip, write_clip
+from twistcore.chain import Chain
+from twistcore.clip import ChannelJump, Clip, check_ending, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
@@ -19,6 +19,7 @@ from twistcore.export.report import Report, check_report, report_files, report_m
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
+from twistcore.refinement import stuck_joints
 from twistcore.review import ReviewState, read_session, write_session
 
 _STILL = 1e-9  # of the height: what a joint moves less is rounding
@@ -135,6 +136,7 @@ def check_targets(
         raise TwistError(f"{path}: choose another name; the source is never overwritten.")
     if path in own or replay in own:
         raise TwistError(f"{path}: choose another name; the review itself is kept there.")
+    check_ending(clip, path)
     known = _known(path, ours)
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, known)):
@@ -217,10 +219,10 @@ def uncorrected(document: Document) -> str:
     """A sentence about accepted intervals that cannot be corrected, or ''."""
     assert document.data is not None
     motion = document.data.motion
-    accepted = {i.chain for i in document.review.state.chosen()}
+    accepted = document.review.state.chosen()
     stuck = "; ".join(
         f"{c.label} ({', '.join(joints)})"
         for c in document.data.chains_and_limbs
-        if c.name in accepted and (joints := uncorrectable_joints(motion, c))
+        if (joints := stuck_joints(motion, c, accepted))
     )
     return f"Not corrected, for want of three rotation channels: {stuck}." if stuck else ""

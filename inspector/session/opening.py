@@ -279,7 +279,8 @@ def opening_notes(
     notices += [f"{name}: {w}" for w in warned]
     if not data.chains:
         notices.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
-    stuck = [c.label for c in data.chains_and_limbs if uncorrectable_joints(data.motion, c)]
+    motion, every = data.motion, data.chains_and_limbs
+    stuck = [c.label for c in every if uncorrectable_joints(motion, c, carried=True)]
     if stuck:
         notices.append(
             f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels."

@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 import re
+import zipfile
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import lru_cache
@@ -20,6 +21,7 @@ import platformdirs
 from twistcore.atomic import free_name, write_atomically
 from twistcore.encoding import json_bytes
 from twistcore.export.report import report_files
+from twistcore.formats import CLIP_SUFFIXES
 
 _Made = TypeVar("_Made")
 
@@ -190,7 +192,7 @@ def exports_among(clips: Sequence[Path]) -> dict[Path, str]:
 
 
 def _head(clip: Path) -> bytes:
-    """A clip's bytes before its motion, b'' where they cannot be told."""
+    """What a clip has before its motion, b'' where it cannot be told."""
     with suppress(OSError):
         status = clip.stat()
         return _read_head(clip, status.st_mtime_ns, status.st_size)
@@ -203,7 +205,12 @@ def _read_head(clip: Path, modified: int, size: int) -> bytes:
     if not clip.is_file():  # to open a FIFO would wait for somebody
         return b""
     with clip.open("rb") as file:
-        return file.read(_HEAD).partition(b"MOTION")[0]
+        if not zipfile.is_zipfile(file):
+            file.seek(0)
+            return file.read(_HEAD).partition(b"MOTION")[0]
+        with suppress(zipfile.BadZipFile), zipfile.ZipFile(file) as archive:
+            return repr([(i.filename, i.file_size) for i in archive.infolist()]).encode()
+    return b""
 
 
 def _told_source(listing: Path) -> str:
@@ -221,6 +228,7 @@ def _read_source(listing: Path, modified: int, size: int) -> str:
         document = json.loads(listing.read_bytes())
         if listing.name.endswith(REPLAY_SUFFIX):
             return PurePath(document["clip"]).name
-        own = listing.name.removesuffix(".report.json") + ".bvh"
-        return str(document["clip"]) if own in document["files"] else ""
+        stem = listing.name.removesuffix(".report.json")
+        own = {stem + suffix for suffix in CLIP_SUFFIXES} & set(document["files"])
+        return str(document["clip"]) if own else ""
     return ""

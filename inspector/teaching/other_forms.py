@@ -150,15 +150,17 @@ class OtherForms(QWidget):
 
     def _tell_channels(self, d: Decomposition) -> None:
         chain, joints = self._taught.chain, self._taught.joints
+        data = self._taught.document.data
         assert chain is not None
-        locks = []
+        assert data is not None
+        locks, file = [], data.clip.format.upper()
         for key, joint, letter in (("parent", chain.parent, "P"), ("child", chain.child, "C")):
             before = self._rows["euler"][0 if key == "parent" else 2]
             assert isinstance(before, QLabel)
-            before.setText(f"BVH: {joints[letter]}")
+            before.setText(f"{file}: {joints[letter]}")
             found = self._channels(joint)
             if found is None:
-                self.values[key].setText("not three rotations in the file")
+                self.values[key].setText("no three Euler angles in the file")
                 continue
             turned = zip(found.order, found.angles, strict=True)
             self.values[key].setText("  ".join(f"{axis} {degrees(x)}" for axis, x in turned))
@@ -182,7 +184,7 @@ class OtherForms(QWidget):
             off = found.correction.whole
             one = altered(data.motion, chain, frame, taught.what_if, offset=off, stage=taught.stage)
             q = one.rotations[0, joint]
-        return euler_channels(order, q, written[frame])
+        return euler_channels(order, data.clip.as_written(joint, q), written[frame])
 
     def _measured(self) -> None:
         for right in self._rights:

@@ -18,6 +18,7 @@ from inspector.widgets.building import bring_to_front
 from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.message_bar import MessageBar
 from twistcore.errors import TwistError
+from twistcore.formats import is_clip
 from twistcore.review import LeaveOut
 from twistcore.review.left_out import joined
 from twistcore.tuning import Profile, read_profile, write_profile
@@ -81,7 +82,7 @@ class TuningActions:
         data = self.document.data
         if data is None:
             return
-        if path.suffix.lower() == ".bvh" or path.resolve() == data.clip.path.resolve():
+        if is_clip(path) or path.resolve() == data.clip.path.resolve():
             self.bar.show_message(f"{path.name}: expected a TOML file, not a clip.", True)
             return
         method = self.document.review.state.method

@@ -17,7 +17,7 @@ from inspector.widgets.theme import Theme
 
 _Shown = TypeVar("_Shown", bound=QWidget)
 _MARGIN = 10  # pixels between the legend and the corner
-EMPTY = "Open a BVH (Ctrl+O), drop one here, or try the sample"
+EMPTY = "Open a clip (Ctrl+O), drop one here, or try the sample"
 
 
 class Overlays:

@@ -52,7 +52,7 @@ def _search_intervals(parts: Parts) -> None:
 # fmt: off
 MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
     "File": (
-        ActionSpec("open_dialog", "Open…", ("Ctrl+O",), "Open a BVH or a session",
+        ActionSpec("open_dialog", "Open…", ("Ctrl+O",), "Open a clip or a session",
                    do=lambda p: p.files.open_dialog()),
         ActionSpec("open_folder", "Open folder…", ("Ctrl+Shift+O",),
                    "Analyse all clips of a folder, worst first",
@@ -69,7 +69,7 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
                    do=lambda p: p.files.save_session()),
         ActionSpec("save_session_as", "Save session as…", ("Ctrl+Shift+S",),
                    do=lambda p: p.files.save_session_as()),
-        ActionSpec("export_dialog", "Export…", ("Ctrl+E",), "Write the corrected BVH",
+        ActionSpec("export_dialog", "Export…", ("Ctrl+E",), "Write the corrected clip",
                    do=lambda p: p.files.export_dialog()),
         ActionSpec("export_at_once", "Export at once", ("Ctrl+Shift+E",),
                    "As Export… would unchanged; it asks where anything is in the way",

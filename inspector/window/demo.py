@@ -113,7 +113,7 @@ class Script(QObject):
             return
         clips = queue.ordered
         if not clips:
-            self.fail(f"{queue.folder}: no BVH in this folder.")
+            self.fail(f"{queue.folder}: no clip in this folder.")
         elif all(clip.state == ClipState.FAILED for clip in clips):
             self.fail(f"{queue.folder}: no clip can be opened; {clips[0].reason}")
         elif all(clip.state == ClipState.FAILED or clip.done for clip in clips):
@@ -162,7 +162,8 @@ def demo(window: MainWindow, folder: Path, path: Path) -> Script:
         def export() -> None:
             assert document.data is not None
             folder.mkdir(parents=True, exist_ok=True)
-            target = folder / f"{document.data.clip.path.stem}_refined.bvh"
+            clip = document.data.clip
+            target = folder / f"{clip.path.stem}_refined.{clip.format}"
             window.files.export(ExportChoice(target, replace=True))  # of an earlier run
             window.exporter.finish()
             if not script.code:

@@ -26,7 +26,7 @@ class ExportDialog(WriteDialog):
     """A form; its `choice` is what is to be exported."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__("Export", document.proposed(f"{EXPORT_MARK}.bvh"), parent)
+        super().__init__("Export", document.proposed(f"{EXPORT_MARK}.{_format(document)}"), parent)
         self._document = document
         self._look = OneTask(self)  # at long files that are there
         self._then: Callable[[], object] = lambda: None
@@ -150,8 +150,13 @@ class ExportDialog(WriteDialog):
         )
 
     def pattern(self) -> str:
-        """Clips."""
-        return "BVH (*.bvh)"
+        """Clips of the format of this one."""
+        ending = _format(self._document)
+        return f"{ending.upper()} (*.{ending})"
+
+
+def _format(document: Document) -> str:
+    return document.data.clip.format if document.data is not None else "bvh"
 
 
 def _take_marks(files: Iterable[Path]) -> None:

@@ -21,6 +21,7 @@ from inspector.widgets.file_dialog import ask_files, ask_folder
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
+from twistcore.formats import CLIP_PATTERNS
 from twistcore.review import ReviewState
 from twistcore.tuning import Profile
 
@@ -90,7 +91,7 @@ class FileActions(Saving):
 
     def open_dialog(self) -> None:
         """Ask for a file and open it."""
-        patterns = f"Motion and sessions (*.bvh *{SESSION_SUFFIX}*)"
+        patterns = f"Motion and sessions ({CLIP_PATTERNS} *{SESSION_SUFFIX}*)"
         pattern = f"{patterns};;All files (*)"
         ask_files(self.window, "Open", pattern, lambda paths: self.open_path(paths[0]))
 
@@ -237,7 +238,7 @@ class FileActions(Saving):
     def locate_clip(self, session: Path) -> None:
         """Ask where the clip of a session went, and open both."""
         title, reopen = "Locate the clip", partial(self.document.opener.open_session, session)
-        ask_files(self.window, title, "*.bvh", lambda p: reopen(p[0]), folder=session.parent)
+        ask_files(self.window, title, CLIP_PATTERNS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
         """Ask where to and export; at once, as it stands, unless anything is in the way.

@@ -53,7 +53,9 @@ def done(
         "tau_deg": {"LeftArm": 5.0},
         "intervals": list(intervals),
         "counts": {kind.value: sum(i["kind"] == kind for i in intervals) for kind in Kind},
-        "affected_frames": sum(i["stop"] - i["start"] for i in intervals),
+        "affected_frames": sum(
+            i["stop"] - i["start"] for i in intervals if i["kind"] != Kind.LONE_JUMP
+        ),
         "severity": severity,
         "degrees": {"max": 30.0, "rms": 20.0},
         "chains": ["LeftArm"],

@@ -184,8 +184,11 @@ def test_a_limb_without_channels_is_shown_and_not_corrected(capsys, monkeypatch,
     find_flips(monkeypatch, flip(), CARRIED)
     words = ["refine", path, "-o", tmp_path / "o.bvh", "--kinds", "limb-flip"]
     code, told, err = run(capsys, *words)
-    assert (code, "2 of 2 intervals" in told) == (1, True)
-    assert "RightUpLeg-RightFoot was not corrected: RightFoot without three rotation" in err
+    assert (code, "1 of 2 intervals" in told) == (1, True)
+    where = "where its end was kept: RightFoot without three rotation"
+    assert f"RightUpLeg-RightFoot was not corrected {where}" in err
+    difference = run_json(capsys, "diff", path, tmp_path / "o.bvh")[1]
+    assert {joint["joint"] for joint in difference["joints"]} == {"LeftUpLeg"}
     limbs = {limb["limb"]: limb for limb in run_json(capsys, "info", path)[1]["limbs"]}
     assert limbs["RightUpLeg-RightFoot"]["uncorrectable"] == ["RightFoot"]
 

@@ -5,6 +5,7 @@ import os
 import shutil
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
@@ -12,7 +13,7 @@ from tests.twistcore.reviews import CLIP, fresh
 from tests.twistcore.test_cli import run
 from twistcore.batch import survey_folder
 from twistcore.bvh import read_bvh, write_motion
-from twistcore.clip_files import BVH, clips_by_name, clips_in
+from twistcore.clip_files import BVH, clips_by_name, clips_in, kinds_of_clips
 from twistcore.errors import TwistError
 from twistcore.review import Decide, Decision, write_session
 from twistcore.study.quamo.sequences import read_folder
@@ -136,7 +137,7 @@ def test_equal_folders_and_a_folder_beside_a_file(capsys, tmp_path, cut):
     code, _, err = run(capsys, "diff", cut.parent, cut)
     assert (code, err) == (2, f"{cut}: expected a folder, as the other is one\n")
     code, _, err = run(capsys, "diff", cut.parent, tmp_path)
-    assert (code, err) == (2, f"{tmp_path}: expected a folder with BVH files\n")
+    assert (code, err) == (2, f"{tmp_path}: expected a folder with {kinds_of_clips()} files\n")
 
 
 # --- apply -----------------------------------------------------------------------------------
@@ -218,13 +219,14 @@ def test_a_session_finds_its_clip_by_name_and_bytes(capsys, delivery):
     clips, sessions, out = delivery
     (sessions / "broken.twist.json").unlink()
     session = sessions / "two" / "WALK.twist.json"
-    (clips / "two" / "WALK.BVH").rename(clips / "renamed.bvh")
     later = session.with_name("later.json")
-    shutil.copy(session, later)
+    shutil.move(session, later)
+    write_session(session, read_bvh(clips / "two" / "WALK.BVH"), judged(decide=False))
     os.utime(session, (1e9, 1e9))
+    (clips / "two" / "WALK.BVH").rename(clips / "renamed.bvh")
     code, _, err = apply(capsys, clips, sessions, out)
     assert (code, f"{session}: note: its clip has a later session" in err) == (0, True)
-    assert "renamed.bvh" in files_of(out)
+    assert (out / "renamed.bvh").read_bytes() != (clips / "renamed.bvh").read_bytes()
     later.unlink()
     shutil.copy(clips / "renamed.bvh", clips / "again.bvh")
     shutil.rmtree(out)
@@ -284,3 +286,11 @@ def test_a_record_of_another_program_is_not_taken_for_ours(capsys, delivery):
     assert code == 2
     assert "applied.jsonl: expected a document with schema 'twistcore.applied/1'" in err
     assert files_of(out) == {"applied.jsonl"}
+
+
+def test_an_npz_of_other_data_is_no_clip(tmp_path):
+    np.savez(tmp_path / "shape.npz", betas=np.zeros(16))
+    with (tmp_path / "walk.NPZ").open("wb") as file:
+        np.savez(file, poses=np.zeros((2, 66)))
+    (tmp_path / "damaged.npz").write_bytes(b"PK\x03\x04")
+    assert [path.name for path in clips_in(tmp_path)] == ["damaged.npz", "walk.NPZ"]

@@ -13,6 +13,7 @@ from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, flip, flipped, spun
 from twistcore.cli import main
 from twistcore.clip import write_clip
 from twistcore.detection import Interval, Kind
+from twistcore.export.folder_compare import compare_folders, folder_difference_to_json
 from twistcore.review import Command, Decision, Judged
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, command_to_json
 from twistcore.study.class_exercise import (
@@ -72,12 +73,26 @@ def real(tmp_path_factory):
         json.loads(Path(truth).read_text()),
         printed("evaluate", "--truth", truth, "--clean", walk, "--refined", out, "--json"),
         printed("diff", dirty, str(bad), "--json"),
+        folder_difference(folder, dirty, bad),
         *session_documents(dirty, folder),
         *exercise_documents(folder),
         *benchmark_documents(folder),
         *quamo_documents(folder, printed),
     ]
     return {d["schema"]: d for d in documents}
+
+
+def folder_difference(folder, dirty, bad):
+    import shutil
+
+    for name, clip in (("a", dirty), ("b", bad)):
+        (folder / name).mkdir()
+        for same in ("same.bvh", f"only_{name}.bvh"):
+            shutil.copy(dirty, folder / name / same)
+        shutil.copy(clip, folder / name / "other.bvh")
+        (folder / name / "bad.bvh").write_text(name)
+    compared = compare_folders(folder / "a", folder / "b")
+    return folder_difference_to_json(compared, "a", "b")
 
 
 def exercise_documents(folder):

@@ -1,37 +1,20 @@
 """Many files in many processes: one that fails, or kills its process, stops no other."""
 
-import multiprocessing
+import contextlib
 import os
 import re
 import shutil
-import signal
 import time
-from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.twistcore.process_work import dies_once, prints, unsendable, work
 from twistcore.cli import main
-from twistcore.errors import BvhError
-from twistcore.processes import each, reason
+from twistcore.processes import ProcessEndedError, ProcessTimeError, each, reason
 from twistcore.tuning import read_profile
-
-
-def work(name):
-    """As its name says."""
-    if name.startswith("dies"):
-        time.sleep(0.2)  # so that others are under way
-        os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
-    if name.startswith("slow"):
-        time.sleep(1.0)
-    if name == "memory":
-        raise MemoryError
-    if name == "bvh":
-        raise BvhError("x.bvh", "expected OFFSET", line=2)
-    if name == "defect":
-        raise ZeroDivisionError("of\nours")
-    return name.upper()
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -51,20 +34,77 @@ def test_who_kills_its_process_is_known_and_the_others_go_on():
     assert sorted(found) == sorted(names)
     for name, result in found.items():
         if name.startswith("dies"):
-            assert isinstance(result, BrokenProcessPool)
+            assert isinstance(result, ProcessEndedError)
             assert reason(name, result).startswith(f"{name}: its process was ended by the system")
         else:
             assert result == name.upper()
 
 
+def test_a_name_is_tried_once_more_where_its_process_was_killed_by_others(tmp_path):
+    found = dict(each(dies_once, [str(tmp_path / "a"), str(tmp_path / "b")], 1, apart=True))
+    assert set(found.values()) == {"well"}
+
+
+def test_who_hangs_is_ended_and_the_others_go_on():
+    names = ["a", "hangs", "b", "slow 1"]
+    limits = {"hangs": 0.8}
+    found = dict(each(work, names, 2, seconds=lambda name: limits.get(name, 60.0)))
+    assert [found[n] for n in ("a", "b", "slow 1")] == ["A", "B", "SLOW 1"]
+    assert isinstance(found["hangs"], ProcessTimeError)
+    assert reason("x.bvh", found["hangs"]) == "x.bvh: took longer than 1 s and was stopped"
+
+
+def test_names_are_taken_as_they_are_needed():
+    taken = []
+    names = (taken.append(name) or name for name in map(str, range(1000)))
+    results = each(work, names, 2)
+    assert next(results)[1] in ("0", "1")
+    time.sleep(0.2)
+    assert len(taken) <= 8
+    results.close()
+
+
+def test_whoever_cannot_name_the_next_is_told():
+    def names():
+        yield "a"
+        raise KeyError("no more")
+
+    results = each(work, names(), 2)
+    with pytest.raises(KeyError):
+        list(results)
+
+
+def test_what_is_printed_does_not_stand_among_the_answers(capfd):
+    assert list(each(prints, ["a"], 1, apart=True)) == [("a", 1)]
+    assert capfd.readouterr().err == "a\n"
+
+
+def test_a_name_that_cannot_be_sent_is_an_answer(tmp_path):
+    [(_, result)] = each(work, [lambda: 0], 1, apart=True)
+    assert isinstance(result, Exception)
+    [(_, result)] = each(unsendable, ["a"], 1, apart=True)
+    assert "Defect" in str(result)
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="Linux")
 def test_whoever_stops_looking_leaves_no_process():
-    before = set(multiprocessing.active_children())
+    before = children()
     results = each(work, ["a", "slow 1", "slow 2", "slow 3"], 2)
     assert next(results) == ("a", "A")
+    assert children() > before
     begin = time.monotonic()
     results.close()
     assert time.monotonic() - begin < 0.9  # nobody waited for the slow ones
-    assert set(multiprocessing.active_children()) == before
+    assert children() == before
+
+
+def children():
+    """Of this process, by number."""
+    found = set()
+    for task in Path("/proc/self/task").iterdir():
+        with contextlib.suppress(OSError):
+            found |= set((task / "children").read_text().split())
+    return found
 
 
 def short(source, target, frames=60):
@@ -74,7 +114,7 @@ def short(source, target, frames=60):
     target.write_text("".join(lines[: first + frames]), "utf-8")
 
 
-BAD = {"broken.bvh", "empty.bvh", "astray.bvh", "folder.bvh", "stick.bvh", "unread.bvh"}
+BAD = {"broken.bvh", "empty.bvh", "astray.bvh", "stick.bvh", "unread.bvh"}
 
 
 @pytest.fixture
@@ -87,7 +127,7 @@ def folder(tmp_path):
     (made / "broken.bvh").write_text("HIERARCHY\nROOT")
     (made / "empty.bvh").touch()
     (made / "astray.bvh").symlink_to("nowhere")
-    (made / "folder.bvh").mkdir()
+    (made / "folder.bvh").mkdir()  # no clip: clips may lie in a folder of any name
     (made / "stick.bvh").write_text(
         "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
         "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0\n1 1 1\n"
@@ -131,7 +171,7 @@ def test_benchmark_and_quamo_go_on(folder, capsys):
     words = ["benchmark", str(folder), "--methods", "paper", "--seeds", "1", "--workers", "2"]
     assert main([*words, "--json", str(folder / "out.json")]) == 1
     printed = capsys.readouterr()
-    listed(printed.err, BAD - {"folder.bvh"})  # clips may lie in a folder of any name
+    listed(printed.err, BAD)
     assert main(["quamo", "evaluate", str(folder), "--seeds", "1"]) == 1
     listed(capsys.readouterr().err, BAD)
 

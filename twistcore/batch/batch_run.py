@@ -23,7 +23,8 @@ from twistcore.worker_memory import SPARE
 
 LOCK = "manifest.lock"
 
-_PATIENCE_S = 60.0  # for any clip, and a second more for every megabyte
+# Quick motion with many joints takes some 70 s for every megabyte, and a busy machine more.
+_PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
 _IN_VAIN = 20  # clips one after the other that could not be noted: the disk stays full
 
 
@@ -45,7 +46,7 @@ class CarryOut(Protocol):
 class Limits:
     """What a clip may take.
 
-    seconds: None for a minute, and a second more for every megabyte; memory: bytes beyond what a
+    seconds: None for five minutes, and another for every megabyte; memory: bytes beyond what a
     clip of its size should need.
     """
 
@@ -54,7 +55,11 @@ class Limits:
 
     def seconds_of(self, task: Task) -> float:
         """For a task."""
-        return _PATIENCE_S + task.size / 1e6 if self.seconds is None else self.seconds
+        return (
+            _PATIENCE_S + _PER_MEGABYTE_S * task.size / 1e6
+            if self.seconds is None
+            else self.seconds
+        )
 
 
 @dataclass
@@ -62,12 +67,14 @@ class Summary:
     """What a run did.
 
     done: clips that came out; known: that were done before; failed: a sentence for each that did
-    not; stopped: why the run ended before all were tried, else ''; left: how many were not tried.
+    not; unreadable: how many of these for what is in the clip; stopped: why the run ended before
+    all were tried, else ''; left: how many were not tried.
     """
 
     done: int = 0
     known: int = 0
     failed: list[str] = field(default_factory=list)
+    unreadable: int = 0
     stopped: str = ""
     left: int = 0
 
@@ -100,6 +107,7 @@ def run_batch(
             manifest.put_rows(plan.notes)
         summary = Summary(known=plan.known, left=len(plan.todo))
         summary.failed = [row.reason for row in plan.failed]
+        summary.unreadable = len(plan.failed)
         if plan.todo:
             if parameters.refine:
                 remove_parts(folder)
@@ -182,14 +190,15 @@ class _Run:
         except TwistError as error:
             self.in_vain += 1
             row = _failed(row, f"{source.name}: is done, but cannot be noted: {error}")
-            with suppress(TwistError):  # a row for it stands there already: there may be room
-                with self.manifest.transaction():
-                    self.manifest.put_rows([row])
+            # A row for it stands there already: there may be room.
+            with suppress(TwistError), self.manifest.transaction():
+                self.manifest.put_rows([row])
         self.summary.left -= 1
         fine = row.state == DONE
         self.summary.done += fine
         if not fine:
             self.summary.failed.append(row.reason)
+            self.summary.unreadable += outcome.unseen or not row.again
         self.tell(source, fine)
 
 

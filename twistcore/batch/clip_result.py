@@ -55,11 +55,10 @@ def _detected(clip: Clip | Motion, parameters: Parameters) -> Detection:
     rig = AS_FOUND if parameters.rig is None else rig_from_json(parameters.rig)
     analysis = analyse(clip, list(parameters.chains) or None, rig)
     kinds = [Kind(kind) for kind in parameters.kinds] or ALL_KINDS
-    tau: float | Mapping[str, float] | None = None
-    if parameters.tau_deg is not None:
-        tau = math.radians(parameters.tau_deg)
+    for_all = None if parameters.tau_deg is None else math.radians(parameters.tau_deg)
+    tau: float | Mapping[str, float] | None = for_all
     if parameters.profile_rad is not None:
-        given = {} if tau is None else {c.name: tau for c in analysis.chains}
+        given = {} if for_all is None else {c.name: for_all for c in analysis.chains}
         names = {c.name for c in analysis.chains_and_limbs}
         tau = given | {k: v for k, v in parameters.profile_rad.items() if k in names}
     return analysis.detect(parameters.method, kinds=kinds, tau_radians=tau)
@@ -107,9 +106,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
     }
 
 
-def _refined(
-    clip: Clip, found: Detection, parameters: Parameters
-) -> tuple[Motion, int, list[str]]:
+def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
     """The corrected motion, how many intervals are out of it, and what could not be corrected."""
     from twistcore.export.replay import accepted_motion
     from twistcore.review import Review

@@ -7,18 +7,19 @@ from __future__ import annotations
 
 import hashlib
 import os
-import stat
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, TypeAlias
 
 from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
 from twistcore.worker_memory import SPARE, forget_peak, limit_memory, peak_memory
+
+Bytes: TypeAlias = bytes  # an outcome has a number of them by that name
 
 _RACY_NS = 2_000_000_000  # a file written so lately may change again within its own time stamp
 
@@ -57,7 +58,7 @@ class Outcome:
     signature: str = ""
     seconds: float = 0.0
     peak_bytes: int = 0
-    corrected: bytes | None = field(default=None, repr=False)
+    corrected: Bytes | None = field(default=None, repr=False)
     unseen: bool = False
 
 
@@ -84,35 +85,48 @@ def process(task: Task) -> Outcome:
     return Outcome(**found, seconds=time.perf_counter() - begin, peak_bytes=peak_memory())
 
 
-def signature_of(status: os.stat_result) -> str:
-    """A file's size, time and number: while they stay, its bytes do."""
-    return f"{status.st_size} {status.st_mtime_ns} {status.st_ino}"
+def signature_of(path: Path | str) -> tuple[str, bool]:
+    """A file's size, time and number: while they stay, its bytes do; raises OSError.
+
+    And whether it was written so long ago that a change would show in its time. Of an AMC with
+    those of the skeletons in its folder, of which it needs one.
+    """
+    states = [Path(path).stat()]
+    if has_companions(path):
+        with os.scandir(Path(path).parent) as entries:
+            beside = sorted((e.name, e) for e in entries if e.name.lower().endswith(".asf"))
+        states += [entry.stat() for _, entry in beside]
+    texts = [f"{s.st_size} {s.st_mtime_ns} {s.st_ino}" for s in states]
+    if texts[1:]:
+        texts[1:] = [hashlib.sha256(" ".join(texts).encode()).hexdigest()[:16]]
+    latest = max(status.st_mtime_ns for status in states)
+    return " ".join(texts), time.time_ns() - latest > _RACY_NS
 
 
-def settled(status: os.stat_result) -> bool:
-    """Whether a file was written so long ago that a change would show in its time."""
-    return time.time_ns() - status.st_mtime_ns > _RACY_NS
+def has_companions(path: Path | str) -> bool:
+    """Whether a clip is more than the bytes of its file: an AMC, whose skeleton lies beside it."""
+    return Path(path).suffix.lower() == ".amc"
 
 
 def _carried_out(task: Task) -> dict[str, Any]:
     from twistcore.batch.clip_result import processed  # numpy, scipy
 
     with _on_this_disk(task) as path:
-        before = path.stat()
-        if not stat.S_ISREG(before.st_mode):  # to open a FIFO would wait for its writer
+        before, settled = signature_of(path)
+        if not path.is_file():  # to open a FIFO would wait for its writer
             raise TwistError(f"{path}: expected a file")
         try:
             clip, result, corrected = processed(path, task.parameters)
         except TwistError as error:
             path.open("rb").close()  # what cannot be opened is no matter of its content
             known: dict[str, Any] = {"reason": " ".join(str(error).splitlines())}
-            known |= {"bytes": before.st_size, "sha256": file_sha256(path)}
+            known |= {"bytes": path.stat().st_size, "sha256": file_sha256(path)}
         else:
             known = {"result": result, "corrected": corrected}
             known |= {"bytes": len(clip.data), "sha256": clip.sha256}
-        same = signature_of(before) == signature_of(path.stat())
-    if same and settled(before) and str(path) == task.source:
-        known["signature"] = signature_of(before)
+        same = settled and signature_of(path)[0] == before
+    if same and str(path) == task.source:
+        known["signature"] = before
     return known
 
 

@@ -33,14 +33,20 @@ def write_corrected(folder: Path, row: ClipRow, known: ClipRow | None, data: byt
         row,
         corrected=relative,
         corrected_sha256=mark,
-        corrected_signature=signature_of(path.stat()),
+        corrected_signature=signature_of(path)[0],
     )
 
 
 def is_intact(folder: Path, row: ClipRow) -> bool:
-    """Whether a clip's corrected file is there as it was written, by its size, time and number."""
+    """Whether a clip's corrected file is there as it was written.
+
+    By its size, time and number or, where it has been copied since, by its bytes.
+    """
+    path = folder / row.corrected
     try:
-        return signature_of((folder / row.corrected).stat()) == row.corrected_signature
+        if signature_of(path)[0] == row.corrected_signature:
+            return True
+        return bool(row.corrected) and file_sha256(path) == row.corrected_sha256
     except OSError:
         return False
 

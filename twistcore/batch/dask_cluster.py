@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 import time
@@ -41,21 +42,33 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
             'a cluster needs Dask: expected pip install "twist-inspector[cluster]"'
         ) from None
     local = None
+    with _silence():
+        try:
+            if address is None:
+                local = LocalCluster(
+                    n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50
+                )
+            client = Client(local or address, timeout=_CONNECT_S, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise TwistError(f"{address}: no Dask scheduler answers ({error})") from None
+        try:
+            yield partial(_in_cluster, client)
+        finally:
+            with suppress(Exception):  # of a scheduler that is gone there is nothing to close
+                client.close(timeout=2.0)
+            if local is not None:
+                local.close()
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Without Dask's tracebacks: what they are about is said once, in a sentence."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
     try:
-        if address is None:
-            local = LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50
-            )
-        client = Client(local or address, timeout=_CONNECT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise TwistError(f"{address}: no Dask scheduler answers ({error})") from None
-    try:
-        yield partial(_in_cluster, client)
+        yield
     finally:
-        with suppress(Exception):  # of a scheduler that is gone there is nothing to close
-            client.close(timeout=2.0)
-        if local is not None:
-            local.close()
+        logging.disable(before)
 
 
 def process_apart(task: Task, seconds: float) -> Outcome | Exception:
@@ -72,16 +85,17 @@ def _in_cluster(
     todo = deque(tasks)
     under_way: dict[str, tuple[Task, Any]] = {}
     finished: queue.Queue[str] = queue.Queue()
-    seen = time.monotonic()
+    seen, looked, threads = time.monotonic(), -_LOOK_S, 0
     try:
         while todo or under_way:
-            workers, threads = _size(client)
+            if time.monotonic() - looked >= _LOOK_S:
+                threads, looked = _threads(client), time.monotonic()
             while todo and len(under_way) < max(_AHEAD * threads, 2):
                 _send(client, todo.popleft(), seconds, under_way, finished)
             try:
                 task, future = under_way.pop(finished.get(timeout=_LOOK_S))
             except queue.Empty:
-                seen = time.monotonic() if workers else seen
+                seen = time.monotonic() if threads else seen
                 if time.monotonic() - seen > _ALONE_S:
                     raise TwistError("the Dask cluster has no worker any more") from None
                 continue
@@ -110,7 +124,7 @@ def _send(
 
 
 def _outcome(client: Any, future: Any) -> Outcome | Exception:
-    """TwistError where the scheduler is gone: its tasks are lost, and tried again by another run."""
+    """TwistError where the scheduler is gone, and with it all tasks."""
     from distributed import KilledWorker
 
     try:
@@ -126,9 +140,9 @@ def _outcome(client: Any, future: Any) -> Outcome | Exception:
     return found
 
 
-def _size(client: Any) -> tuple[int, int]:
-    """Workers and their threads; TwistError where the scheduler is gone."""
-    if client.status != "running":
-        raise TwistError("the Dask scheduler is gone")
-    info = client.scheduler_info(n_workers=-1).get("workers", {})
-    return len(info), sum(worker["nthreads"] for worker in info.values())
+def _threads(client: Any) -> int:
+    """Of all workers; TwistError where the scheduler is gone."""
+    with suppress(Exception):
+        if client.status == "running":
+            return sum(client.nthreads().values())
+    raise TwistError("the Dask scheduler is gone")

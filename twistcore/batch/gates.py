@@ -21,7 +21,8 @@ A rule names what must not be: "severity>5" fails where a clip's severity is abo
 WHAT      severity   mean error a frame, degrees, over all chains
           count      intervals
           degrees    the largest error of an interval; of a lone jump, its turn in a frame
-          affected   frames in which an interval lies, in percent of all: affected>2%
+          affected   frames with an error that can be taken out, in percent: affected>2%;
+                     of lone jumps only where [lone-jump] asks for them
           failed     clips that could not be processed, of the whole run: failed>0
 FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
           a kind (counter-twist, limb-flip, lone-jump; of several, any), confidence OP NUMBER
@@ -206,10 +207,16 @@ def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
 
 
 def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
-    """Frames in which an interval lies that counts, each once."""
+    """Frames in which an interval lies that counts, each once.
+
+    Out of a lone jump nothing is taken, so it counts where it is asked for alone: as it does in a
+    result's affected frames.
+    """
     if not (rule.kinds or rule.confidence):
         return int(result["affected_frames"])
-    spans = sorted((i["start"], i["stop"]) for i in result["intervals"] if rule.counts(i))
+    kinds = rule.kinds or {*Kind} - {Kind.LONE_JUMP}
+    counted = (i for i in result["intervals"] if rule.counts(i) and i["kind"] in kinds)
+    spans = sorted((i["start"], i["stop"]) for i in counted)
     frames, reached = 0, 0
     for start, stop in spans:
         frames += max(0, stop - max(start, reached))

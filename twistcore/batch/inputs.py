@@ -9,11 +9,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
-from twistcore.batch.clip_task import settled, signature_of
+from twistcore.batch.clip_task import signature_of
 from twistcore.batch.manifest import FILE, is_batch_folder
 from twistcore.errors import TwistError
 
-CLIP_SUFFIXES = frozenset({".bvh"})  # those of twistcore.formats, without loading any reader
+CLIP_SUFFIXES = frozenset(
+    {".bvh", ".npz", ".amc"}
+)  # those of twistcore.formats, without loading any reader
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,8 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 
 def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
     """The same with names that are theirs already, by path; the others' avoid these."""
-    known, new = [], []
+    known: list[Source] = []
+    new: list[Source] = []
     for source in sources:
         (known if source.path in names else new).append(source)
     taken = {name.casefold() for name in names.values()}
@@ -138,7 +141,7 @@ def _below(root: Path, without: Path | None) -> Iterator[Source]:
                 continue
             if entry.is_dir(follow_symlinks=False):
                 below.append(entry.path)
-            elif is_clip_name(entry.name) and not entry.is_dir():
+            elif is_clip_name(entry.name) and not entry.is_dir() and not _other(entry.path):
                 name = os.path.relpath(entry.path, root).replace(os.sep, "/")
                 yield _looked_at(entry.path, name)
         folders += reversed(below)
@@ -149,15 +152,24 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
     root = Path(os.path.abspath(Path(*parts[:at]) if at else "."))  # noqa: PTH100
-    for found in sorted(glob.glob(pattern, recursive=True)):
+    for found in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207 of any folder
         path = Path(os.path.abspath(found))  # noqa: PTH100
         if path.is_dir():
             if "**" not in parts:
                 for source in _below(path, without):
                     name = (path.relative_to(root) / source.name).as_posix()
                     yield replace(source, name=name)
-        elif is_clip_name(found) and not (without and _is_in(path, without)):
+        elif is_clip_name(found) and not (without and _is_in(path, without)) and not _other(found):
             yield _looked_at(str(path), path.relative_to(root).as_posix())
+
+
+def _other(path: str) -> bool:
+    """Whether what has a clip's name holds something else: bodies' shapes lie beside AMASS's."""
+    if not path.lower().endswith(".npz"):
+        return False
+    from twistcore.formats import is_other_data  # numpy
+
+    return is_other_data(path)
 
 
 def _is_in(path: Path | str, folder: Path) -> bool:
@@ -180,10 +192,10 @@ def _of_files(files: Iterable[str]) -> Iterator[Source]:
 
 def _looked_at(path: str, name: str) -> Source:
     try:
-        status = os.stat(path)  # noqa: PTH116
+        signature, settled = signature_of(path)
     except OSError:  # gone, or a link astray: who reads it says so
         return Source(path, name)
-    return Source(path, name, status.st_size, signature_of(status), settled(status))
+    return Source(path, name, int(signature.partition(" ")[0]), signature, settled)
 
 
 def _named_apart(sources: Iterable[Source], taken: Iterable[str] = ()) -> Iterator[Source]:

@@ -338,11 +338,15 @@ def _record(row: tuple[Any, ...]) -> ClipRecord:
         schema = {"schema": result.pop("schema"), "clip": name}
         result = schema | result
     return ClipRecord(
-        source,
-        name,
-        row[2],
-        reason,
-        *row[4:9],
+        source=source,
+        name=name,
+        state=row[2],
+        reason=reason,
+        sha256=row[4],
+        bytes=row[5],
+        seconds=row[6],
+        peak_bytes=row[7],
+        finished_at=row[8],
         parameters=json.loads(row[9]) if row[9] else {},
         version=row[10] or "",
         result=result,

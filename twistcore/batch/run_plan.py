@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from twistcore.batch.clip_task import file_sha256
+from twistcore.batch.clip_task import file_sha256, has_companions
 from twistcore.batch.inputs import Source
 from twistcore.batch.manifest import DONE, FAILED, ClipRow, Manifest, now
 from twistcore.batch.parameters import Parameters
@@ -47,17 +47,18 @@ def make_plan(
             row = ClipRow(source.path, source.name)
             plan.notes.append(row)
         found = _same_bytes(row, source) if row.mark == mark else None
-        if found is not None and row.state == FAILED and not row.again:
+        if found is None or (row.state == DONE and parameters.refine and not intact(row)):
+            found = None
+        elif row.state == FAILED and not row.again:
             plan.failed.append(found)
-        elif found is not None and row.state == DONE and (not parameters.refine or intact(row)):
-            plan.known += 1
-        elif not parameters.refine and (
-            found := _of_other_name(manifest, row, source, mark, sizes)
-        ):
-            plan.known += 1
-        else:
+        elif row.state != DONE:
+            found = None
+        if found is None and not parameters.refine:
+            found = _of_other_name(manifest, row, source, mark, sizes)
+        if found is None:
             plan.todo.append(source)
             continue
+        plan.known += found.state == DONE
         if found != row:
             plan.notes.append(found)
     # The longest first: a long clip that starts last would keep one core busy and the rest idle.
@@ -67,6 +68,7 @@ def make_plan(
 
 def shard(sources: Iterable[Source], index: int, count: int) -> list[Source]:
     """The clips of one of so many shards, 1…count, by their names alone."""
+
     def of(source: Source) -> int:
         return int.from_bytes(hashlib.sha256(source.name.encode("utf-8", "surrogatepass")).digest())
 
@@ -79,7 +81,7 @@ def _same_bytes(row: ClipRow, source: Source) -> ClipRow | None:
         return row
     if not source.signature:  # gone, or at a URL
         return row if "://" in source.path and source.size == row.bytes else None
-    if source.size != row.bytes or _sha256(source) != row.sha256:
+    if has_companions(source.path) or source.size != row.bytes or _sha256(source) != row.sha256:
         return None
     return replace(row, signature=source.signature if source.settled else "")
 
@@ -88,16 +90,14 @@ def _of_other_name(
     manifest: Manifest, row: ClipRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ClipRow | None:
     """The row as done, where the same bytes have a result under whatever name."""
-    if not source.signature or source.size not in sizes:
+    if not source.signature or has_companions(source.path) or source.size not in sizes:
         return None
     sha256 = _sha256(source)
     if not sha256 or not manifest.has_result(sha256, mark):
         return None
     signature = source.signature if source.settled else ""
-    return replace(
-        row, state=DONE, reason="", again=False, mark=mark, sha256=sha256, bytes=source.size,
-        signature=signature, finished_at=now(), corrected="", corrected_sha256="", corrected_signature="",
-    )  # fmt: skip
+    new = ClipRow(row.source, row.name, DONE, mark=mark, sha256=sha256, bytes=source.size)
+    return replace(new, signature=signature, finished_at=now())
 
 
 def _sha256(source: Source) -> str:

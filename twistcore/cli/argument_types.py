@@ -17,6 +17,7 @@ class Parser(argparse.ArgumentParser):
     """One line where the words are wrong, without the usage."""
 
     def error(self, message: str) -> NoReturn:
+        """End the program with the message."""
         self.exit(2, f"{self.prog}: {message}\n")
 
 

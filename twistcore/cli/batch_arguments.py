@@ -11,18 +11,19 @@ from twistcore.cli.argument_types import count, kinds, positive, target
 BATCH = "batch"
 
 _ABOUT = """\
-Look at many clips, each by itself: one that crashes, hangs or takes too much memory is listed, and the
-others go on. OUTDIR keeps what became of each in manifest.sqlite. The same command again does only what
-is new: other bytes, other options or another version; a run that was stopped or killed goes on.
+Look at many clips, each by itself: one that crashes, hangs or takes too much memory is listed, and
+the others go on. OUTDIR keeps what became of each in manifest.sqlite. The same command again does
+only what is new: other bytes, other options or another version; a run that was stopped or killed
+goes on.
 """
 _EXITS = """\
-Exit code: 0 done; 1 finished, but a clip could not be processed or a rule of --fail-if is broken, which
-is listed; 2 wrong words, an input that cannot be read, or no clip that could be; 130 stopped by Ctrl+C.
+Exit code: 0 done; 1 finished, but a clip could not be processed or a rule of --fail-if is broken,
+which is listed; 2 wrong words, or no clip that could be processed; 130 stopped by Ctrl+C.
 
 Examples:
   twistcore batch captures -o out --refine --report
-  twistcore batch 'takes/**/*_raw.bvh' @more.txt -o out --jsonl results.jsonl --fail-if 'severity>5'
-  twistcore batch captures -o out/$SLURM_ARRAY_TASK_ID --shard $SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT
+  twistcore batch 'takes/**/*_raw.bvh' @more.txt -o out --fail-if 'severity>5' --junit out.xml
+  twistcore batch captures -o out-3 --shard 3/20
 """
 
 
@@ -34,8 +35,8 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         "paths",
         nargs="*",
         metavar="PATH",
-        help="clip, folder with all below, quoted pattern (** goes over folders), URL, @FILE with one "
-        "of these a line, or '-' for such a list on standard input",
+        help="clip, folder with all below, quoted pattern (** goes over folders), URL, @FILE with "
+        "one of these a line, or '-' for such a list on standard input",
     )
     parser.add_argument(
         "--from", dest="lists", action="append", default=[], metavar="FILE", help="as @FILE"
@@ -57,7 +58,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         "--time-limit",
         type=positive,
         metavar="SECONDS",
-        help="a clip may take; default 60 and one more for every megabyte",
+        help="a clip may take; default 300 and 60 more for every megabyte",
     )
     parser.add_argument(
         "--memory-limit",
@@ -86,7 +87,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="RULE",
-        help="exit 1 where a rule holds, as 'severity>5' (again for more; docs/batch.md)",
+        help="exit 1 where a rule holds, as 'severity>5' (again for more; docs/gates.md)",
     )
     parser.set_defaults(run=_run)
 

@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.atomic import write_atomically
-from twistcore.batch.batch_run import CarryOut, Limits, Summary, run_batch
+from twistcore.batch.batch_run import CarryOut, Limits, run_batch
 from twistcore.batch.clip_task import Outcome, Task, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
+from twistcore.batch.remote_folder import working_folder
 from twistcore.cli.batch_progress import begin
 from twistcore.errors import TwistError
 from twistcore.processes import each
@@ -29,42 +30,43 @@ _MIB = 1 << 20
 
 def batch(arguments: argparse.Namespace) -> int:
     """Process the clips, then write and check what was asked for."""
-    folder = Path(arguments.output)
     rules = _rules(arguments)
     parameters = _parameters(arguments)
     words = [*arguments.paths, *(f"@{name}" for name in arguments.lists)]
     if not words:
         raise TwistError("expected clips, folders, patterns, URLs or --from FILE")
-    inputs = find_inputs(words, without=folder)
+    own = None if "://" in arguments.output else Path(arguments.output)
+    inputs = find_inputs(words, without=own)
     targets = [getattr(arguments, name) for name in _FILES if getattr(arguments, name)]
     if targets:
-        from twistcore.cli.output import refuse_overwrite  # numpy, scipy
+        from twistcore.cli.output import refuse_overwrite  # numpy
 
         local = [Path(source.path) for source in inputs.sources if "://" not in source.path]
         refuse_overwrite(targets, local)
-    with _carrying_out(arguments) as carry_out:
-        summary = run_batch(
-            folder,
-            inputs.sources,
-            parameters,
-            carry_out,
-            limits=_limits(arguments),
-            part=arguments.shard,
-            begin=begin,
-        )
-    for problem in (*inputs.problems, *summary.failed):
-        print(problem, file=sys.stderr)
+    with working_folder(arguments.output) as folder:
+        with _carrying_out(arguments) as carry_out:
+            summary = run_batch(
+                folder,
+                inputs.sources,
+                parameters,
+                carry_out,
+                limits=_limits(arguments),
+                part=arguments.shard,
+                begin=begin,
+            )
+        for problem in (*inputs.problems, *summary.failed):
+            print(problem, file=sys.stderr)
+        broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
     if summary.stopped:
-        print(f"{summary.stopped}: {summary.left} clips to go; the same again goes on", file=sys.stderr)
-    broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
-    print(
-        f"{folder}: {summary.done} clips done, {summary.known} known, {len(summary.failed)} failed"
-    )
-    if summary.stopped:
-        return 130 if summary.stopped == "stopped" else 1
-    if inputs.problems or broken:
-        return 1
-    return (1 if summary.done + summary.known else 2) if summary.failed else 0
+        left = f"{summary.left} clips to go; the same command goes on"
+        print(f"{summary.stopped}: {left}", file=sys.stderr)
+    counts = f"{summary.done} clips done, {summary.known} known, {len(summary.failed)} failed"
+    print(f"{arguments.output}: {counts}")
+    if summary.stopped == "stopped":
+        return 130
+    if summary.unreadable and not summary.done + summary.known + summary.left:
+        return 1 if summary.unreadable < len(summary.failed) else 2
+    return int(bool(summary.failed or summary.stopped or inputs.problems or broken))
 
 
 def _written(

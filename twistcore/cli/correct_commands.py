@@ -17,21 +17,22 @@ from twistcore.cli.output import (
     tell_no_chain,
     told_of,
 )
-from twistcore.clip import Clip, write_clip
+from twistcore.clip import Clip, check_ending, write_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
 from twistcore.export.replay import accepted_motion, replayed, uncorrected
 from twistcore.export.report import Report, check_report, write_report
 from twistcore.formats import read_clip
-from twistcore.refinement import SURE_ENOUGH, applied_unasked
+from twistcore.refinement import SURE_ENOUGH, applied_unasked, stuck_joints
 from twistcore.review import Review
 from twistcore.review.model import SEEN
 
 
 def refine(arguments: argparse.Namespace) -> int:
-    """Write a corrected BVH, and a report if asked."""
+    """Write a corrected clip, and a report if asked."""
     clip = read_clip(arguments.clip, fps=arguments.fps)
+    check_ending(clip, arguments.output)
     refuse_overwrite(
         [arguments.output], [p for p in (arguments.clip, arguments.profile, arguments.rig) if p]
     )
@@ -47,7 +48,7 @@ def refine(arguments: argparse.Namespace) -> int:
     tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
     if arguments.report:
         write_report(arguments.report, Report(clip, chains, review.state, refined))
-    count = told_of(applied, found, "corrected")
+    count = told_of(_correctable(clip, chains, applied), found, "corrected")
     print(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
     skipped = _tell_uncorrected(clip, chains, applied)
     return int(skipped or bool(tell_no_chain(arguments.clip, found.analysis.chains_and_limbs)))
@@ -62,7 +63,8 @@ def apply(arguments: argparse.Namespace) -> int:
     clip, chains, session = replay.clip, replay.chains, replay.session
     tell_jumps(arguments.output, write_clip(clip, replay.motion, arguments.output))
     chosen, judged = session.state.chosen(), session.state.intervals
-    count = told_of(chosen, [j.interval for j in judged], "applied")
+    done = _correctable(clip, chains, chosen)
+    count = told_of(done, [j.interval for j in judged], "applied")
     seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
     print(f"{arguments.output}: {count}{seen}")
     return int(_tell_uncorrected(clip, chains, chosen))
@@ -78,6 +80,11 @@ def _too_unsure(arguments: argparse.Namespace, found: Iterable[Interval]) -> str
 
 def _least(asked: float | None) -> float:
     return SURE_ENOUGH if asked is None else asked
+
+
+def _correctable(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> list[Interval]:
+    by_name = {chain.name: chain for chain in chains}
+    return [i for i in chosen if not stuck_joints(clip.motion, by_name[i.chain], [i])]
 
 
 def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> bool:

@@ -22,6 +22,8 @@ from twistcore.cli.argument_types import (
     tau,
 )
 from twistcore.cli.batch_arguments import BATCH, add_batch
+from twistcore.cli.convert_command import add_convert
+from twistcore.cli.export_command import add_export
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.refinement import SURE_ENOUGH
 from twistcore.synthesis import PROTOCOLS
@@ -162,6 +164,9 @@ def make_parser() -> argparse.ArgumentParser:
     _json(diff)
     _workers(diff)
     diff.set_defaults(run=correct_commands.diff)
+
+    add_export(subparsers)
+    add_convert(subparsers)
     return parser
 
 

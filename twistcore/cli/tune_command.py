@@ -42,7 +42,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         raise TwistError("--performer: expected --verdicts, too; an injected error is nobody's")
     paths = clips_in(source) if source.is_dir() else [source]
     if not paths:
-        raise TwistError(f"{source}: expected a BVH or a folder with some")
+        raise TwistError(f"{source}: expected a clip or a folder with some")
     sessions = FolderSessions({}, ())
     if arguments.sessions:
         _refuse_rig(arguments)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.clip_files import clips_by_name
-from twistcore.errors import ClipMismatchError
+from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.formats import read_clip
 from twistcore.processes import each, reason
@@ -70,13 +70,20 @@ def compare_folders(
 def _compared(a: Path, b: Path, name: str) -> Difference | None:
     """None for the same bytes, be they a clip or not."""
     path_a, path_b = a / name, b / name
-    if path_a.read_bytes() == path_b.read_bytes():
+    if _read(path_a) == _read(path_b):
         return None
     clip_a, clip_b = read_clip(path_a), read_clip(path_b)
     try:
         return compare(clip_a.motion, clip_b.motion)
     except ClipMismatchError as error:
         raise ClipMismatchError(f"{path_a}, {path_b}: {error}") from None
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def _is_same(difference: Difference) -> bool:

@@ -15,7 +15,7 @@ from twistcore.formats import read_clip
 from twistcore.limb import Limb
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
-from twistcore.refinement import children_off_axis, refine
+from twistcore.refinement import children_off_axis, refine, stuck_joints
 from twistcore.review import ReviewState, Session, read_session
 
 
@@ -56,9 +56,11 @@ def uncorrected(
     left, beside = [], []
     used = {interval.chain for interval in chosen}
     for chain in (chain for chain in chains if chain.name in used):
-        if joints := uncorrectable_joints(clip.motion, chain):
+        if joints := stuck_joints(clip.motion, chain, chosen):
+            some = uncorrectable_joints(clip.motion, chain, carried=True) != joints
+            where = " where its end was kept" if some else ""
             left.append(
-                f"{clip.path}: {chain.name} was not corrected: {', '.join(joints)} "
+                f"{clip.path}: {chain.name} was not corrected{where}: {', '.join(joints)} "
                 "without three rotation channels"
             )
         for name, distance in children_off_axis(clip.motion, chain).items():

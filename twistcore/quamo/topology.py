@@ -10,18 +10,13 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.motion import Skeleton
+from twistcore.npz.body import BODIES
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
 CMU_UNIT = 0.056444  # metres: lengths of CMU's skeletons are inches divided by 0.45
 
 # SMPL's order, so that its poses need no reordering; CMU's joint of the same place beside it.
-SMPL_NAMES = (
-    "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2",
-    "left_ankle", "right_ankle", "spine3", "left_foot", "right_foot", "neck", "left_collar",
-    "right_collar", "head", "left_shoulder", "right_shoulder", "left_elbow", "right_elbow",
-    "left_wrist", "right_wrist", "left_hand", "right_hand",
-)  # fmt: skip
-PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21)
+SMPL_NAMES, PARENTS = BODIES[24].names, tuple(BODIES[24].parents.tolist())
 CMU_NAMES = (
     "Hips", "LeftUpLeg", "RightUpLeg", "LowerBack", "LeftLeg", "RightLeg", "Spine",
     "LeftFoot", "RightFoot", "Spine1", "LeftToeBase", "RightToeBase", "Neck", "LeftShoulder",

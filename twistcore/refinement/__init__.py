@@ -9,6 +9,7 @@ from twistcore.twist_removal import (
     offsets_by_chain,
     refine,
     remove_twist,
+    stuck_joints,
 )
 
 __all__ = [
@@ -21,4 +22,5 @@ __all__ = [
     "offsets_by_chain",
     "refine",
     "remove_twist",
+    "stuck_joints",
 ]

@@ -53,6 +53,9 @@ class Corrected:
         self._motion, self._chains = analysis.motion, (*analysis.chains, *analysis.limbs)
         # Nothing shows what an export cannot write.
         self._free = {c.name for c in self._chains if not uncorrectable_joints(self._motion, c)}
+        self._free_carried = {
+            c.name for c in self._chains if not uncorrectable_joints(self._motion, c, carried=True)
+        }
         self._none = np.zeros(self._motion.frames)
         self._none.flags.writeable = False
         self._offsets: dict[str, Array] = {}
@@ -64,7 +67,7 @@ class Corrected:
         """Correct these and no others; the sums of chains that are as they were stand."""
         chosen: dict[str, list[Interval]] = {}
         for interval in intervals:
-            if interval.chain in self._free:
+            if interval.chain in (self._free_carried if interval.carried else self._free):
                 chosen.setdefault(interval.chain, []).append(interval)
         for chain in [c for c in self._summed if self._summed[c] != chosen.get(c)]:
             del self._summed[chain], self._offsets[chain]

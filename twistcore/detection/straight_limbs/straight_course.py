@@ -12,7 +12,6 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
 
 from twistcore.rotation import Array
 
@@ -85,6 +84,8 @@ def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: 
     band: upper diagonals of the normal equations, the main one last, (3, n); begins, ends: whether
     δ comes from 0, and goes to it; step: radians a frame, of a change that counts.
     """
+    from scipy.linalg import solveh_banded  # as slow to load as all the rest; few clips need it
+
     delta = np.zeros(len(right))
     weight = np.full(len(right) + 1, SELDOM / step**2)
     weight[[0, -1]] *= [begins, ends]

@@ -1,0 +1,97 @@
+"""What a template's bones cost where an AMASS file has no body: `… FOLDER [--tilt DEG]…`.
+
+Each BVH of the folder becomes an AMASS clip whose limbs rest DEG off the template's, every bone
+another way, and gets errors of protocol P0. Told are the counter-twists that are found with the
+body at hand, in the same frames without it, and how far joints of the real body move when these
+are taken out about the template's bones. A real body's limbs lie up to 8° off a T-pose's axes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+from pathlib import Path
+
+import numpy as np
+
+from tests.twistcore.amass_files import amass_arrays
+from twistcore.analysis import analyse
+from twistcore.bvh import read_bvh
+from twistcore.clip import Clip, rewritten
+from twistcore.detection import Kind
+from twistcore.export.replay import accepted_motion
+from twistcore.motion import Motion, forward_kinematics
+from twistcore.npz import parse_npz
+from twistcore.review import Review
+from twistcore.rotation import exponential, normalise
+from twistcore.synthesis import draw_errors, draw_targets, generator, inject
+
+_LIMBS = (1, 2, 4, 5, 7, 8, 16, 17, 18, 19)
+
+
+def tilts(degrees: float, rng: np.random.Generator) -> np.ndarray:
+    """Rotation a joint's bones rest by, (24, 4): none but in limbs."""
+    axes = np.zeros((24, 3))
+    axes[list(_LIMBS)] = np.radians(degrees) * normalise(rng.normal(size=(len(_LIMBS), 3)))
+    return exponential(axes)
+
+
+def clips(motion: Motion, name: str, degrees: float) -> tuple[Clip, Clip]:
+    """A clip with errors, read with its body at hand and without."""
+    rng = generator(1, name)
+    arrays = amass_arrays(motion, 24, tilt=tilts(degrees, rng))
+    clean = parse_npz(packed(arrays), name)
+    chains = analyse(clean).chains
+    errors = draw_errors(clean.motion, draw_targets(chains, rng), rng)
+    wrong = rewritten(clean, inject(clean.motion, chains, errors)).data
+    with np.load(io.BytesIO(wrong)) as found:
+        bare = {key: value for key, value in found.items() if key != "J"}
+    return parse_npz(wrong, name), parse_npz(packed(bare), name)
+
+
+def packed(arrays: dict[str, np.ndarray]) -> bytes:
+    """The bytes of an .npz."""
+    out = io.BytesIO()
+    np.savez(out, **arrays)
+    return out.getvalue()
+
+
+def row(paths: list[Path], degrees: float) -> str:
+    """Found with the body, found without, more without, and how far joints of the body move."""
+    known = same = more = 0
+    moved = []
+    for path in paths:
+        own, bare = clips(read_bvh(path).motion, path.name, degrees)
+        both = [analyse(c).detect(kinds=(Kind.COUNTER_TWIST,)) for c in (own, bare)]
+        found = [{(i.chain, i.start, i.stop) for i in detection} for detection in both]
+        known, same = known + len(found[0]), same + len(found[0] & found[1])
+        more += len(found[1] - found[0])
+        review = Review.of(both[1])
+        review.accept()
+        corrected = accepted_motion(bare, both[1].chains_and_limbs, review.state)
+        before, after = (
+            forward_kinematics(own.motion.with_rotations(q))[1]
+            for q in (bare.motion.rotations, corrected.rotations)
+        )
+        away = 1000.0 * np.linalg.norm(after - before, axis=2).max(axis=1)
+        moved.append(away[away > 1e-3])
+    half, most = np.percentile(np.concatenate(moved), [50.0, 95.0])
+    return f"| {degrees:g}° | {known} | {same} | {more} | {half:.1f} | {most:.1f} |"
+
+
+def main() -> None:
+    """Print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--every", type=int, default=1, help="only each so manieth clip")
+    parser.add_argument("--tilt", type=float, nargs="+", default=[0.0, 2.0, 5.0, 8.0])
+    arguments = parser.parse_args()
+    paths = sorted(arguments.folder.glob("*.bvh"))[:: arguments.every]
+    print("| limbs off by | found with the body | of them without | others | moved, mm | 95 % |")
+    print("|---|---|---|---|---|---|")
+    for degrees in arguments.tilt:
+        print(row(paths, degrees), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,41 @@
+"""An AMC in the window: reviewed, exported, taught, as a BVH is."""
+
+import re
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from inspector.session.export_files import ExportChoice, uncorrected
+from tests.gui.windows import act, open_clip
+from tests.twistcore.amc_files import numbers, written
+from tests.twistcore.test_amc import LIMB, dirty
+from twistcore.cli import main
+
+
+def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):
+    path, out, again = dirty(tmp_path / "in", False), tmp_path / "out.amc", tmp_path / "again.amc"
+    open_clip(qtbot, window, path)
+    document = window.document
+    assert document.data.clip.format == "amc"
+    document.accept_undecided()
+    assert [i.chain for i in document.review.state.chosen()] == [LIMB]
+    assert uncorrected(document) == ""
+    window.files.export(ExportChoice(out))
+    assert window.exporter.finish()
+    assert main(["refine", str(path), "-o", str(again)]) == 0
+    assert out.read_bytes() == again.read_bytes()
+    document.review.mark_saved()
+
+
+def test_its_angles_are_told_about_the_axes_of_the_bone(qtbot, window, tmp_path):
+    open_clip(qtbot, window, written(tmp_path / "in", True))
+    window.document.select_chain("lhumerus")
+    window.document.go_to(90)
+    act(window, "show_teaching")
+    forms = window.teaching.other_forms
+    qtbot.mouseClick(forms.head, Qt.MouseButton.LeftButton, pos=QPoint(20, 6))
+    x, y, z = numbers(True)["lhumerus"][90]
+    told = re.findall(r"([XYZ]) ([+−-][0-9.]+)", forms.values["parent"].text())
+    assert [letter for letter, _ in told] == ["Z", "Y", "X"]
+    shown = [float(number.replace("−", "-")) for _, number in told]
+    assert shown == pytest.approx([z, y, x], abs=0.006)

@@ -1,0 +1,131 @@
+"""An .npz of AMASS in the window: dropped, judged, exported, opened again, taught."""
+
+import shutil
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDropEvent
+from PySide6.QtTest import QTest
+
+from inspector.folder.queued_clip import ClipState
+from inspector.session.session_files import exports_among
+from inspector.window.export_dialog import ExportDialog
+from tests.gui.pictures import INJECTED
+from tests.gui.windows import act, open_clip
+from tests.twistcore.amass_files import write_amass
+from twistcore.bvh import read_bvh
+from twistcore.cli import main as twistcore
+from twistcore.npz.body import BODIES
+from twistcore.review import Decision
+
+
+@pytest.fixture
+def walk(tmp_path):
+    """The walk with eight errors as AMASS would have it, its body a template's."""
+    return write_amass(tmp_path / "walk_poses.npz", read_bvh(INJECTED).motion, own=False)
+
+
+def arrays_in(path):
+    with np.load(path) as found:
+        return dict(found)
+
+
+def test_it_is_dropped_judged_exported_and_opened_again(qtbot, window, walk, tmp_path, capsys):
+    mime = QMimeData()
+    mime.setUrls([QUrl.fromLocalFile(str(walk))])
+    actions, button = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
+    with qtbot.waitSignal(window.document.opened, timeout=20_000):
+        plain = Qt.KeyboardModifier.NoModifier
+        drop = QDropEvent(QPointF(50, 50), actions, mime, button, plain)
+        window.dropEvent(drop)
+    document = window.document
+    assert len(document.intervals) == 8
+    assert window.viewport.scene.up.tolist() == [0.0, 0.0, 1.0]
+    act(window, "next_interval")
+    first = document.interval.interval
+    act(window, "accept")
+    act(window, "save_session")
+    assert (tmp_path / "walk_poses.twist.json").exists()
+
+    act(window, "export_dialog")
+    qtbot.waitUntil(lambda: window.findChild(ExportDialog) is not None)
+    dialog = window.findChild(ExportDialog)
+    out = tmp_path / "walk_poses_refined.npz"
+    assert (dialog.path.text(), dialog.pattern()) == (str(out), "NPZ (*.npz)")
+    dialog.path.setText(str(out.with_suffix(".bvh")))
+    assert "ends in .npz" in dialog.obstacle.text()
+    assert not dialog.do_it.isEnabled()
+    dialog.path.setText(str(out))
+    QTest.keyClick(dialog, Qt.Key.Key_Return)
+    qtbot.waitUntil(out.exists)
+    assert window.exporter.finish()
+    assert exports_among([out, walk]) == {out: walk.name}
+
+    before, after = arrays_in(walk), arrays_in(out)
+    assert [*before] == [*after]
+    assert all(before[n].tobytes() == after[n].tobytes() for n in before if n != "poses")
+    differ = (before["poses"] != after["poses"]).reshape(-1, 52, 3).any(axis=2)
+    chain = next(c for c in document.data.chains if c.name == first.chain)
+    wanted = np.zeros_like(differ)
+    wanted[first.start : first.stop, list(chain.changed_joints(document.data.motion.skeleton))] = 1
+    assert (differ == wanted).all()
+    again = tmp_path / "again.npz"
+    session = tmp_path / "walk_poses.twist.json"
+    assert twistcore(["apply", str(session), str(walk), "-o", str(again)]) == 0
+    capsys.readouterr()
+    assert again.read_bytes() == out.read_bytes()
+
+    open_clip(qtbot, window, out)
+    assert len(document.intervals) == 7
+    open_clip(qtbot, window, session)
+    assert document.data.clip.name == walk.name
+    assert [j.decision for j in document.intervals].count(Decision.ACCEPTED) == 1
+
+
+def test_an_export_is_told_from_a_clip_by_its_arrays_where_nothing_else_says(walk):
+    """Without a session or a report beside it: the same names and sizes, by the usual name."""
+    out = walk.with_name("walk_poses_refined.npz")
+    out.write_bytes(walk.read_bytes())
+    assert exports_among([out, walk]) == {out: walk.name}
+    other = read_bvh(INJECTED).motion.sliced(0, 100)
+    write_amass(out, other)
+    assert exports_among([out, walk]) == {}
+
+
+def test_what_is_taught_of_a_joint_without_euler_angles(qtbot, window, walk):
+    open_clip(qtbot, window, walk)
+    window.document.select_chain("left_elbow")
+    window.document.go_to(130)
+    act(window, "show_teaching")
+    qtbot.waitUntil(lambda: window.teaching.typesetter.done, timeout=30_000)
+    qtbot.mouseClick(window.teaching.other_forms.head, Qt.MouseButton.LeftButton, pos=QPoint(20, 6))
+    values = window.teaching.other_forms.values
+    assert values["parent"].text() == values["child"].text() == "no three Euler angles in the file"
+    assert values["n"].text()
+
+
+def test_what_is_no_amass_is_one_sentence_and_the_window_stays(qtbot, window, tmp_path):
+    np.savez(tmp_path / "shape.npz", betas=np.zeros(16), gender=np.array("female"))
+    with qtbot.waitSignal(window.document.message, timeout=10_000) as told:
+        window.open_path(tmp_path / "shape.npz")
+    text, wrong = told.args
+    assert wrong
+    assert "expected the arrays 'poses' and 'trans' of AMASS, found betas, gender" in text
+    assert window.document.data is None
+
+
+def test_every_body_s_joint_is_drawn(qtbot, window, tmp_path):
+    for joints in BODIES:
+        path = write_amass(tmp_path / f"{joints}.npz", read_bvh(INJECTED).motion, joints)
+        open_clip(qtbot, window, path)
+        assert len(window.document.data.motion.skeleton) == joints
+
+
+def test_a_folder_queues_it_beside_a_bvh(qtbot, window, walk):
+    shutil.copy(INJECTED, walk.parent)
+    window.open_path(walk.parent)
+    qtbot.waitUntil(lambda: not window.queue.running, timeout=60_000)
+    found = {path.name: clip for path, clip in window.queue.clips.items()}
+    assert found.keys() == {walk.name, INJECTED.name}
+    assert all(clip.state == ClipState.READY for clip in found.values())

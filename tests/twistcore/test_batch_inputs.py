@@ -1,0 +1,143 @@
+"""Which clips a batch means, and by what names."""
+
+import io
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.conftest import ASSETS
+from tests.twistcore.batch_folders import clips
+from twistcore.batch.batch_run import run_batch
+from twistcore.batch.clip_task import process
+from twistcore.batch.inputs import Source, find_inputs, renamed
+from twistcore.batch.manifest import Manifest
+from twistcore.batch.parameters import Parameters
+from twistcore.batch.run_plan import shard
+from twistcore.cli import main
+from twistcore.errors import TwistError
+from twistcore.processes import each
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Clips in three folders, and what is none."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("a/x.bvh", "a/y.BVH", "a/deep/x.bvh", "b/x.bvh", "b/notes.txt", "b/.hidden.bvh"):
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        Path(name).write_text("HIERARCHY")
+    Path("b/folder.bvh").mkdir()
+    Path("b/folder.bvh/z.bvh").touch()
+    return tmp_path
+
+
+def names(*words, without=None):
+    return sorted(source.name for source in find_inputs(words, without).sources)
+
+
+def test_folders_files_and_patterns(folder):
+    assert names("a") == ["deep/x.bvh", "x.bvh", "y.BVH"]
+    assert names("b") == ["folder.bvh/z.bvh", "x.bvh"]
+    assert names("a/x.bvh") == ["x.bvh"]
+    assert names("a/x.bvh", "b/x.bvh", "b/notes.txt") == ["a/x.bvh", "b/notes.txt", "b/x.bvh"]
+    assert names("*/x.bvh") == ["a/x.bvh", "b/x.bvh"]
+    assert names("**/x.bvh") == ["a/deep/x.bvh", "a/x.bvh", "b/x.bvh"]
+    assert names("a", "b") == ["b/x.bvh", "deep/x.bvh", "folder.bvh/z.bvh", "x.bvh", "y.BVH"]
+    assert names("a", "a/x.bvh", "./a/../a") == names("a")  # nothing twice
+
+
+def test_an_npz_without_poses_is_no_clip_of_a_folder(folder):
+    np.savez(folder / "a" / "shape.npz", betas=np.zeros(3))
+    np.savez(folder / "a" / "poses.NPZ", poses=np.zeros((3, 72)))
+    assert names("a") == ["deep/x.bvh", "poses.NPZ", "x.bvh", "y.BVH"]
+    assert names("a/*.[nN]*") == ["poses.NPZ"]
+
+
+def test_lists(folder, monkeypatch):
+    Path("list").write_text("a/x.bvh\n\n  b \n")
+    assert names("@list") == ["a/x.bvh", "folder.bvh/z.bvh", "x.bvh"]
+    monkeypatch.setattr("sys.stdin", io.StringIO("a/deep\na/gone.bvh\n"))
+    assert names("-") == ["gone.bvh", "x.bvh"]  # whoever reads it says that it is not there
+    with pytest.raises(TwistError, match="nolist: cannot be read"):
+        find_inputs(["@nolist"])
+
+
+def test_where_there_is_nothing(folder):
+    (folder / "none").mkdir()
+    with pytest.raises(TwistError, match="none: expected a clip"):
+        find_inputs(["none"])
+    found = find_inputs(["none", "*.bvh", "a"])
+    assert len(found.problems) == 2
+    assert len(found.sources) == 3
+
+
+def test_what_a_batch_has_written_is_no_input(folder):
+    made = clips(folder / "in", ASSETS / "walk_injected.bvh", 1, 40)
+    out = folder / "in" / "out"
+
+    def here(tasks, seconds):
+        return each(process, tasks, 1)
+
+    run_batch(out, find_inputs(["in"], out).sources, Parameters(refine=True), here)
+    assert (out / "corrected" / made[0].name).exists()
+    assert names("in", without=out) == [made[0].name]
+    assert names("in") == [made[0].name]  # that of another run is none, either
+    assert names("in/**/*.bvh", without=out) == [made[0].name]
+    assert names("a", without=folder / "a" / "deep") == ["x.bvh", "y.BVH"]
+    with pytest.raises(TwistError, match="outside"):
+        find_inputs([str(out / "corrected")], out)
+    assert names(str(out / "corrected")) == [made[0].name]  # unless it is asked for
+
+
+def test_a_name_that_was_given_stays(folder):
+    first = renamed(find_inputs(["b"]).sources, {})
+    given = {source.path: source.name for source in first}
+    later = {s.path: s.name for s in renamed(find_inputs(["a", "b"]).sources, given)}
+    assert {path: later[path] for path in given} == given
+    assert len({name.casefold() for name in later.values()}) == len(later) == 5
+
+
+texts = st.text("aAb.", min_size=1, max_size=3)
+
+
+@given(st.lists(st.tuples(texts, texts), max_size=12), st.integers(1, 4))
+def test_names_differ_and_every_clip_is_in_one_shard(pairs, count):
+    sources = [Source(f"/r{k}/{a}/{b}.bvh", f"{b}.bvh") for k, (a, b) in enumerate(pairs)]
+    named = renamed(sources, {})
+    assert len({source.name.casefold() for source in named}) == len(sources)
+    parts = [shard(named, k, count) for k in range(1, count + 1)]
+    assert sorted(s.path for part in parts for s in part) == sorted(s.path for s in sources)
+
+
+def test_clips_and_results_at_urls(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("platformdirs.user_cache_dir", lambda *_: str(tmp_path / "cache"))
+    clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 2, 40)
+    url = f"file://{tmp_path}/out"
+    words = ["batch", f"file://{tmp_path}/in", "-o", url, "--refine", "--workers", "1"]
+    assert main(words) == 0
+    with Manifest.open(tmp_path / "out") as manifest:
+        first = manifest.records()
+    assert [(r.name, r.state) for r in first] == [("clip_00.bvh", "done"), ("clip_01.bvh", "done")]
+    assert len(list((tmp_path / "out/corrected").iterdir())) == 2
+    (tmp_path / "cache").rename(tmp_path / "gone")  # another machine goes on from the URL
+    clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 3, 40)
+    assert main(words) == 0
+    assert "1 clips done, 2 known" in capsys.readouterr().out
+    with Manifest.open(tmp_path / "out") as manifest:
+        assert manifest.records()[:2] == first
+    assert main(["batch", "nosuch://x/y", "-o", str(tmp_path / "o")]) == 2
+    assert "nosuch" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="bytes in names")
+def test_a_name_that_is_no_unicode(tmp_path):
+    [clip] = clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 1, 40)
+    odd = Path(os.fsdecode(os.fsencode(clip.parent) + b"/m\xfcde.bvh"))
+    clip.rename(odd)
+    assert main(["batch", str(odd), "-o", str(tmp_path / "o"), "--workers", "1", "--refine"]) == 0
+    with Manifest.open(tmp_path / "o") as manifest:
+        record = manifest.record(str(odd))
+    assert (tmp_path / "o" / record.corrected).exists()

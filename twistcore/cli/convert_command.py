@@ -1,0 +1,70 @@
+"""`twistcore convert`: a scene of FBX, glTF or Blender as a BVH, read by a separate Blender."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from twistcore.atomic import is_stream
+from twistcore.cli.argument_types import positive, target
+from twistcore.cli.output import refuse_overwrite
+from twistcore.errors import TwistError
+
+
+def add_convert(subparsers: argparse._SubParsersAction[Any]) -> None:
+    """The command's words."""
+    parser = subparsers.add_parser(
+        "convert", help="FBX or glTF as BVH, by a Blender of your own (docs/pipelines.md)"
+    )
+    parser.add_argument("scene", type=Path, metavar="IN", help="FBX, GLB, glTF or .blend")
+    parser.add_argument("-o", "--output", type=target, required=True, metavar="OUT.bvh")
+    parser.add_argument(
+        "--blender", metavar="PATH", help="Blender, or a Python that has bpy; else TWIST_BLENDER"
+    )
+    parser.add_argument("--take", metavar="NAME", help="which of several")
+    parser.add_argument("--armature", metavar="NAME", help="which of several")
+    parser.add_argument("--fps", type=positive, help="instead of the scene's rate")
+    parser.add_argument(
+        "--unit", type=positive, metavar="METRES", help="of one unit of OUT; FBX 0.01, else 1"
+    )
+    parser.add_argument("--time-limit", type=positive, metavar="SECONDS", help="default 600")
+    parser.set_defaults(run=convert)
+
+
+def convert(arguments: argparse.Namespace) -> int:
+    """Write the BVH."""
+    from twistcore import convert as scenes  # scipy.spatial
+    from twistcore.bvh import write_motion
+
+    source, output = arguments.scene, arguments.output
+    unit = scenes.SUFFIXES.get(source.suffix.lower())
+    if unit is None:
+        raise TwistError(f"{source}: expected a file that ends in {', '.join(scenes.SUFFIXES)}")
+    if output.suffix.lower() != ".bvh" and not is_stream(output):
+        raise TwistError(f"{output}: expected a name that ends in .bvh")
+    refuse_overwrite([output], [source])
+    unit = arguments.unit or unit
+    scene = scenes.read_scene(
+        source,
+        scenes.find_blender(arguments.blender),
+        take=arguments.take,
+        figure=arguments.armature,
+        fps=arguments.fps,
+        time_limit=arguments.time_limit or scenes.TIME_LIMIT,
+    )
+    try:
+        found = scenes.converted(scene, unit)
+    except TwistError as error:
+        raise TwistError(f"{source}: {error}") from None
+    write_motion(found.motion, output)
+    take = f", take {scene.take}" if scene.take else ""
+    print(
+        f"{output}: {found.motion.frames} frames at {found.motion.fps:g} fps, "
+        f"{len(found.motion.skeleton)} joints of {scene.figure}{take}; Y up, "
+        f"one unit is {unit:g} m; Blender {scene.blender}"
+    )
+    for note in found.notes:
+        print(f"{output}: note: {note}", file=sys.stderr)
+    return 0

@@ -1,0 +1,180 @@
+"""The corrections as a script that keys them on the named joints of the scene the clip came from.
+
+The scene, with its rig, meshes and namespaces, stays what it is. The script stands alone: numbers,
+arithmetic (plain Python, since not every program brings numpy) and one of three short parts that
+speak to the program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+
+import numpy as np
+
+from twistcore.errors import TwistError
+from twistcore.export.scene_keys import Reference, SceneKeys, scene_keys
+from twistcore.motion import Motion
+from twistcore.review.model import Judged
+from twistcore.rotation import Array
+
+_IMPORTS = {
+    "blender": "import bpy",
+    "maya": "from maya import cmds",
+    "motionbuilder": "import pyfbsdk as fb",
+}
+PROGRAMS = tuple(_IMPORTS)
+_FITS = 0.01  # of the height: more than rounding, less than another pose
+_TOLERANCE = 0.5  # degrees
+
+_HEADER = '''"""Corrections of {clip}: run this in {program}, in the scene that the clip came from.
+
+It keys the rotations of the joints in KEYS at the frames listed there and nothing else, once it has
+seen that the scene moves as the clip does. Set DRY_RUN to True to be told only. SCENE_FPS and START
+say where the clip's frames lie in the scene: frame f is at START + f · SCENE_FPS / CLIP_FPS.
+"""
+
+import math
+
+{imports}
+
+DRY_RUN = {dry_run}
+CLIP = {clip_literal}
+TAKE = {take}
+START = {start:.9g}
+SCENE_FPS = {scene_fps:.9g}
+CLIP_FPS = {clip_fps:.9g}
+FRAMES = {frames}
+HEIGHT = {height:.9g}
+FITS = {fits:g}  # of the height
+TOLERANCE = {tolerance:g}  # degrees
+'''
+
+
+@dataclass(frozen=True)
+class SceneOptions:
+    """Where in which scene the clip is.
+
+    program: one of PROGRAMS; namespace: put before every name with ':', '' to take off what the
+    clip's names have, None for names as they are; take: that must be the present one (in Blender
+    the action); fps: of the scene, None for the clip's; start: the scene's frame of frame 0, None
+    for what the program's importers use; dry_run: tell only.
+    """
+
+    program: str
+    namespace: str | None = None
+    take: str | None = None
+    fps: float | None = None
+    start: float | None = None
+    dry_run: bool = False
+
+
+def scene_script(
+    clip: str,
+    motion: Motion,
+    corrected: Motion,
+    intervals: Iterable[Judged],
+    options: SceneOptions,
+) -> str:
+    """The script's text; clip: the file's name; intervals: told by the script, for people.
+
+    Raises TwistError where nothing is corrected, or a name is not one of one joint.
+    """
+    if options.program == "maya" and options.take is not None:
+        raise TwistError("--take: a Maya scene has no takes, expected it with another program")
+    keys = scene_keys(motion, corrected)
+    names = _names(motion.skeleton.names, options.namespace)
+    start = options.start
+    if start is None:
+        start = 1.0 if options.program == "blender" else 0.0
+    safe = ascii(clip)[1:-1].replace("\\", "/").replace('"', "'")
+    parts = [
+        _HEADER.format(
+            clip=safe,
+            program={"blender": "Blender", "maya": "Maya"}.get(options.program, "MotionBuilder"),
+            imports=_IMPORTS[options.program],
+            dry_run=options.dry_run,
+            clip_literal=ascii(clip),
+            take=ascii(options.take),
+            start=start,
+            scene_fps=options.fps or motion.fps,
+            clip_fps=motion.fps,
+            frames=motion.frames,
+            height=motion.skeleton.height,
+            fits=_FITS,
+            tolerance=_TOLERANCE,
+        ),
+        _told(intervals, [names[j] for j in keys.unseen]),
+        _data(keys, names),
+        _template(options.program),
+        _template("common"),
+    ]
+    return "\n".join(parts)
+
+
+def _names(names: Sequence[str], namespace: str | None) -> list[str]:
+    """What the joints are called in the scene."""
+    if namespace is None:
+        return list(names)
+    if namespace == "":
+        bare = [name.rpartition(":")[2] for name in names]
+        if len(set(bare)) < len(bare):
+            raise TwistError("--namespace: without theirs two joints would have one name")
+        return bare
+    return [f"{namespace.removesuffix(':')}:{name}" for name in names]
+
+
+def _told(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
+    """Lines that the script prints: the intervals, by whom they were accepted."""
+    lines = []
+    for judged in intervals:
+        i = judged.interval
+        by = f" by {judged.reviewer}" if judged.reviewer else ""
+        size = f"{np.degrees(i.size):+.1f} degrees"
+        lines.append(
+            f"{i.chain} {i.kind}, frames {i.start} to {i.stop - 1}, {size}, {judged.verdict}{by}"
+        )
+    if unseen:
+        lines.append(
+            f"{', '.join(unseen)}: corrected in every frame, so that the script cannot see whether "
+            "it was run before: run it once only"
+        )
+    return "INTERVALS = [\n" + "".join(f"    {line!a},\n" for line in lines) + "]\n"
+
+
+def _data(keys: SceneKeys, names: Sequence[str]) -> str:
+    lines = ["# by joint: (frame of the clip, its rotation as it is, as it shall be), w x y z"]
+    lines.append("KEYS = {")
+    for joint, at in keys.frames.items():
+        lines.append(f"    {names[joint]!a}: [")
+        rows = zip(at.tolist(), keys.before[joint], keys.after[joint], strict=True)
+        lines += [f"        ({frame}, {_tuple(old)}, {_tuple(new)})," for frame, old, new in rows]
+        lines.append("    ],")
+    lines += [
+        "}",
+        "# frames that no correction touches: what tells the scene's axes from the clip's",
+    ]
+    lines.append("REFERENCES = [")
+    for reference in keys.references:
+        lines += _reference(reference, names)
+    lines.append("]\n")
+    return "\n".join(lines)
+
+
+def _reference(reference: Reference, names: Sequence[str]) -> list[str]:
+    lines = ["    {", f'        "frame": {reference.frame},', '        "positions": {']
+    for name, place in zip(names, reference.positions, strict=True):
+        lines.append(f"            {name!a}: {_tuple(place)},")
+    lines += ["        },", '        "joints": {']
+    for joint, (above, own) in reference.joints.items():
+        lines.append(f"            {names[joint]!a}: ({_tuple(above)}, {_tuple(own)}),")
+    return [*lines, "        },", "    },"]
+
+
+def _tuple(vector: Array) -> str:
+    return f"({', '.join(f'{v:.9g}' for v in vector.tolist())})"
+
+
+def _template(name: str) -> str:
+    return (files("twistcore.export") / "scene_templates" / f"{name}.py.txt").read_text("utf-8")
