@@ -78,5 +78,5 @@ def _queued(glance: ClipGlance) -> QueuedClip:
 
 def _is_same(path: Path, signature: str) -> bool:
     with suppress(OSError):
-        return not signature or signature_of(path.stat()) == signature
+        return not signature or signature_of(str(path))[0] == signature
     return False

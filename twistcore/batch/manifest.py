@@ -207,10 +207,9 @@ class Manifest:
     def glances(self) -> list[ClipGlance]:
         """All clips, by name, without their results being read: of many thousands in a moment."""
         with _told(self.folder / FILE):
-            return [
-                ClipGlance(*(unescaped(v) if isinstance(v, str) else v for v in row))
-                for row in self._connection.execute(_GLANCES)
-            ]
+            rows = self._connection.execute(_GLANCES).fetchall()
+        told = ([unescaped(v) if isinstance(v, str) else v for v in row] for row in rows)
+        return [ClipGlance(*row) for row in told]
 
     def record(self, source: str) -> ClipRecord:
         """That of a source; TwistError where there is none."""
