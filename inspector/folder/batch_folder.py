@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.session.session_files import decided_in, kept_sessions
 from inspector.widgets.background import Task
-from twistcore.batch.clip_task import signature_of
+from twistcore.batch.clip_task import file_sha256, signature_of
 from twistcore.batch.decisions import decisions_of
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
 
@@ -63,7 +63,7 @@ def _queued(glance: ClipGlance) -> QueuedClip:
         reason = f"{glance.source}: not on a disk of this machine; open a copy of it"
         return QueuedClip(path, ClipState.FAILED, reason=reason)
     known = QueuedClip(path, decided=decided_in(path))
-    if glance.state != DONE or not _is_same(path, glance.signature):
+    if glance.state != DONE or not _is_same(path, glance):
         return known
     return QueuedClip(
         path,
@@ -76,7 +76,10 @@ def _queued(glance: ClipGlance) -> QueuedClip:
     )
 
 
-def _is_same(path: Path, signature: str) -> bool:
+def _is_same(path: Path, glance: ClipGlance) -> bool:
+    """Whether a file is the one that was processed; read where its time does not tell."""
     with suppress(OSError):
-        return not signature or signature_of(str(path))[0] == signature
+        if glance.signature:
+            return signature_of(path)[0] == glance.signature
+        return file_sha256(path) == glance.sha256
     return False

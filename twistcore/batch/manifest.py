@@ -83,6 +83,7 @@ class ClipGlance:
     name: str
     state: str
     reason: str
+    sha256: str
     signature: str
     severity: float
     intervals: int
@@ -130,7 +131,7 @@ _RECORDS = (
 
 
 _GLANCES = (
-    "SELECT c.source, c.name, c.state, c.reason, c.signature, "
+    "SELECT c.source, c.name, c.state, c.reason, c.sha256, c.signature, "
     "coalesce(json_extract(r.document, '$.severity'), 0.0), "
     "coalesce(json_array_length(r.document, '$.intervals'), 0), "
     "coalesce(json_extract(r.document, '$.unchecked'), '') FROM clips c "
@@ -208,8 +209,10 @@ class Manifest:
         """All clips, by name, without their results being read: of many thousands in a moment."""
         with _told(self.folder / FILE):
             rows = self._connection.execute(_GLANCES).fetchall()
-        told = ([unescaped(v) if isinstance(v, str) else v for v in row] for row in rows)
-        return [ClipGlance(*row) for row in told]
+        return [
+            ClipGlance(unescaped(source), unescaped(name), state, unescaped(reason), *known)
+            for source, name, state, reason, *known in rows
+        ]
 
     def record(self, source: str) -> ClipRecord:
         """That of a source; TwistError where there is none."""
