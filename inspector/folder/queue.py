@@ -7,6 +7,7 @@ import os
 import time
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import groupby
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -14,13 +15,16 @@ from typing import Any
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
 
+from inspector.folder.batch_folder import BatchFolder
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.folder.survey_worker import work
 from inspector.session.leftovers import waiting_among
 from inspector.session.session_files import decided_in, exports_among, written
 from twistcore.atomic import same_file
-from twistcore.batch import ClipSurvey
+from twistcore.batch import ClipSurvey, is_batch_folder
+from twistcore.batch.manifest import FILE as MANIFEST
 from twistcore.clip_files import clips_in
+from twistcore.errors import TwistError
 from twistcore.tuning import Profile
 
 _POLL_MS = 40
@@ -48,6 +52,7 @@ class FolderQueue(QObject):
     changed = Signal()
     finished = Signal()
     profile_changed = Signal()
+    failed = Signal(str)  # a sentence about a batch's manifest
 
     def __init__(self, workers: int = 0, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -56,6 +61,7 @@ class FolderQueue(QObject):
         self.profile: Profile | None = None  # τ for all clips, or each clip's automatic one
         self.profile_name = ""
         self.exports: frozenset[Path] = frozenset()  # in the folder, written by this program
+        self.batch: BatchFolder | None = None  # where `twistcore batch` wrote the folder
         self._elsewhere: dict[Path, str] = {}  # exports of this run, by their clip
         self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # one core for the window
         self._workers: list[_Worker] = []
@@ -66,6 +72,7 @@ class FolderQueue(QObject):
         self._settle.timeout.connect(self.rescan)
         self._watcher = QFileSystemWatcher(self)
         self._watcher.directoryChanged.connect(lambda _: self._settle.start())
+        self._watcher.fileChanged.connect(lambda _: self._settle.start())
 
     # -- what views read ----------------------------------------------------------------------
 
@@ -121,8 +128,16 @@ class FolderQueue(QObject):
     # -- the folder ---------------------------------------------------------------------------
 
     def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
-        """Survey another folder, at a profile's τ if given; what was under way is given up."""
+        """Survey another folder, at a profile's τ if given; what was under way is given up.
+
+        Of one that `twistcore batch` wrote, its clips, where they lie, and only those that it does
+        not know.
+        """
         self.close()
+        if is_batch_folder(folder):
+            self.batch = BatchFolder(folder, self)
+            self.batch.failed.connect(self.failed)
+            self._watcher.addPath(str(folder / MANIFEST))  # a batch may be under way
         self.folder = folder
         self.profile, self.profile_name = profile, name
         self.clips = {}
@@ -134,6 +149,9 @@ class FolderQueue(QObject):
     def rescan(self) -> None:
         """Take up clips that are new in the folder, mark those that vanished."""
         if self.folder is None:
+            return
+        if self.batch is not None:
+            self._take_batch(self.batch)
             return
         there = clips_in(self.folder)
         exported = exports_among(there)
@@ -150,6 +168,34 @@ class FolderQueue(QObject):
             del self.clips[path]
         for path in self.clips.keys() - clips:
             self._put(path, state=ClipState.FAILED, reason=_GONE)
+        self._go_on()
+
+    def _take_batch(self, batch: BatchFolder) -> None:
+        """Take what the manifest knows, but for an own profile's τ; the rest is surveyed here."""
+        try:
+            told = batch.clips()
+        except TwistError as error:
+            self.failed.emit(str(error))
+            return
+        for clip in told:
+            known = clip.state != ClipState.WAITING and (
+                self.profile is None or clip.state == ClipState.FAILED
+            )
+            if known:
+                self.clips[clip.path] = clip
+            elif clip.path not in self.clips or self.clips[clip.path].reason == _GONE:
+                self.clips[clip.path] = QueuedClip(clip.path, decided=clip.decided)
+        waiting = set[Path]()
+        for folder, clips in groupby(sorted(self.clips), key=lambda path: path.parent):
+            waiting |= waiting_among(folder, list(clips))
+        for path, clip in self.clips.items():
+            if clip.state != ClipState.FAILED and not path.exists():
+                self._put(path, state=ClipState.FAILED, reason=_GONE)
+            self._put(path, exported=self._elsewhere.get(path, ""), waits=path in waiting)
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """Survey what waits for it."""
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
             self._poll.start()
             self._look()
@@ -172,6 +218,8 @@ class FolderQueue(QObject):
     def refresh(self, path: Path) -> None:
         """Read a clip's session again: it was saved."""
         self.note(path, decided_in(path))
+        if self.batch is not None:
+            self.batch.note(path)
 
     def note(self, path: Path, decided: tuple[int, int] | None) -> None:
         """A clip's review stands so by now."""
@@ -195,9 +243,9 @@ class FolderQueue(QObject):
     def close(self) -> None:
         """Let the folder and the processes go."""
         self.cancel()
-        if watched := self._watcher.directories():
+        if watched := self._watcher.directories() + self._watcher.files():
             self._watcher.removePaths(watched)
-        self.folder = None
+        self.folder = self.batch = None
 
     # -- the processes ------------------------------------------------------------------------
 

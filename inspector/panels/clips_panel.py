@@ -214,7 +214,8 @@ class ClipsPanel(QWidget):
             header.setSortIndicator(self._order[0], order)
         self._refresh()
 
-    def _shown(self) -> list[QueuedClip]:
+    def listed(self) -> list[QueuedClip]:
+        """The clips that are listed, in their order."""
         wanted, text = STATES[self.wanted.currentText()], self.text.text().casefold()
         clips = [c for c in self._queue.ordered if wanted(c) and text in c.path.stem.casefold()]
         if self._order is not None:
@@ -230,7 +231,7 @@ class ClipsPanel(QWidget):
             self._news.start()
 
     def _refresh(self) -> None:
-        clips = self._shown()
+        clips = self.listed()
         self._model.show(clips)
         worst = max((c.severity for c in clips), default=0.0)
         if worst != self._severities.worst:

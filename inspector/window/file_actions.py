@@ -67,6 +67,7 @@ class FileActions(Saving):
         self.queue.changed.connect(self._queue_changed)
         self.queue.finished.connect(self._open_first)
         self.queue.profile_changed.connect(self._keep_profile)
+        self.queue.failed.connect(lambda told: self.bar.show_message(told, True))
         self.exporter.written.connect(self._exported)
         self.cancel.setEnabled(False)
         self._show_recent()
@@ -116,7 +117,8 @@ class FileActions(Saving):
             upright = Qt.Orientation.Vertical
             resize = partial(self.window.resizeDocks, docks, wanted, upright)
             QTimer.singleShot(0, self.window, resize)  # once the panel has its place
-        stopped_at = self.queue.clips.get(folder / Path(kept["clip"]).name)
+        name = Path(kept["clip"]).name  # in the folder, or wherever a batch found it
+        stopped_at = next((c for c in self.queue.clips.values() if c.path.name == name), None)
         if stopped_at is not None and (stopped_at.waits or not stopped_at.done):
             self.open_path(stopped_at.path)
             return

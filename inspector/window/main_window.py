@@ -17,6 +17,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
 
+from inspector.folder.folder_actions import FolderActions
 from inspector.folder.queue import FolderQueue
 from inspector.lessons.guide_card import GuideCard
 from inspector.lessons.guided_program import GuidedProgram
@@ -222,6 +223,7 @@ class MainWindow(Parts):
             self.teaching.typesetter, bar, self,
         )  # fmt: skip
         self.video_actions = VideoActions(document, self.video, docks["video"], self)
+        self.folder_actions = FolderActions(self.queue, self.clips.listed, bar, self)
         for spec in (spec for menu in MENUS.values() for spec in menu if spec is not None):
             spec.connect(actions[spec.id], self)
         complaint = "" if self.viewport.view is not None else self.viewport.overlays.notice.text()

@@ -9,6 +9,7 @@ from typing import ClassVar
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
+from inspector.folder.folder_actions import FolderActions
 from inspector.lessons.lesson_actions import LessonActions
 from inspector.quality.quality_panel import QualityPanel
 from inspector.recording.record_actions import RecordActions
@@ -52,6 +53,7 @@ class Parts(QMainWindow):
     lesson_actions: LessonActions
     record_actions: RecordActions
     video_actions: VideoActions
+    folder_actions: FolderActions
 
 
 @dataclass(frozen=True)

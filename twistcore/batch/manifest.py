@@ -73,6 +73,24 @@ class ClipRecord:
 
 
 @dataclass(frozen=True)
+class ClipGlance:
+    """The least of a clip that a list of many shows: see ClipRecord and its result.
+
+    signature: of the file as it was processed, '' where that could not be kept.
+    """
+
+    source: str
+    name: str
+    state: str
+    reason: str
+    sha256: str
+    signature: str
+    severity: float
+    intervals: int
+    unchecked: str
+
+
+@dataclass(frozen=True)
 class ClipRow:
     """What a run needs to know of a clip, and notes of it: see ClipRecord.
 
@@ -109,6 +127,16 @@ _RECORDS = (
     "LEFT JOIN parameters p ON p.mark = c.mark "
     "LEFT JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
     "LEFT JOIN decisions d ON d.source = c.source "
+)
+
+
+_GLANCES = (
+    "SELECT c.source, c.name, c.state, c.reason, c.sha256, c.signature, "
+    "coalesce(json_extract(r.document, '$.severity'), 0.0), "
+    "coalesce(json_array_length(r.document, '$.intervals'), 0), "
+    "coalesce(json_extract(r.document, '$.unchecked'), '') FROM clips c "
+    "LEFT JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
+    "ORDER BY c.name"
 )
 
 
@@ -176,6 +204,15 @@ class Manifest:
         with _told(self.folder / FILE):
             for row in self._connection.execute(_RECORDS + "ORDER BY c.name"):
                 yield _record(row)
+
+    def glances(self) -> list[ClipGlance]:
+        """All clips, by name, without their results being read: of many thousands in a moment."""
+        with _told(self.folder / FILE):
+            rows = self._connection.execute(_GLANCES).fetchall()
+        return [
+            ClipGlance(unescaped(source), unescaped(name), state, unescaped(reason), *known)
+            for source, name, state, reason, *known in rows
+        ]
 
     def record(self, source: str) -> ClipRecord:
         """That of a source; TwistError where there is none."""

@@ -1,0 +1,27 @@
+"""The clips of a folder as a table for other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from inspector.folder.queued_clip import ClipState, QueuedClip
+from twistcore.encoding import csv_text
+
+# Columns: severity is the mean error a frame, degrees; empty where nothing is known.
+_COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {
+    "clip": lambda c: c.path.name,
+    "folder": lambda c: str(c.path.parent),
+    "state": lambda c: "not checked" if c.unchecked else str(c.state),
+    "severity_deg": lambda c: round(c.severity, 6) if c.state == ClipState.READY else "",
+    "intervals": lambda c: c.counts[1] if c.decided or c.state == ClipState.READY else "",
+    "decided": lambda c: c.counts[0],
+    "exported_as": lambda c: c.exported,
+    "to_restore": lambda c: c.waits,
+    "reason": lambda c: c.reason,
+}
+
+
+def clip_table(clips: Iterable[QueuedClip]) -> str:
+    """CSV, one line a clip, in the order given."""
+    return csv_text(tuple(_COLUMNS), [{k: of(c) for k, of in _COLUMNS.items()} for c in clips])

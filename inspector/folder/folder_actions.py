@@ -1,0 +1,93 @@
+"""What the actions of a folder of clips do: its table and its report, written."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from PySide6.QtCore import QProcess
+from PySide6.QtWidgets import QWidget
+
+from inspector.folder.clip_table import clip_table
+from inspector.folder.queue import FolderQueue
+from inspector.folder.queued_clip import QueuedClip
+from inspector.widgets.file_dialog import ask_where
+from inspector.widgets.message_bar import MessageBar
+from twistcore.atomic import write_atomically
+from twistcore.encoding import encoded
+
+_PATTERN = "Tables (*.csv);;All files (*)"
+
+
+@dataclass(eq=False)
+class FolderActions:
+    """The folder's clips as listed: their table as CSV, and a batch's report; listed: the rows."""
+
+    queue: FolderQueue
+    listed: Callable[[], Iterable[QueuedClip]]
+    bar: MessageBar
+    window: QWidget
+    _report: QProcess | None = field(default=None, init=False)
+
+    def save_clip_table(self) -> None:
+        """Ask where to and write the clips that are listed, in their order, as CSV."""
+        if (folder := self.queue.folder) is None:
+            self.bar.show_message("Open a folder first.", False)
+            return
+        wanted = folder / f"{folder.name or 'clips'}.csv"
+        title, then = "Save the table of clips", self.save_clip_table_to
+        ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="csv")
+
+    def save_clip_table_to(self, path: Path) -> None:
+        """Write the table; all of the file or nothing."""
+        clips = list(self.listed())
+        if path.exists() and path.suffix.lower() != ".csv":
+            self.bar.show_message(f"{path.name}: expected a CSV file to write.", True)
+            return
+        try:
+            write_atomically(path, encoded(clip_table(clips)))
+        except OSError as error:
+            self.bar.show_message(f"{path}: cannot be written ({error.strerror}).", True)
+            return
+        count = f"{len(clips)} clip{'' if len(clips) == 1 else 's'}"
+        rest = len(self.queue.clips) - len(clips)
+        left = f"; {rest} not listed here are not in it" if rest else ""
+        self.bar.show_message(f"{path.name}: {count}{left}.", False)
+
+    def write_report(self) -> None:
+        """Write the report of the batch folder that is open, decisions included."""
+        if (folder := self.queue.folder) is None or self.queue.batch is None:
+            self.bar.show_message("Open a folder that `twistcore batch` wrote first.", False)
+            return
+        if self._report is not None:
+            self.bar.show_message("The report is being written already.", False)
+            return
+        # A process: it reads every clip again and draws, while the window stays free.
+        self._report = report = QProcess(self.window)
+        report.finished.connect(lambda code: self._reported(folder, code))
+        report.errorOccurred.connect(lambda error: self._not_started(folder, error))
+        target = folder / "report"
+        report.start(sys.executable, ["-m", "twistcore", "report", str(folder), "-o", str(target)])
+        self.bar.show_message(f"{folder.name}: the report is being written …", False)
+
+    def _reported(self, folder: Path, code: int) -> None:
+        report, self._report = self._report, None
+        assert report is not None
+        said = bytes(report.readAllStandardError().data()).decode("utf-8", "replace").strip()
+        report.deleteLater()
+        if code in (0, 1):
+            left = " Some clips could not be drawn; the page lists them." if code else ""
+            self.bar.show_message(f"{folder / 'report' / 'index.html'} was written.{left}", False)
+        else:
+            last = said.splitlines()[-1] if said else "the process ended without a word"
+            self.bar.show_message(f"No report: {last}", True)
+
+    def _not_started(self, folder: Path, error: QProcess.ProcessError) -> None:
+        if error == QProcess.ProcessError.FailedToStart and self._report is not None:
+            self._report.deleteLater()
+            self._report = None
+            self.bar.show_message(
+                f"{folder.name}: the report's process could not be started.", True
+            )

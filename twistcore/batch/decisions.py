@@ -1,0 +1,23 @@
+"""How far a clip's review is, as a manifest keeps it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from twistcore.review import Decision, read_session
+
+
+def decisions_of(session: Path) -> dict[str, Any]:
+    """Accepted, rejected and undecided intervals of a session, by whom, until when.
+
+    Raises TwistError where it cannot be read.
+    """
+    judged = read_session(session).state.intervals
+    decided = [j for j in judged if j.decision != Decision.UNDECIDED]
+    return {
+        **{d.value: sum(j.decision == d for j in judged) for d in Decision},
+        "reviewers": sorted({j.reviewer for j in decided if j.reviewer}),
+        "session": str(session),
+        "at": max((j.decided_at for j in decided), default=""),
+    }
