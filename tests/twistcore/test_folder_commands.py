@@ -290,6 +290,7 @@ def test_a_record_of_another_program_is_not_taken_for_ours(capsys, delivery):
 
 def test_an_npz_of_other_data_is_no_clip(tmp_path):
     np.savez(tmp_path / "shape.npz", betas=np.zeros(16))
-    np.savez(tmp_path / "walk.NPZ", poses=np.zeros((2, 66)))
+    with (tmp_path / "walk.NPZ").open("wb") as file:
+        np.savez(file, poses=np.zeros((2, 66)))
     (tmp_path / "damaged.npz").write_bytes(b"PK\x03\x04")
     assert [path.name for path in clips_in(tmp_path)] == ["damaged.npz", "walk.NPZ"]

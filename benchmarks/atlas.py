@@ -1,0 +1,274 @@
+"""What is found in folders of captures: python -m benchmarks.atlas FOLDER [--json FILE].
+
+    python3 dev.py bench atlas FOLDER [--only SET]… [--json FILE] [--pictures DIR] [--verdicts CSV]
+
+FOLDER holds one folder a set of captures. Every clip is read and searched at default settings; the
+table tells of each set its clips, minutes and failures, the intervals found by kind, and how many
+an hour. `applied` are those that `refine` would correct unasked. A clip that cannot be read or
+searched is listed and stops no other; exit status 1 then.
+
+--pictures draws what was found on contact sheets (:mod:`benchmarks.atlas_pictures`), --most of
+them at random, spread over sets and kinds. --verdicts prints how often the eye said *error*,
+*doubtful* and *alarm*, of a table whose columns are those of docs/atlas-verdicts.csv, with the
+interval of Wilson around the share of errors.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import math
+import random
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from twistcore.analysis import analyse
+from twistcore.detection import Interval, Kind
+from twistcore.formats import is_clip, read_clip
+from twistcore.processes import each, reason
+from twistcore.refinement import applied_unasked
+
+VERDICTS = ("error", "doubtful", "alarm")
+WILSON = 1.96  # of 95 %
+FREE = "cmu"  # sets whose skeletons anybody may show
+
+Row = dict[str, float | int | str]
+
+
+@dataclass(frozen=True)
+class Find:
+    """An interval of a clip; offset: degrees a frame; degrees: what a table shows of it.
+
+    applied: whether `refine` corrects it unasked.
+    """
+
+    clip: str
+    chain: str
+    kind: str
+    start: int
+    stop: int
+    degrees: float
+    confidence: float | None
+    open: bool
+    applied: bool
+    joint: str
+    offset: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A clip that was looked at; problem: why it could not be, else ''."""
+
+    set: str
+    clip: str
+    frames: int = 0
+    fps: float = 0.0
+    chains: int = 0
+    finds: tuple[Find, ...] = ()
+    problem: str = ""
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return self.frames / self.fps if self.fps > 0.0 else 0.0
+
+
+def look(path: Path) -> Seen:
+    """Read and search a clip; raises TwistError."""
+    motion = read_clip(path).motion
+    analysis = analyse(motion)
+    found = analysis.detect()
+    sure = {id(i) for i in applied_unasked(found)}
+    finds = tuple(_find(path.name, i, applied=id(i) in sure) for i in found)
+    chains = len(analysis.chains_and_limbs)
+    return Seen(path.parent.name, path.name, motion.frames, motion.fps, chains, finds)
+
+
+def _find(clip: str, i: Interval, *, applied: bool) -> Find:
+    return Find(
+        clip=clip,
+        chain=i.chain,
+        kind=str(i.kind),
+        start=i.start,
+        stop=i.stop,
+        degrees=round(math.degrees(i.shown), 2),
+        confidence=i.confidence,
+        open=i.open,
+        applied=applied,
+        joint=i.joint,
+        offset=tuple(np.degrees(i.offset).round(2).tolist()),
+    )
+
+
+def survey(folder: Path, only: Sequence[str] = (), workers: int = 2) -> Iterator[Seen]:
+    """What is in each clip of each set, as it comes; a clip that fails says why."""
+    paths = [p for p in sorted(folder.glob("*/*")) if is_clip(p)]
+    paths = [p for p in paths if not only or p.parent.name in only]
+    for path, seen in each(look, paths, workers):
+        if isinstance(seen, Exception):
+            yield Seen(path.parent.name, path.name, problem=reason(path.name, seen))
+        else:
+            yield seen
+
+
+def table(seen: Iterable[Seen]) -> list[Row]:
+    """A row a set and one of all: clips, minutes, failures; finds, those applied, an hour."""
+    by_set: dict[str, list[Seen]] = defaultdict(list)
+    for s in seen:
+        by_set[s.set].append(s)
+    rows = {name: by_set[name] for name in sorted(by_set)}
+    rows["all"] = [s for own in by_set.values() for s in own]
+    return [_row(name, own) for name, own in rows.items()]
+
+
+def _row(name: str, own: Sequence[Seen]) -> Row:
+    minutes = sum(s.seconds for s in own) / 60.0
+    row: Row = {
+        "set": name,
+        "clips": len(own),
+        "minutes": round(minutes, 1),
+        "failed": sum(bool(s.problem) for s in own),
+        "no chain": sum(not s.problem and not s.chains for s in own),
+    }
+    finds = [f for s in own for f in s.finds]
+    for kind in Kind:
+        there = [f for f in finds if f.kind == kind]
+        row[str(kind)] = len(there)
+        if kind != Kind.LONE_JUMP:
+            row[f"{kind} applied"] = sum(f.applied for f in there)
+        row[f"{kind} an hour"] = round(60.0 * len(there) / minutes, 1) if minutes else 0.0
+    return row
+
+
+def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]:
+    """At most so many finds with their sets: as many as may be of every set, kind and `applied`.
+
+    Where such a group has more than its share, its finds are drawn at random.
+    """
+    groups: dict[tuple[str, str, bool], list[Find]] = defaultdict(list)
+    for s in sorted(seen, key=lambda s: (s.set, s.clip)):
+        for find in s.finds:
+            groups[s.set, find.kind, find.applied].append(find)
+    share = 0
+    while share < most and sum(min(len(g), share + 1) for g in groups.values()) <= most:
+        share += 1
+    draw = random.Random(seed)
+    chosen = []
+    for key in sorted(groups):
+        own = groups[key]
+        kept = sorted(draw.sample(range(len(own)), min(len(own), share)))
+        chosen += [(key[0], own[k]) for k in kept]
+    return chosen
+
+
+def wilson(right: int, of: int) -> tuple[float, float]:
+    """The interval of Wilson (1927) of a share, at 95 %; all of it where there is nothing."""
+    if not of:
+        return 0.0, 1.0
+    p, z2 = right / of, WILSON**2
+    middle = (p + z2 / (2 * of)) / (1 + z2 / of)
+    half = WILSON / (1 + z2 / of) * math.sqrt(p * (1 - p) / of + z2 / (4 * of**2))
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def precision(verdicts: Iterable[Mapping[str, str]], *by: str) -> list[Row]:
+    """Verdicts counted by some columns: how many of each, the share of errors and its interval."""
+    counted: dict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
+    for row in verdicts:
+        counted[tuple(row[column] for column in by)][row["verdict"]] += 1
+    out = []
+    for key in sorted(counted):
+        n, right = sum(counted[key].values()), counted[key]["error"]
+        low, high = (round(100 * v, 1) for v in wilson(right, n))
+        row: Row = {**dict(zip(by, key, strict=True)), "judged": n}
+        row |= {v: counted[key][v] for v in VERDICTS}
+        out.append(row | {"errors %": round(100 * right / n, 1), "from": low, "to": high})
+    return out
+
+
+def markdown(rows: Sequence[Mapping[str, object]]) -> str:
+    """Rows as a table of Markdown; '' for none."""
+    if not rows:
+        return ""
+    lines = [list(rows[0]), ["---"] * len(rows[0]), *(list(r.values()) for r in rows)]
+    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Survey, print the table, draw what was asked for; 1 if a clip failed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--only", action="append", default=[], metavar="SET")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--json", type=Path, help="what was found, clip by clip")
+    parser.add_argument("--pictures", type=Path, help="a folder for contact sheets")
+    parser.add_argument("--most", type=int, default=300, help="finds on contact sheets")
+    parser.add_argument("--seed", type=int, default=19)
+    parser.add_argument("--verdicts", type=Path, help="a table of verdicts to count")
+    parser.add_argument("--figures", type=Path, help="a folder for the pictures that it names")
+    options = parser.parse_args(arguments)
+    seen = []
+    for s in survey(options.folder, options.only, options.workers):
+        seen.append(s)
+        if s.problem:
+            print(f"{s.set}: {s.problem}", file=sys.stderr)
+    print(markdown(table(seen)))
+    if options.json:
+        document = {"schema": "benchmarks.atlas/1", "clips": [asdict(s) for s in seen]}
+        options.json.write_text(json.dumps(document), encoding="utf-8")
+    if options.pictures:
+        draw(options.folder, sample(seen, options.most, options.seed), options.pictures)
+    if options.verdicts:
+        with options.verdicts.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        for by in (("kind",), ("kind", "applied"), ("set", "kind")):
+            print(f"\n{markdown(precision(rows, *by))}")
+        if options.figures:
+            figures(options.folder, seen, rows, options.figures)
+    return 1 if any(s.problem for s in seen) else 0
+
+
+def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
+    """Contact sheets of finds, and beside them a table that has a line for each, verdicts open."""
+    from benchmarks.atlas_pictures import A_SHEET, sheet
+
+    output.mkdir(parents=True, exist_ok=True)
+    rows = [(name, folder / name / find.clip, find) for name, find in finds]
+    for start in range(0, len(rows), A_SHEET):
+        sheet(rows[start : start + A_SHEET], output / f"{start:04d}.png", start)
+    columns = ("set", "clip", "chain", "joint", "start", "stop", "kind", "degrees", "applied")
+    with (output / "verdicts.csv").open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(("number", *columns, "verdict", "why"))
+        for k, (name, find) in enumerate(finds):
+            own = asdict(find) | {"set": name, "applied": "yes" if find.applied else "no"}
+            writer.writerow((k, *(own[c] for c in columns), "", ""))
+
+
+def figures(
+    folder: Path, seen: Iterable[Seen], verdicts: Iterable[Mapping[str, str]], output: Path
+) -> None:
+    """A picture of each find that has a name for one; as a bare line but of sets that are free."""
+    from benchmarks.atlas_pictures import picture
+
+    def key(name: str, find: Mapping[str, object]) -> tuple[str, ...]:
+        columns = ("clip", "chain", "joint", "kind", "start", "stop")
+        return name, *(str(find[column]) for column in columns)
+
+    output.mkdir(parents=True, exist_ok=True)
+    finds = {key(s.set, asdict(f)): f for s in seen for f in s.finds}
+    for row in verdicts:
+        name, found = row["set"], finds.get(key(row["set"], row))
+        if row.get("picture") and found:
+            to = output / f"atlas-{row['picture']}.png"
+            picture(folder / name / found.clip, found, to, bare=not name.startswith(FREE))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
