@@ -1,10 +1,10 @@
 """Workers, hours and cost of many clips: python -m benchmarks.batch_capacity OUTDIR… [--hours H].
 
 Draws clips at random from those of manifests, with the seconds that each took, and lets workers
-take them one after the other: the longest first, as `batch` does, and in any order. Some are slowed
-tenfold, as by a busy disk or neighbour. Printed for so many clips and workers: hours until the last
-clip is done, what share of the workers' time is work (else they wait for stragglers, or start),
-worker-hours and cost; then how many workers get it done in the hours wished for.
+take them one after the other: the largest file first, as `batch` does, and in any order. Some are
+slowed tenfold, as by a busy disk or neighbour. Printed for so many clips and workers: hours until
+the last clip is done, what share of the workers' time is work (else they wait for stragglers, or
+start), worker-hours and cost; then how many workers get it done in the hours wished for.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ def until_done(seconds: Array, workers: int, start: float) -> float:
     return max(free)
 
 
-def workers_for(longest_first: Array, hours: float, start: float) -> int | None:
+def workers_for(seconds: Array, hours: float, start: float) -> int | None:
     """About the least number of workers that are done in so many hours; None where none is."""
-    if longest_first[0] + start > 3600.0 * hours:
+    if seconds.max() + start > 3600.0 * hours:
         return None
-    workers = max(1, int(longest_first.sum() / (3600.0 * hours)))
-    while until_done(longest_first, workers, start) > 3600.0 * hours:
+    workers = max(1, int(seconds.sum() / (3600.0 * hours)))
+    while until_done(seconds, workers, start) > 3600.0 * hours:
         workers = max(workers + 1, int(1.01 * workers))
     return workers
 
@@ -75,23 +75,24 @@ def main() -> None:
     )
     rng = np.random.default_rng(1)
     for count in arguments.clips:
-        seconds = rng.choice(known, count)
-        seconds = np.where(rng.random(count) < arguments.slow, SLOWER * seconds, seconds)
-        longest_first = np.sort(seconds)[::-1]
+        drawn = rng.integers(len(known), size=count)
+        slowed = rng.random(count) < arguments.slow
+        seconds = np.where(slowed, SLOWER * known[drawn], known[drawn])
+        largest_first = seconds[np.argsort(-size[drawn], kind="stable")]
         work = float(seconds.sum())
         print(
             f"\n{count:,} clips, {count * size.mean() / 1e9:,.0f} GB, {work / 3600:,.1f} h of work"
         )
         print("  workers     hours    busy  any order  worker-hours      cost")
         for workers in WORKERS:
-            end = until_done(longest_first, workers, arguments.start)
+            end = until_done(largest_first, workers, arguments.start)
             other = until_done(seconds, workers, arguments.start)
             hours = workers * end / 3600.0
             print(
                 f"{workers:>9}{end / 3600:>10.3f}{work / (workers * end):>8.1%}"
                 f"{other / 3600:>11.3f}{hours:>14,.1f}{hours * arguments.price:>10,.2f}"
             )
-        need = workers_for(longest_first, arguments.hours, arguments.start)
+        need = workers_for(largest_first, arguments.hours, arguments.start)
         print(f"done in {arguments.hours:g} h by {need} workers")
 
 

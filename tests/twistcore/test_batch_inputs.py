@@ -51,7 +51,8 @@ def test_folders_files_and_patterns(folder):
 
 def test_an_npz_without_poses_is_no_clip_of_a_folder(folder):
     np.savez(folder / "a" / "shape.npz", betas=np.zeros(3))
-    np.savez(folder / "a" / "poses.NPZ", poses=np.zeros((3, 72)))
+    np.savez(folder / "a" / "poses.npz", poses=np.zeros((3, 72)))
+    (folder / "a" / "poses.npz").rename(folder / "a" / "poses.NPZ")
     assert names("a") == ["deep/x.bvh", "poses.NPZ", "x.bvh", "y.BVH"]
     assert names("a/*.[nN]*") == ["poses.NPZ"]
 

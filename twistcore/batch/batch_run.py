@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
@@ -25,6 +26,8 @@ LOCK = "manifest.lock"
 
 # Quick motion with many joints takes some 70 s for every megabyte, and a busy machine more.
 _PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
+# To note a clip takes some 8 ms, to note many no more: on a cluster they come faster than that.
+_TOGETHER_S = 0.1
 _IN_VAIN = 20  # clips one after the other that could not be noted: the disk stays full
 
 
@@ -133,6 +136,8 @@ class _Run:
         self.rows = plan.rows
         self.todo = {source.path: source for source in plan.todo}
         self.in_vain = 0
+        self.pending: list[tuple[Source, ClipRow, Outcome]] = []
+        self.noted = time.monotonic()
 
     def go(self, carry_out: CarryOut, limits: Limits) -> None:
         tasks = [
@@ -142,6 +147,8 @@ class _Run:
         try:
             for task, outcome in found:
                 self._take(self.todo[task.source], outcome)
+                if time.monotonic() - self.noted > _TOGETHER_S:
+                    self._note()
                 if self.in_vain >= _IN_VAIN:
                     raise TwistError("the manifest cannot be written any more")
         except TwistError as error:
@@ -149,6 +156,7 @@ class _Run:
         except KeyboardInterrupt:
             self.summary.stopped = "stopped"
         finally:
+            self._note()
             close = getattr(found, "close", None)
             if close is not None:
                 close()
@@ -178,28 +186,50 @@ class _Run:
                 row = _failed(row, _written_not(source.name, error))
         if known is not None and not row.corrected:  # that file is there, and ours, all the same
             row = replace(row, corrected_sha256=known.corrected_sha256)
-        self._note(source, row, outcome)
+        self.pending.append((source, row, outcome))
 
-    def _note(self, source: Source, row: ClipRow, outcome: Outcome) -> None:
+    def _note(self) -> None:
+        """Put down what came since the last time: all at once, or else what can be."""
+        pending, self.pending = self.pending, []
         try:
-            with self.manifest.transaction():
-                self.manifest.put_rows([row])
-                if row.state == DONE and outcome.result is not None:
-                    self.manifest.put_result(row, outcome.result)
+            self._put(pending)
+            noted = [(source, row) for source, row, _ in pending]
             self.in_vain = 0
+        except TwistError:
+            noted = [(one[0], self._noted_alone(one)) for one in pending]
+        self.noted = time.monotonic()
+        for (source, row), (_, _, outcome) in zip(noted, pending, strict=True):
+            fine = row.state == DONE
+            self.summary.left -= 1
+            self.summary.done += fine
+            if not fine:
+                self.summary.failed.append(row.reason)
+                self.summary.unreadable += outcome.unseen or not row.again
+            self.tell(source, fine)
+
+    def _noted_alone(self, one: tuple[Source, ClipRow, Outcome]) -> ClipRow:
+        """The row as it is by now: one that could not be put down has failed."""
+        source, row, _ = one
+        try:
+            self._put([one])
         except TwistError as error:
             self.in_vain += 1
             row = _failed(row, f"{source.name}: is done, but cannot be noted: {error}")
             # A row for it stands there already: there may be room.
             with suppress(TwistError), self.manifest.transaction():
                 self.manifest.put_rows([row])
-        self.summary.left -= 1
-        fine = row.state == DONE
-        self.summary.done += fine
-        if not fine:
-            self.summary.failed.append(row.reason)
-            self.summary.unreadable += outcome.unseen or not row.again
-        self.tell(source, fine)
+        else:
+            self.in_vain = 0
+        return row
+
+    def _put(self, some: Sequence[tuple[Source, ClipRow, Outcome]]) -> None:
+        if not some:
+            return
+        with self.manifest.transaction():
+            self.manifest.put_rows(row for _, row, _ in some)
+            for _, row, outcome in some:
+                if row.state == DONE and outcome.result is not None:
+                    self.manifest.put_result(row, outcome.result)
 
 
 def _failed(row: ClipRow, why: str) -> ClipRow:

@@ -22,6 +22,7 @@ from twistcore.batch.remote_folder import working_folder
 from twistcore.cli.batch_progress import begin
 from twistcore.errors import TwistError
 from twistcore.processes import each
+from twistcore.progress import clip_counter
 from twistcore.worker_memory import SPARE
 
 _FILES = ("jsonl", "parquet", "csv", "junit")
@@ -87,10 +88,18 @@ def _written(
     for one in broken:
         print(one, file=sys.stderr)
     if arguments.report:
-        import_module("twistcore.report.folder_report").write_folder_report(
-            folder, folder / "report"
-        )
+        return _reported(arguments, folder, broken) or bool(broken)
     return bool(broken)
+
+
+def _reported(arguments: argparse.Namespace, folder: Path, broken: Sequence[Any]) -> bool:
+    """Write the report of the whole folder; whether a page of it could not be made as it should."""
+    write = import_module("twistcore.report.folder_report").write_folder_report
+    workers = arguments.workers or os.cpu_count() or 1
+    report = write(folder, folder / "report", workers=workers, broken=broken, counter=clip_counter)
+    for problem in report.problems:
+        print(problem, file=sys.stderr)
+    return bool(report.problems)
 
 
 def _write_files(
