@@ -24,6 +24,8 @@ EXAMPLES = {
     "twistcore.quamo.stability.UnstableGainsError": (("κP is too large",), {}),
     "inspector.session.opening.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),
     "twistcore.progress.Cancelled": ((), {}),
+    "twistcore.processes.ProcessEndedError": (("its process ended",), {}),
+    "twistcore.processes.ProcessTimeError": ((60.0,), {}),
     "inspector.video.video_reader.VideoError": (("a.mp4: no video",), {}),
 }
 EXTRAS = {"torch", "av"}  # a module that needs an extra may not be importable

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
 from twistcore.atomic import write_atomically
 from twistcore.batch.gates import Broken
-from twistcore.batch.manifest import ClipRecord
+from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
 from twistcore.processes import each, reason
@@ -59,7 +58,7 @@ def write_folder_report(
     written.
     """
     if records is None:
-        with import_module("twistcore.batch.manifest").Manifest.open(folder) as manifest:
+        with Manifest.open(folder) as manifest:
             records = manifest.records()
     numbers, by_name = FolderNumbers(), {record.name: record for record in records}
     rows = in_order([numbers.add(record) for record in records])
