@@ -7,9 +7,11 @@ import errno
 import os
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO
+
+from twistcore.errors import TwistError
 
 STANDARD_OUTPUT = Path("/dev/stdout")  # by this name also on systems that have no such file
 
@@ -186,3 +188,19 @@ def free_name(path: Path, suffix: str = "") -> Path:
     while os.path.lexists(free):
         free, number = wanted.with_name(f"{wanted.name}-{number}"), number + 1
     return free
+
+
+def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
+    """Put files into a folder, but those that are there.
+
+    Raises TwistError where one has other bytes there, before any is written; OSError.
+    """
+    missing = {name: data for name, data in companions.items() if not (folder / name).exists()}
+    for name in companions.keys() - missing.keys():
+        if (folder / name).read_bytes() != companions[name]:
+            raise TwistError(
+                f"{folder / name}: expected the file of that name that lies beside the clip, "
+                "without which it means another motion"
+            )
+    for name, data in missing.items():
+        write_atomically(folder / name, data)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.atomic import is_stream, same_file, write_atomically
+from twistcore.atomic import is_stream, same_file, write_atomically, write_companions
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array
@@ -80,6 +81,11 @@ class Clip(ABC):
     def name(self) -> str:
         """The file's name."""
         return self.path.name
+
+    @property
+    def companions(self) -> Mapping[str, bytes]:
+        """Files without which it cannot be read, by name: they lie beside it."""
+        return {}
 
     @property
     @abstractmethod
@@ -165,8 +171,9 @@ def write_clip(
     """Write `clip` with the rotations and positions of `motion`; only what differs is rewritten.
 
     In the clip's own format, atomically. Returns the jumps of angles that could not be avoided.
-    Raises TwistError where the file that the clip was read from would be replaced, unless
-    `replace_source`, or where `path` ends as another format does; OSError.
+    Files without which it cannot be read are put beside it. Raises TwistError where the file that
+    the clip was read from would be replaced, unless `replace_source`, where `path` ends as another
+    format does, or as :func:`write_companions`; OSError.
     """
     path = Path(path)
     check_ending(clip, path)
@@ -176,5 +183,7 @@ def write_clip(
             "(replace_source=True replaces it)"
         )
     patch = rewritten(clip, motion)
+    if not is_stream(path):
+        write_companions(clip.companions, path.parent)
     write_atomically(path, patch.data)
     return patch.jumps

@@ -125,6 +125,28 @@ def test_refine_changes_the_numbers_of_accepted_frames_and_bones_alone(tmp_path,
     assert ("rfemur" in said, "lradius" in said) == (True, full)
 
 
+def test_the_skeleton_goes_along_into_another_folder(tmp_path):
+    path, other = dirty(tmp_path, full=True), tmp_path / "other"
+    other.mkdir()
+    assert main(["refine", str(path), "-o", str(other / "out.amc")]) == 0
+    skeleton = read_amc(path).asf.path
+    assert (other / skeleton.name).read_bytes() == skeleton.read_bytes()
+    batch = ["batch", str(path), "-o", str(tmp_path / "batch"), "--refine", "--workers", "1"]
+    assert main(batch) == 0
+    corrected = read_amc(tmp_path / "batch" / "corrected" / path.name)
+    assert corrected.data == (other / "out.amc").read_bytes()
+
+
+def test_another_skeleton_there_is_not_taken_for_the_clips(tmp_path, capsys):
+    path, other = dirty(tmp_path, full=True), tmp_path / "other"
+    other.mkdir()
+    skeleton = other / read_amc(path).asf.path.name
+    skeleton.write_bytes(b"of another figure")
+    assert main(["refine", str(path), "-o", str(other / "out.amc")]) == 2
+    assert f"{skeleton}: expected the file of that name" in capsys.readouterr().err
+    assert sorted(other.iterdir()) == [skeleton]
+
+
 def test_a_session_replays_the_bytes(tmp_path):
     path, out, again = dirty(tmp_path, True), tmp_path / "out.amc", tmp_path / "again.amc"
     clip = read_clip(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -34,6 +35,11 @@ class AmcClip(Clip):
     values: Array
     places: NDArray[np.int64]
     radians: bool = False
+
+    @property
+    def companions(self) -> Mapping[str, bytes]:
+        """The skeleton."""
+        return {self.asf.path.name: self.asf.data}
 
     @property
     def frames(self) -> int:

@@ -32,14 +32,15 @@ _OF_BONE = frozenset(
 class Asf:
     """A skeleton, and how the numbers of an AMC turn its bones.
 
-    skeleton: a joint at the start of every bone, the root first; channels: where each joint's
-    numbers stand in a frame, the letters and columns turned round, since Acclaim's X Y Z turns
-    about fixed axes, so that R = R_z · R_y · R_x; axes: C of every bone, (joints, 4): its local
-    rotation is C · R · C⁻¹; start: what is added to the root's translation, (3,); radians: whether
+    data: the file's bytes; skeleton: a joint at the start of every bone, the root first; channels:
+    where each joint's numbers stand in a frame, the letters and columns turned round, since
+    Acclaim's X Y Z turns about fixed axes, so that R = R_z · R_y · R_x; axes: C of every bone,
+    (joints, 4): its local rotation is C · R · C⁻¹; start: what is added to the root's translation, (3,); radians: whether
     angles are in radians, None where nothing says so.
     """
 
     path: Path
+    data: bytes = field(repr=False)
     skeleton: Skeleton
     channels: tuple[JointChannels, ...]
     axes: Array
@@ -127,7 +128,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
     _read_root(read, *named[":root"])
     _read_bones(read, *named[":bonedata"])
     _read_hierarchy(read, *named[":hierarchy"])
-    return _assembled(read, path, named[":hierarchy"][0][0])
+    return _assembled(read, path, data, named[":hierarchy"][0][0])
 
 
 def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list[_Word]]]]:
@@ -285,7 +286,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
             read.parents[word.text] = line[0].text
 
 
-def _assembled(read: _Read, path: Path, hierarchy: _Word) -> Asf:
+def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     """The joints, a parent before its children, each line of bones down to its end at once."""
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
@@ -315,7 +316,8 @@ def _assembled(read: _Read, path: Path, hierarchy: _Word) -> Asf:
     turned = zip(bones, radians, strict=True)
     axes = [quaternion_from_euler(b.order[::-1], angles[::-1]) for b, angles in turned]
     start, told = np.array(read.start), tuple(read.warnings)
-    return Asf(path, skeleton, tuple(layouts), np.array(axes), start, read.radians, told)
+    given = np.array(axes), start, read.radians, told
+    return Asf(path, data, skeleton, tuple(layouts), *given)
 
 
 def _channels(dofs: tuple[str, ...], column: int) -> JointChannels:

@@ -181,7 +181,9 @@ class _Run:
         known = self.rows.get(source.path)
         if outcome.corrected is not None:
             try:
-                row = write_corrected(self.folder, row, known, outcome.corrected)
+                row = write_corrected(
+                    self.folder, row, known, outcome.corrected, outcome.companions
+                )
             except (TwistError, OSError) as error:
                 row = _failed(row, _written_not(source.name, error))
         if known is not None and not row.corrected:  # that file is there, and ours, all the same

@@ -24,6 +24,7 @@ from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.quality.figure_quality import figure_quality
 from twistcore.rig import AS_FOUND, rig_from_json
+from twistcore.rotation import wrap
 
 SCHEMA = "twistcore.batch_clip/1"
 
@@ -71,7 +72,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
     for interval in found:
         if interval.repairable:
             wrong[interval.start : interval.stop] = True
-            offsets.append(np.degrees(np.abs(interval.offset)))
+            offsets.append(np.degrees(np.abs(wrap(interval.offset))))
     degrees = np.concatenate(offsets)
     counts = Counter(interval.kind for interval in found)
     quality = figure_quality(motion)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -47,7 +47,8 @@ class Outcome:
     result: the document 'twistcore.batch_clip/1' without the clip's name, or None where there is a
     reason, one sentence; again: whether another try may end otherwise; sha256, bytes, signature: of
     the file that was read, '' where it may change unseen; corrected: the bytes of the corrected
-    clip, or None; unseen: the file is not to be seen from where the task was carried out.
+    clip, or None; companions: what has to lie beside it, by name; unseen: the file is not to be
+    seen from where the task was carried out.
     """
 
     result: dict[str, Any] | None = None
@@ -59,6 +60,7 @@ class Outcome:
     seconds: float = 0.0
     peak_bytes: int = 0
     corrected: Bytes | None = field(default=None, repr=False)
+    companions: Mapping[str, Bytes] = field(default_factory=dict, repr=False)
     unseen: bool = False
 
 
@@ -123,6 +125,7 @@ def _carried_out(task: Task) -> dict[str, Any]:
             known |= {"bytes": path.stat().st_size, "sha256": file_sha256(path)}
         else:
             known = {"result": result, "corrected": corrected}
+            known |= {} if corrected is None else {"companions": clip.companions}
             known |= {"bytes": len(clip.data), "sha256": clip.sha256}
         same = settled and signature_of(path)[0] == before
     if same and str(path) == task.source:

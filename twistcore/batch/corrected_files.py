@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from twistcore.atomic import write_atomically
+from twistcore.atomic import write_atomically, write_companions
 from twistcore.batch.clip_task import file_sha256, signature_of
 from twistcore.batch.manifest import ClipRow
 from twistcore.errors import TwistError
@@ -14,12 +15,18 @@ from twistcore.errors import TwistError
 FOLDER = "corrected"
 
 
-def write_corrected(folder: Path, row: ClipRow, known: ClipRow | None, data: bytes) -> ClipRow:
+def write_corrected(
+    folder: Path,
+    row: ClipRow,
+    known: ClipRow | None,
+    data: bytes,
+    companions: Mapping[str, bytes],
+) -> ClipRow:
     """Write a corrected clip below the folder; the row with what is known of it.
 
-    known: the clip as the manifest has it. A file that is there is replaced if it is the one that
-    was noted, and taken as written if it holds these bytes, as one does that was written just
-    before a process was killed. TwistError for any other; OSError.
+    known: the clip as the manifest has it; companions: what has to lie beside it. A file that is
+    there is replaced if it is the one that was noted, and taken as written if it holds these bytes,
+    as one written just before a process was killed does. TwistError for any other; OSError.
     """
     relative = f"{FOLDER}/{row.name}"
     path, mark = folder / relative, hashlib.sha256(data).hexdigest()
@@ -28,6 +35,7 @@ def write_corrected(folder: Path, row: ClipRow, known: ClipRow | None, data: byt
     if there != mark:
         if path.is_symlink() or (there and (known is None or there != known.corrected_sha256)):
             raise TwistError(f"{path}: expected no file that twistcore batch has not written")
+        write_companions(companions, path.parent)
         write_atomically(path, data)
     return replace(
         row,

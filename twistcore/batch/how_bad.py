@@ -10,6 +10,7 @@ from twistcore.chain import Chain
 from twistcore.detection import Interval
 from twistcore.detection.consistency import SHORTEST_SEGMENT
 from twistcore.motion import Motion
+from twistcore.rotation import wrap
 from twistcore.twist_removal import applied_unasked
 
 
@@ -19,7 +20,8 @@ def severity(intervals: Iterable[Interval], frames: int) -> float:
     Each interval counts by its confidence, so that doubtful ones do not push a clip to the top.
     """
     total = sum(
-        float(np.degrees(np.abs(i.offset)).sum()) * (1.0 if i.confidence is None else i.confidence)
+        float(np.degrees(np.abs(wrap(i.offset))).sum())
+        * (1.0 if i.confidence is None else i.confidence)
         for i in applied_unasked(intervals, 0.0)
     )
     return total / max(frames, 1)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePath
 
-from twistcore.atomic import write_atomically
+from twistcore.atomic import write_atomically, write_companions
 from twistcore.clip import ChannelJump, rewritten
 from twistcore.clip_files import clips_by_name
 from twistcore.encoding import json_text
@@ -154,6 +154,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: Pair) -> Replayed:
             raise TwistError(f"{path}: expected nothing there, or what this command wrote")
     if before != mark:
         path.parent.mkdir(parents=True, exist_ok=True)
+        write_companions(replay.clip.companions, path.parent)
         write_atomically(path, patch.data)
     chosen, state = replay.session.state.chosen(), replay.session.state
     left, beside = uncorrected(replay.clip, replay.chains, chosen)
