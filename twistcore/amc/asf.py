@@ -35,8 +35,8 @@ class Asf:
     data: the file's bytes; skeleton: a joint at the start of every bone, the root first; channels:
     where each joint's numbers stand in a frame, the letters and columns turned round, since
     Acclaim's X Y Z turns about fixed axes, so that R = R_z · R_y · R_x; axes: C of every bone,
-    (joints, 4): its local rotation is C · R · C⁻¹; start: what is added to the root's translation, (3,); radians: whether
-    angles are in radians, None where nothing says so.
+    (joints, 4): its local rotation is C · R · C⁻¹; start: what is added to the root's translation,
+    (3,); radians: whether angles are in radians, None where nothing says so.
     """
 
     path: Path
