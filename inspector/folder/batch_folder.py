@@ -2,52 +2,130 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.session.session_files import decided_in, kept_sessions
 from inspector.widgets.background import Task
+from twistcore.batch.batch_run import LOCK
 from twistcore.batch.clip_task import file_sha256, signature_of
 from twistcore.batch.decisions import decisions_of
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
+from twistcore.errors import TwistError
+from twistcore.file_lock import is_held
+from twistcore.tuning import Profile
+
+# Options that the window does not take over, by the parameter.
+_ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "--rig"}
 
 
 class BatchFolder(QObject):
-    """The clips of a manifest, wherever they lie; decisions about them are noted in it."""
+    """The clips of a manifest, wherever they lie; decisions about them are noted in it.
+
+    options: what the batch had, where it is not the usual, in words.
+    """
 
     failed = Signal(str)  # a sentence: decisions could not be noted
 
     def __init__(self, folder: Path, parent: QObject) -> None:
         super().__init__(parent)
         self.folder = folder
-        self.sources: dict[Path, str] = {}
+        self.options = ""
+        self._glances: dict[Path, ClipGlance] = {}
+        self._parameters: dict[str, dict[str, Any]] = {}
+        self._noting = 0
+        self._then: Callable[[], None] | None = None
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a batch is at work on it."""
+        return is_held(self.folder / LOCK)
 
     def clips(self) -> list[QueuedClip]:
         """All of them as the manifest has them; who changed since is to be analysed again.
 
-        Raises TwistError.
+        So are those that the batch looked at otherwise than the window can. Raises TwistError.
         """
         with Manifest.open(self.folder) as manifest:
-            glances = manifest.glances()
-        self.sources = {Path(glance.source): glance.source for glance in glances}
-        return [_queued(glance) for glance in glances]
+            glances, self._parameters = manifest.glances(), manifest.parameters()
+        self._glances = {Path(glance.source): glance for glance in glances}
+        used = {glance.mark for glance in glances if glance.mark}
+        words = {_in_words(self._parameters.get(mark, {})) for mark in used}
+        self.options = "; ".join(sorted(words - {""}))
+        return [self._queued(glance) for glance in glances]
+
+    def profile_of(self, path: Path) -> Profile | None:
+        """τ and detector that the batch had for a clip; None where they are the usual ones."""
+        glance = self._glances.get(path)
+        given = self._parameters.get(glance.mark, {}) if glance is not None else {}
+        if glance is None or not _in_words(given):
+            return None
+        tau: Mapping[str, float] = {}
+        if given["tau_deg"] is not None or given["profile_rad"] is not None:
+            with suppress(TwistError), Manifest.open(self.folder) as manifest:
+                tau = (manifest.record(glance.source).result or {}).get("tau_deg", {})
+        return Profile({k: math.radians(v) for k, v in tau.items()}, given["method"])
+
+    def _queued(self, glance: ClipGlance) -> QueuedClip:
+        path = Path(glance.source)
+        known = QueuedClip(path, label=glance.name)
+        if glance.state == FAILED:
+            return replace(known, state=ClipState.FAILED, reason=glance.reason)
+        if "://" in glance.source:
+            reason = f"{glance.source}: not on a disk of this machine; open a copy of it"
+            return replace(known, state=ClipState.FAILED, reason=reason)
+        known = replace(known, decided=decided_in(path))
+        given = self._parameters.get(glance.mark, {})
+        if glance.state != DONE or any(given.get(k) for k in _ELSEWHERE):
+            return known
+        if not _is_same(path, glance):
+            return known
+        return replace(
+            known,
+            state=ClipState.READY,
+            severity=glance.severity,
+            intervals=glance.intervals,
+            reason=glance.unchecked,
+            unchecked=bool(glance.unchecked),
+        )
+
+    # -- decisions ----------------------------------------------------------------------------
 
     def note(self, path: Path) -> None:
         """Keep in the manifest how far a clip's review is by its session; in the background."""
-        if (source := self.sources.get(path)) is None:
+        if (glance := self._glances.get(path)) is None:
             return
-        task = Task(lambda _: self._noted(path, source), self)
+        self._noting += 1
+        task = Task(lambda _: self._noted(path, glance.source), self)
         task.failed.connect(
             lambda error: self.failed.emit(
                 f"{path.name}: decisions not noted in the batch: {error}"
             )
         )
-        task.finished.connect(task.deleteLater)
-        task.failed.connect(task.deleteLater)
+        for over in (task.finished, task.failed):
+            over.connect(self._one_less)
+            over.connect(task.deleteLater)
         task.start()
+
+    def when_noted(self, then: Callable[[], None]) -> None:
+        """Go on once all that was to be noted is; at once where nothing is under way."""
+        if self._noting:
+            self._then = then
+        else:
+            then()
+
+    def _one_less(self) -> None:
+        self._noting -= 1
+        if not self._noting and self._then is not None:
+            then, self._then = self._then, None
+            then()
 
     def _noted(self, path: Path, source: str) -> None:
         sessions = kept_sessions(path)
@@ -55,25 +133,18 @@ class BatchFolder(QObject):
             manifest.note_decisions(source, decisions_of(sessions[0]) if sessions else {})
 
 
-def _queued(glance: ClipGlance) -> QueuedClip:
-    path = Path(glance.source)
-    if glance.state == FAILED:
-        return QueuedClip(path, ClipState.FAILED, reason=glance.reason)
-    if "://" in glance.source:
-        reason = f"{glance.source}: not on a disk of this machine; open a copy of it"
-        return QueuedClip(path, ClipState.FAILED, reason=reason)
-    known = QueuedClip(path, decided=decided_in(path))
-    if glance.state != DONE or not _is_same(path, glance):
-        return known
-    return QueuedClip(
-        path,
-        ClipState.READY,
-        glance.severity,
-        glance.intervals,
-        reason=glance.unchecked,
-        decided=known.decided,
-        unchecked=bool(glance.unchecked),
-    )
+def _in_words(given: Mapping[str, Any]) -> str:
+    """Options of a batch that are not the usual ones."""
+    told = []
+    if given.get("tau_deg") is not None:
+        told.append(f"τ {given['tau_deg']:g}°")
+    if given.get("profile_rad") is not None:
+        told.append("τ of a profile")
+    if given.get("method", "consistency") != "consistency":
+        told.append(f"detector {given['method']}")
+    if elsewhere := [option for name, option in _ELSEWHERE.items() if given.get(name)]:
+        told.append(f"{', '.join(elsewhere)}, without which clips are analysed here")
+    return ", ".join(told)
 
 
 def _is_same(path: Path, glance: ClipGlance) -> bool:

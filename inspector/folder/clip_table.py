@@ -10,7 +10,7 @@ from twistcore.encoding import csv_text
 
 # Columns: severity is the mean error a frame, degrees; empty where nothing is known.
 _COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {
-    "clip": lambda c: c.path.name,
+    "clip": lambda c: c.label or c.path.name,
     "folder": lambda c: str(c.path.parent),
     "state": lambda c: "not checked" if c.unchecked else str(c.state),
     "severity_deg": lambda c: round(c.severity, 6) if c.state == ClipState.READY else "",

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from PySide6.QtCore import QProcess
+from PySide6.QtCore import QCoreApplication, QProcess
 from PySide6.QtWidgets import QWidget
 
 from inspector.folder.clip_table import clip_table
@@ -23,11 +23,15 @@ _PATTERN = "Tables (*.csv);;All files (*)"
 
 @dataclass(eq=False)
 class FolderActions:
-    """The folder's clips as listed: their table as CSV, and a batch's report; listed: the rows."""
+    """The folder's clips: their table as CSV, and a batch's report.
+
+    listed: the rows as they are listed; save: keeps the review.
+    """
 
     queue: FolderQueue
     listed: Callable[[], Iterable[QueuedClip]]
     bar: MessageBar
+    save: Callable[[], object]
     window: QWidget
     _report: QProcess | None = field(default=None, init=False)
 
@@ -64,17 +68,32 @@ class FolderActions:
         if self._report is not None:
             self.bar.show_message("The report is being written already.", False)
             return
+        self.save()  # what is decided and not saved yet belongs to it
+        self.queue.batch.when_noted(lambda: self._start_report(folder))
+        self.bar.show_message(f"{folder.name}: the report is being written …", False)
+
+    def _start_report(self, folder: Path) -> None:
         # A process: it reads every clip again and draws, while the window stays free.
         self._report = report = QProcess(self.window)
+        if (program := QCoreApplication.instance()) is not None:
+            program.aboutToQuit.connect(self._give_up)
         report.finished.connect(lambda code: self._reported(folder, code))
         report.errorOccurred.connect(lambda error: self._not_started(folder, error))
         target = folder / "report"
         report.start(sys.executable, ["-m", "twistcore", "report", str(folder), "-o", str(target)])
-        self.bar.show_message(f"{folder.name}: the report is being written …", False)
+
+    def _give_up(self) -> None:
+        """The program ends: so does the process, whose pages are each whole or not there."""
+        report, self._report = self._report, None
+        if report is not None:
+            report.blockSignals(True)
+            report.kill()
+            report.waitForFinished(2_000)
 
     def _reported(self, folder: Path, code: int) -> None:
         report, self._report = self._report, None
-        assert report is not None
+        if report is None:
+            return
         said = bytes(report.readAllStandardError().data()).decode("utf-8", "replace").strip()
         report.deleteLater()
         if code in (0, 1):

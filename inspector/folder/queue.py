@@ -29,6 +29,7 @@ from twistcore.tuning import Profile
 
 _POLL_MS = 40
 _PATIENCE_S = 20.0  # for any clip, and a second more for every megabyte
+_BATCH_MS = 3_000  # while a batch is at work: look again, should it end before its time
 _SETTLE_MS = 500  # a folder that is being written to: look again when it is quiet
 
 
@@ -62,6 +63,7 @@ class FolderQueue(QObject):
         self.profile_name = ""
         self.exports: frozenset[Path] = frozenset()  # in the folder, written by this program
         self.batch: BatchFolder | None = None  # where `twistcore batch` wrote the folder
+        self._told: set[Path] = set()  # clips whose figures are the batch's
         self._elsewhere: dict[Path, str] = {}  # exports of this run, by their clip
         self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # one core for the window
         self._workers: list[_Worker] = []
@@ -70,6 +72,8 @@ class FolderQueue(QObject):
         self._poll.timeout.connect(self._look)
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settle.timeout.connect(self.rescan)
+        self._again = QTimer(self, singleShot=True, interval=_BATCH_MS)
+        self._again.timeout.connect(self.rescan)
         self._watcher = QFileSystemWatcher(self)
         self._watcher.directoryChanged.connect(lambda _: self._settle.start())
         self._watcher.fileChanged.connect(lambda _: self._settle.start())
@@ -125,6 +129,21 @@ class FolderQueue(QObject):
         through = sum(not c.to_do for c in due)
         return through, len(due), sum(n for n, _ in counts), sum(n for _, n in counts)
 
+    @property
+    def profile_told(self) -> str:
+        """At which τ clips are surveyed and opened, in words."""
+        if self.profile_name:
+            return self.profile_name
+        if self.batch is not None:
+            return f"of the batch{f': {o}' if (o := self.batch.options) else ', automatic'}"
+        return "automatic, of each clip"
+
+    def profile_of(self, path: Path) -> Profile | None:
+        """τ for a clip that is opened: the folder's, or the batch's; None for its own."""
+        if self.profile is not None or self.batch is None:
+            return self.profile if path in self.clips else None
+        return self.batch.profile_of(path)
+
     # -- the folder ---------------------------------------------------------------------------
 
     def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
@@ -140,7 +159,7 @@ class FolderQueue(QObject):
             self._watcher.addPath(str(folder / MANIFEST))  # a batch may be under way
         self.folder = folder
         self.profile, self.profile_name = profile, name
-        self.clips = {}
+        self.clips, self._told = {}, set()
         self.exports = frozenset()
         self._watcher.addPath(str(folder))
         self._started = time.monotonic()
@@ -178,21 +197,37 @@ class FolderQueue(QObject):
             self.failed.emit(str(error))
             return
         for clip in told:
+            before = self.clips.get(clip.path)
+            if before is not None and before.decided is not None:  # of the open clip, the latest
+                clip = replace(clip, decided=before.decided)
             known = clip.state != ClipState.WAITING and (
                 self.profile is None or clip.state == ClipState.FAILED
             )
             if known:
                 self.clips[clip.path] = clip
-            elif clip.path not in self.clips or self.clips[clip.path].reason == _GONE:
-                self.clips[clip.path] = QueuedClip(clip.path, decided=clip.decided)
-        waiting = set[Path]()
+                self._told.add(clip.path)
+            elif before is None or before.reason == _GONE or clip.path in self._told:
+                self.clips[clip.path] = QueuedClip(
+                    clip.path, decided=clip.decided, label=clip.label
+                )
+                self._told.discard(clip.path)
+        waiting, latest = set[Path](), dict[Path, str]()
         for folder, clips in groupby(sorted(self.clips), key=lambda path: path.parent):
             waiting |= waiting_among(folder, list(clips))
+            exported = exports_among(clips_in(folder))
+            by_time = sorted(exported, key=written)
+            latest |= {folder / exported[path]: path.name for path in by_time}
         for path, clip in self.clips.items():
             if clip.state != ClipState.FAILED and not path.exists():
                 self._put(path, state=ClipState.FAILED, reason=_GONE)
-            self._put(path, exported=self._elsewhere.get(path, ""), waits=path in waiting)
-        self._go_on()
+            name = latest.get(path, self._elsewhere.get(path, ""))
+            self._put(path, exported=name, waits=path in waiting)
+        if not batch.under_way:
+            self._go_on()
+            return
+        if any(c.state == ClipState.WAITING for c in self.clips.values()):
+            self._again.start()  # they are the batch's, unless it ends before them
+        self.changed.emit()
 
     def _go_on(self) -> None:
         """Survey what waits for it."""
@@ -210,7 +245,10 @@ class FolderQueue(QObject):
         """Survey the folder again at a profile's τ, or at each clip's automatic one."""
         self.cancel()
         self.profile, self.profile_name = profile, name
-        self.clips = {path: QueuedClip(path, decided=c.decided) for path, c in self.clips.items()}
+        self.clips = {
+            path: QueuedClip(path, decided=c.decided, label=c.label)
+            for path, c in self.clips.items()
+        }
         self.profile_changed.emit()
         self._started = time.monotonic()
         self.rescan()

@@ -23,7 +23,7 @@ class QueuedClip:
     severity: mean error a frame, degrees, −1 while unknown; reason: why it failed, or why nothing
     could be checked in it (`unchecked`); decided: of how many intervals, by its review if that is
     open, else by its session, None without either; exported: the name of its latest export, or '';
-    waits: a review that ended without saving can be restored.
+    label: its name in a batch, or ''; waits: a review that ended without saving can be restored.
     """
 
     path: Path
@@ -35,6 +35,13 @@ class QueuedClip:
     unchecked: bool = False
     exported: str = ""
     waits: bool = False
+    label: str = ""
+
+    @property
+    def title(self) -> str:
+        """What a list calls it: by its place in a batch, else by its name, of a BVH the stem."""
+        is_bvh = self.path.suffix.lower() == ".bvh"
+        return self.label or (self.path.stem if is_bvh else self.path.name)
 
     @property
     def counts(self) -> tuple[int, int]:

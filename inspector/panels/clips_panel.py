@@ -65,7 +65,7 @@ class _ClipModel(RowModel[QueuedClip]):
             colour = self.theme.accepted
         elif thing.state != ClipState.READY or thing.unchecked:
             colour = self.theme.soft
-        name = f"↺ {thing.path.stem}" if thing.waits else thing.path.stem
+        name = f"↺ {thing.title}" if thing.waits else thing.title
         return Row(
             texts=(name, "", _review(thing), "✓" if thing.exported else ""),
             colours=dict.fromkeys(range(len(_HEADS)), colour) if colour else {},
@@ -77,7 +77,7 @@ def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
     """Values to sort by, a column each; of reviews, what is left to do."""
     decided, of = clip.counts
     left = clip.state == ClipState.READY, of - decided, of
-    return clip.path.stem.casefold(), clip.severity, left, clip.exported
+    return clip.title.casefold(), clip.severity, left, clip.exported
 
 
 def _review(clip: QueuedClip) -> str:
@@ -91,7 +91,7 @@ def _review(clip: QueuedClip) -> str:
 
 
 def _tip(clip: QueuedClip) -> str:
-    name = clip.path.name
+    name = clip.label or clip.path.name
     if clip.state == ClipState.FAILED:
         return clip.reason
     if clip.unchecked:
@@ -217,7 +217,7 @@ class ClipsPanel(QWidget):
     def listed(self) -> list[QueuedClip]:
         """The clips that are listed, in their order."""
         wanted, text = STATES[self.wanted.currentText()], self.text.text().casefold()
-        clips = [c for c in self._queue.ordered if wanted(c) and text in c.path.stem.casefold()]
+        clips = [c for c in self._queue.ordered if wanted(c) and text in c.title.casefold()]
         if self._order is not None:
             column, downwards = self._order
             clips.sort(key=lambda c: _sorted_by(c)[column], reverse=downwards)
@@ -249,7 +249,7 @@ class ClipsPanel(QWidget):
         self.status.setToolTip(told)
         exports = len(self._queue.exports)
         listed = f"; {exports} export{'s' * (exports > 1)} not listed" if exports else ""
-        told = f"τ: {self._queue.profile_name or 'automatic, of each clip'}{listed}"
+        told = f"τ: {self._queue.profile_told}{listed}"
         self.tau.setText(told if self._queue.folder is not None else "")
         names = "\n".join(sorted(path.name for path in self._queue.exports)[:20])
         change = "Tuning, Use τ for the folder: the τ of the open clip for all of them"

@@ -86,8 +86,7 @@ class FileActions(Saving):
         if is_session(path):
             self.document.opener.open_session(path)
         else:
-            profile = self.queue.profile if path in self.queue.clips else None
-            self.document.opener.open(path, profile)
+            self.document.opener.open(path, self.queue.profile_of(path))
 
     def open_dialog(self) -> None:
         """Ask for a file and open it."""

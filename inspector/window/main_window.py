@@ -223,7 +223,8 @@ class MainWindow(Parts):
             self.teaching.typesetter, bar, self,
         )  # fmt: skip
         self.video_actions = VideoActions(document, self.video, docks["video"], self)
-        self.folder_actions = FolderActions(self.queue, self.clips.listed, bar, self)
+        save = self.files.save_quietly
+        self.folder_actions = FolderActions(self.queue, self.clips.listed, bar, save, self)
         for spec in (spec for menu in MENUS.values() for spec in menu if spec is not None):
             spec.connect(actions[spec.id], self)
         complaint = "" if self.viewport.view is not None else self.viewport.overlays.notice.text()

@@ -3,6 +3,7 @@
 import csv
 import io
 
+import numpy as np
 import pytest
 
 from inspector.folder.clip_table import clip_table
@@ -12,7 +13,9 @@ from inspector.session.settings import Settings
 from tests.gui.folders import put_errors
 from tests.gui.windows import act
 from twistcore.batch import Manifest
+from twistcore.batch.batch_run import LOCK
 from twistcore.cli import main
+from twistcore.file_lock import lock
 
 
 @pytest.fixture
@@ -83,8 +86,61 @@ def test_decisions_flow_back_into_the_manifest(qtbot, show_window, outdir):
 def test_the_table_has_every_clip_that_is_listed(queue, outdir):
     queue.open(outdir)
     rows = list(csv.DictReader(io.StringIO(clip_table(queue.ordered))))
-    assert [row["clip"] for row in rows] == ["a.bvh", "a.bvh", "broken.bvh"]
+    assert [row["clip"] for row in rows] == ["a.bvh", "two/a.bvh", "broken.bvh"]
     assert [row["state"] for row in rows] == ["ready", "ready", "failed"]
     assert float(rows[0]["severity_deg"]) > float(rows[1]["severity_deg"])
     assert rows[2]["severity_deg"] == rows[2]["intervals"] == ""
     assert "broken.bvh" in rows[2]["reason"]
+
+
+def test_the_options_of_the_batch_are_those_of_the_window(qtbot, show_window, tmp_path):
+    put_errors(tmp_path / "a.bvh", 3)
+    given = ["--tau", "20", "--method", "paper"]
+    out = tmp_path / "out"
+    assert main(["batch", str(tmp_path / "a.bvh"), "-o", str(out), "--workers", "1", *given]) == 0
+    window = show_window(Settings(theme="light", turn_ms=0))
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(out)
+    state = window.document.review.state
+    assert state.method == "paper"
+    chains = [chain.name for chain in window.document.data.chains]
+    assert np.degrees([state.tau[name] for name in chains]) == pytest.approx(20.0)
+    assert len(window.document.intervals) == window.queue.ordered[0].intervals
+    assert "τ 20°" in window.clips.tau.text()
+
+
+def test_what_the_window_cannot_do_as_the_batch_did_it_does_itself(qtbot, queue, tmp_path):
+    put_errors(tmp_path / "a.bvh", 3)
+    out = tmp_path / "out"
+    batch = ["batch", str(tmp_path / "a.bvh"), "-o", str(out), "--workers", "1", "--fps", "60"]
+    assert main(batch) == 0
+    with qtbot.waitSignal(queue.finished, timeout=60_000):
+        queue.open(out)
+    assert "--fps" in queue.profile_told
+    assert queue.ordered[0].state == ClipState.READY
+
+
+def test_what_waits_for_a_batch_at_work_is_left_to_it(qtbot, queue, outdir, tmp_path):
+    put_errors(tmp_path / "two" / "a.bvh", 9)
+    with (outdir / LOCK).open("r+b") as file:
+        assert lock(file.fileno())
+        queue.open(outdir)
+        assert not queue.running
+        assert [c.state for c in queue.ordered].count(ClipState.WAITING) == 1
+    with qtbot.waitSignal(queue.finished, timeout=60_000):
+        queue.rescan()
+
+
+def test_a_rescan_keeps_what_is_known_of_a_review(queue, outdir):
+    queue.open(outdir)
+    worst = queue.ordered[0].path
+    queue.note(worst, (2, 9))
+    queue.rescan()
+    assert queue.clips[worst].decided == (2, 9)
+    queue.note_export(worst, worst.with_name("a_refined.bvh"))
+    assert queue.clips[worst].exported == "a_refined.bvh"
+
+
+def test_clips_of_one_name_are_told_apart(queue, outdir):
+    queue.open(outdir)
+    assert len({clip.title for clip in queue.ordered}) == 3

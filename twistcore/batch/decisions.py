@@ -11,10 +11,12 @@ from twistcore.review import Decision, read_session
 def decisions_of(session: Path) -> dict[str, Any]:
     """Accepted, rejected and undecided intervals of a session, by whom, until when.
 
-    Raises TwistError where it cannot be read.
+    {} where nothing is decided. Raises TwistError where it cannot be read.
     """
     judged = read_session(session).state.intervals
     decided = [j for j in judged if j.decision != Decision.UNDECIDED]
+    if not decided:
+        return {}
     return {
         **{d.value: sum(j.decision == d for j in judged) for d in Decision},
         "reviewers": sorted({j.reviewer for j in decided if j.reviewer}),

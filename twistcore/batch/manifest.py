@@ -76,13 +76,15 @@ class ClipRecord:
 class ClipGlance:
     """The least of a clip that a list of many shows: see ClipRecord and its result.
 
-    signature: of the file as it was processed, '' where that could not be kept.
+    mark: of the parameters; signature: of the file as it was processed, '' where that could not be
+    kept.
     """
 
     source: str
     name: str
     state: str
     reason: str
+    mark: str
     sha256: str
     signature: str
     severity: float
@@ -131,7 +133,7 @@ _RECORDS = (
 
 
 _GLANCES = (
-    "SELECT c.source, c.name, c.state, c.reason, c.sha256, c.signature, "
+    "SELECT c.source, c.name, c.state, c.reason, c.mark, c.sha256, c.signature, "
     "coalesce(json_extract(r.document, '$.severity'), 0.0), "
     "coalesce(json_array_length(r.document, '$.intervals'), 0), "
     "coalesce(json_extract(r.document, '$.unchecked'), '') FROM clips c "
@@ -213,6 +215,12 @@ class Manifest:
             ClipGlance(unescaped(source), unescaped(name), state, unescaped(reason), *known)
             for source, name, state, reason, *known in rows
         ]
+
+    def parameters(self) -> dict[str, dict[str, Any]]:
+        """What clips were processed with, JSON by mark."""
+        with _told(self.folder / FILE):
+            rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
+        return {mark: json.loads(document) for mark, document in rows}
 
     def record(self, source: str) -> ClipRecord:
         """That of a source; TwistError where there is none."""
