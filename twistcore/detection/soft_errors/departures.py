@@ -14,6 +14,7 @@ from functools import cache
 
 import numpy as np
 
+from twistcore.detection.prediction import Index
 from twistcore.rotation import Array
 
 # Spans in seconds, each about 4/3 to 3/2 of the one before: 8, 12, 16 … 384 frames at 120 Hz.
@@ -62,6 +63,19 @@ class Span:
             for weight, node in zip(weights, nodes, strict=True):
                 out[k] -= weight * node
         return out
+
+    def nodes(self, first: int, many: int) -> tuple[Index, Array]:
+        """The frames that departures at so many positions from `first` on are told by, and how.
+
+        The probe and the four ends of its bridge, (5, probes, positions); what :meth:`departures`
+        takes the ends by, (4, probes).
+        """
+        h, n = self.reach, self.length
+        inside = [round(probe * n) for probe in PROBES]
+        begin = self.step * (first + np.arange(many))
+        frames = np.array([[h + i, 0, h, h + n, 2 * h + n] for i in inside]).T
+        weights = np.array([bridge_weights(i / n, n, h) for i in inside]).T
+        return frames[..., None] + begin, weights
 
 
 def spans(fps: float, frames: int) -> tuple[Span, ...]:

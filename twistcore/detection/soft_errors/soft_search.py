@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.detection.prediction import Index, Mask
+from twistcore.detection.soft_errors.natural_scale import cost
 from twistcore.detection.soft_errors.soft_error import SEEN, SoftError
 from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
@@ -17,7 +18,8 @@ from twistcore.detection.soft_errors.softened_level import (
     guess,
     ramp,
 )
-from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise, cost
+from twistcore.detection.soft_errors.stretch import Stretch
+from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise
 from twistcore.rotation import Array
 
 SEED = 18.0  # nats of the three probes of a span
@@ -191,7 +193,8 @@ class Search:
         price = COVERED * surprise.price_of_a_frame(high - low)
 
         known: dict[tuple[int, int], tuple[float, Array, float]] = {}
-        nothing = float((surprise.residuals(row, low, np.zeros((1, high - low))) ** 2).sum())
+        stretch = surprise.stretch(row, low, high - low)
+        nothing = float((stretch.residuals(np.zeros((1, high - low))) ** 2).sum())
 
         def judge(some: set[tuple[int, int]]) -> None:
             new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
@@ -202,7 +205,7 @@ class Search:
             for n, (a, b) in enumerate(new):
                 offsets[n, a - low : b - low], sigma = surprise.free_offset(row, a, b)
                 sigmas.append(sigma)
-            left = (surprise.residuals(row, low, offsets) ** 2).sum(axis=1)
+            left = (stretch.residuals(offsets) ** 2).sum(axis=1)
             for n, (a, b) in enumerate(new):
                 known[a, b] = float(left[n]) + price * (b - a), offsets[n], sigmas[n]
 
@@ -222,14 +225,14 @@ class Search:
         if ratio < fit_below or nothing - value < PRIOR:
             rivals = [(value, offset, sigma)] if ratio >= FREE_AT else []
             starts = [(s, ratio / CLOSE) for s in (guess(offset),) if s is not None]
-            starts += self._likely_levels(row, place, low, high)
+            starts += _likely_levels(stretch, place.length, place.middle - low)
             for start, coarsest in starts:
                 for kernel in KERNELS:
                     shape, left = fitted(
                         start,
                         kernel,
                         high - low,
-                        lambda o, wider: surprise.residuals(row, low, o, wider),
+                        stretch.residuals,
                         coarsest,
                     )
                     rivals.append((left + LEVEL_PRICE, shape, 0.5 * sigma))
@@ -248,25 +251,6 @@ class Search:
         if np.abs(offset).max() < LEAST:
             return None
         return SoftError(row, low + int(seen[0]), offset, nothing - value, sigma)
-
-    def _likely_levels(
-        self, row: int, place: Seed, low: int, high: int
-    ) -> list[tuple[Level, float]]:
-        """The levels around a seed that explain u best, and how far scales were widened for it."""
-        lengths = place.length * np.array(LENGTHS)
-        n, shift, onset = (v.ravel() for v in np.meshgrid(lengths, PLACES, ONSETS))
-        start = place.middle - low + shift * np.maximum(n, place.length) - 0.5 * n
-        levels = np.stack([np.ones_like(n), start, start + n, np.maximum(onset * n, 3.0)], axis=1)
-        levels = levels[(start > 0.0) & (start + n < high - low)]
-        courses = course(levels, ramp, high - low)
-        found = []
-        for wider in WIDENED if len(levels) else ():
-            scales = wider, AS_LONG * place.length
-            levels[:, 0] = self._surprise.sizes(row, low, courses, *scales)
-            left = self._surprise.residuals(row, low, levels[:, :1] * courses, *scales)
-            best = levels[(left**2).sum(axis=1).argmin()]
-            found.append((Level(*best.tolist()), wider))
-        return found
 
     def _proposed(self, row: int, place: Seed) -> set[tuple[int, int]]:
         """Frames [start, stop) that an error which shows in a span may have."""
@@ -295,3 +279,28 @@ class Search:
                         if meets and run[-1] - run[0] > place.length // 4:
                             found.add((low + int(run[0]), low + int(run[-1]) + 1))
         return found
+
+
+def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
+    """The levels around a seed that explain u best, and how far scales were widened for it.
+
+    length, middle: of the seed's span, in frames of the stretch.
+    """
+    n, shift, onset = (
+        v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS)
+    )
+    start = middle + shift * np.maximum(n, length) - 0.5 * n
+    levels = np.stack([np.ones_like(n), start, start + n, np.maximum(onset * n, 3.0)], axis=1)
+    levels = levels[(start > 0.0) & (start + n < stretch.frames)]
+    if not len(levels):
+        return []
+    courses = course(levels, ramp, stretch.frames)
+    told = stretch.longer(AS_LONG * length)
+    departures = told.departures(courses)
+    found = []
+    for wider in WIDENED:
+        levels[:, 0] = told.sizes(departures, wider)
+        left = told.residuals(levels[:, :1] * courses, wider)
+        best = levels[(left**2).sum(axis=1).argmin()]
+        found.append((Level(*best.tolist()), wider))
+    return found

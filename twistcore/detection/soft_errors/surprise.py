@@ -7,15 +7,15 @@ x + y, over all spans that fit.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.prediction import FLOOR, Mask
+from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.departures import PROBES, Span, bridge, spans
-from twistcore.detection.soft_errors.natural_scale import NU, Natural, natural_scales
+from twistcore.detection.soft_errors.natural_scale import NU, Natural, cost, natural_scales
+from twistcore.detection.soft_errors.stretch import Stretch, Told, stretch
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.rotation import (
     Array,
@@ -24,20 +24,13 @@ from twistcore.rotation import (
     quaternion_from_axis_angle,
 )
 
-CAP = 14.0  # nats: beyond, one departure is as unlikely as another
 # Neighbouring departures of a span tell much the same: of three probes at four positions a span,
 # so much counts.
 WEIGHT = 0.175
 SMALLEST = float(np.radians(1.5))  # departures below are never asked for
 LEAST_AROUND = 6  # frames around an error in which nothing may be left
 SEED_CAP = 20.0  # nats of a probe that a search begins at
-SIZING = 6  # rounds by which a size is found
 LONGEST = 2.0  # spans up to so many times as long as a stretch tell of it
-
-
-def cost(z: Array, cap: float = CAP) -> Array:
-    """Negative log likelihood of a departure of z standard deviations, given x + y; ≤ cap."""
-    return np.minimum(0.5 * (NU + 2.0) * np.log1p(z * z / (NU + 1.0)), cap)
 
 
 @dataclass(eq=False)
@@ -152,66 +145,16 @@ class Surprise:
             found += self._weight(a) * float(((cost(z[0]) + cost(z[1])) * here).sum())
         return found
 
-    def residuals(
-        self, row: int, low: int, offsets: Array, wider: float = 1.0, shortest: float = 0.0
-    ) -> Array:
-        """What is left of u where offsets (n, frames) from frame `low` on are taken out, (n, …).
-
-        Their squares add up to the surprise. wider: by how much all scales are widened; shortest:
-        frames of the spans that are asked at least.
-        """
-        parts = [np.zeros((len(offsets), 0))]
-        for departures, u, spread, weight in self._seen(row, low, offsets, shortest):
-            z = (u - departures) / (wider * spread)
-            parts.append((np.sign(z) * np.sqrt(weight * cost(z))).reshape(len(offsets), -1))
-        return np.concatenate(parts, axis=1)
-
-    def sizes(
-        self, row: int, low: int, courses: Array, wider: float = 1.0, shortest: float = 0.0
-    ) -> Array:
-        """How many times courses (n, frames) from frame `low` on explain u best, (n,)."""
-        parts = [
-            (
-                (departures / (wider * spread)).reshape(len(courses), -1),
-                np.ravel(u / (wider * spread)),
-                np.broadcast_to(weight, u.shape).ravel(),
-            )
-            for departures, u, spread, weight in self._seen(row, low, courses, shortest)
-        ]
-        if not parts:
-            return np.zeros(len(courses))
-        by, of, weight = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
-        trust = np.broadcast_to(weight, by.shape)
-        for _ in range(SIZING):
-            over = np.maximum((trust * by * by).sum(axis=1), FLOOR)
-            found = (trust * by * of).sum(axis=1) / over
-            left = of - found[:, None] * by
-            trust = weight / (NU + 1.0 + left * left)
-        return np.asarray(found)
-
-    def _seen(
-        self, row: int, low: int, courses: Array, shortest: float
-    ) -> Iterator[tuple[Array, Array, Array, Array]]:
-        """What courses (n, frames) from frame `low` on do to the departures of each span.
-
-        Their departures, (n, probes, positions); u and its spread, (1, probes, positions); weights.
-        """
-        n, length = courses.shape
-        high = low + length
-        for a in self._telling(length):
-            span = a.natural.span
-            first, last = self._positions(span, low, high, a.u.shape[-1])
-            if last <= first or span.length < shortest:
-                continue
-            begin, end = span.step * first, span.step * (last - 1) + span.support
-            level = np.zeros((n, end - begin))
-            level[:, max(low - begin, 0) : high - begin] = courses[
-                :, max(begin - low, 0) : max(end - low, 0)
-            ]
-            at = np.s_[None, :, row, first:last]
-            departures = np.moveaxis(span.departures(level), 0, 1)
-            weight = np.asarray(self._weight(a) * a.usable[first:last])
-            yield departures, a.u[at], a.spread[at], weight
+    def stretch(self, row: int, low: int, frames: int) -> Stretch:
+        """What the spans that meet so many frames of a row from `low` on tell of them."""
+        told = []
+        for a in self._telling(frames):
+            first, last = self._positions(a.natural.span, low, low + frames, a.u.shape[-1])
+            if last > first:
+                at = np.s_[:, row, first:last]
+                weight = np.asarray(self._weight(a) * a.usable[first:last])
+                told.append(Told(a.natural.span, first, a.u[at], a.spread[at], weight))
+        return stretch(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
         """The most that the probes of a span around an error say when it is taken out, nats.

@@ -1,0 +1,123 @@
+"""What the spans that meet a stretch of a chain tell of it, all in one line of departures.
+
+A search tries hundreds of offsets over the same few frames. Which frames each departure looks at,
+and how surprising it is, is the same for all of them: so it is put together once, and the
+departures of every span are one array operation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.detection.prediction import FLOOR, Index
+from twistcore.detection.soft_errors.departures import Span
+from twistcore.detection.soft_errors.natural_scale import NU, cost
+from twistcore.rotation import Array
+
+SIZING = 6  # rounds by which a size is found
+
+
+@dataclass(frozen=True)
+class Told:
+    """What one span tells of a stretch: positions from `first` on, which meet it.
+
+    u, spread: (probes, positions), radians; weight: (positions,), 0 where a cut lies under one.
+    """
+
+    span: Span
+    first: int
+    u: Array
+    spread: Array
+    weight: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """The departures of so many frames, by span, probe and position; each n in all.
+
+    nodes: the frames that one is told by, (5, n), those outside as the frame behind the last one;
+    weights: of its four ends, (4, n); u and its spread in radians, and what it counts, (n,);
+    starts: the length of each span and where its departures begin.
+    """
+
+    frames: int
+    nodes: Index
+    weights: Array
+    u: Array
+    spread: Array
+    weight: Array
+    starts: tuple[tuple[int, int], ...]
+
+    def longer(self, shortest: float) -> Stretch:
+        """The same, told by the spans that are at least so long, frames."""
+        many = next((at for length, at in self.starts if length >= shortest), len(self.u))
+        return Stretch(
+            self.frames,
+            self.nodes[:, many:],
+            self.weights[:, many:],
+            self.u[many:],
+            self.spread[many:],
+            self.weight[many:],
+            tuple((length, at - many) for length, at in self.starts if at >= many),
+        )
+
+    def departures(self, courses: Array) -> Array:
+        """Departures of courses (m, frames) that are 0 outside of the stretch, (m, n), radians."""
+        level = np.zeros((len(courses), self.frames + 1))
+        level[:, :-1] = courses
+        out = np.take(level, self.nodes[0], axis=1)
+        for node, weight in zip(self.nodes[1:], self.weights, strict=True):
+            ends = np.take(level, node, axis=1)
+            ends *= weight
+            out -= ends
+        return out
+
+    def residuals(self, courses: Array, wider: float = 1.0) -> Array:
+        """What is left of u where courses (m, frames) are taken out, (m, n).
+
+        Their squares add up to the surprise. wider: by how much all scales are widened.
+        """
+        z = self.departures(courses)
+        np.subtract(self.u, z, out=z)
+        z /= wider * self.spread
+        left = cost(z)
+        left *= self.weight
+        return np.copysign(np.sqrt(left, out=left), z, out=left)
+
+    def sizes(self, departures: Array, wider: float = 1.0) -> Array:
+        """How many times courses of such departures (m, n) explain u best, (m,)."""
+        by, of = departures / (wider * self.spread), self.u / (wider * self.spread)
+        trust = np.broadcast_to(self.weight, by.shape)
+        found = np.zeros(len(by))
+        for _ in range(SIZING):
+            over = np.maximum((trust * by * by).sum(axis=1), FLOOR)
+            found = (trust * by * of).sum(axis=1) / over
+            left = of - found[:, None] * by
+            trust = self.weight / (NU + 1.0 + left * left)
+        return np.asarray(found)
+
+
+def stretch(low: int, frames: int, told: Sequence[Told]) -> Stretch:
+    """The stretch of so many frames from `low` on, told by spans from the shortest on."""
+    nodes, weights, starts, many = [], [], [], 0
+    for t in told:
+        at, by = t.span.nodes(t.first, t.u.shape[1])
+        starts.append((t.span.length, many))
+        many += t.u.size
+        nodes.append(at.reshape(len(at), -1))
+        weights.append(np.repeat(by, t.u.shape[1], axis=1))
+    at = np.concatenate([np.zeros((5, 0), dtype=np.intp), *nodes], axis=1) - low
+    return Stretch(
+        frames,
+        np.where((at >= 0) & (at < frames), at, frames),
+        np.concatenate([np.zeros((4, 0)), *weights], axis=1),
+        np.concatenate([np.zeros(0), *(t.u.ravel() for t in told)]),
+        np.concatenate([np.zeros(0), *(t.spread.ravel() for t in told)]),
+        np.concatenate(
+            [np.zeros(0), *(np.broadcast_to(t.weight, t.u.shape).ravel() for t in told)]
+        ),
+        tuple(starts),
+    )
