@@ -36,12 +36,14 @@ class Search:
         self._surprise, self._limb = surprise, limb
         self._gain: dict[tuple[int, int], Array] = {}
         self._top: dict[tuple[int, int], Seed | None] = {}
+        self._explained: dict[int, dict[Seed, Explanations]] = {}
         self._done: dict[int, Mask] = {r: np.zeros(surprise.frames, dtype=bool) for r in limb}
         for row in limb:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Gains of a row's spans anew, and the best of each."""
+        """Gains of a row's spans anew, and the best of each; what explained its seeds is gone."""
+        self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
             self._top[row, k] = self._seed(row, k)
@@ -130,11 +132,14 @@ class Search:
         """
         found: list[SoftError] = []
         for place in sorted(places, key=lambda s: s.length):
-            explanations = Explanations(self._surprise, place)
-            one = explanations.best(FREE_AT)
+            # Seeds near one that nothing explained lead to the same spans again.
+            known = self._explained[row]
+            if place not in known:
+                known[place] = Explanations(self._surprise, place)
+            one = known[place].best(FREE_AT)
             if one is None:
                 continue
             if self._surprise.seed_left(row, one.start, one.offset) < SEED:
-                return explanations.best(math.inf) or one
+                return known[place].best(math.inf) or one
             found.append(one)
         return max(found, key=lambda f: f.gain / math.sqrt(len(f.offset)), default=None)
