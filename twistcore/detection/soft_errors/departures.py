@@ -10,7 +10,7 @@ the span the less.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -108,15 +108,22 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
     first, last = start - 1, stop
     before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)
     length = last - first
-    t = np.arange(1, length) / length
-    rise = t * t * (3.0 - 2.0 * t)
+    from_first, from_last, by_in, by_out = _cubic(length)
     ends = level[..., first, None], level[..., last, None]
     mean = (ends[1] - ends[0]) / length
     slope_in = (ends[0] - level[..., first - before, None]) / before if before else mean
     slope_out = (level[..., last + behind, None] - ends[1]) / behind if behind else mean
     return np.asarray(
-        (1.0 - rise) * ends[0]
-        + rise * ends[1]
-        + t * (1.0 - t) ** 2 * length * slope_in
-        - t * t * (1.0 - t) * length * slope_out
+        from_first * ends[0] + from_last * ends[1] + by_in * slope_in - by_out * slope_out
     )
+
+
+@lru_cache(maxsize=1024)
+def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
+    """Weights of a cubic's ends and of its slopes a frame, at the frames between, (length − 1,)."""
+    t = np.arange(1, length) / length
+    rise = t * t * (3.0 - 2.0 * t)
+    found = 1.0 - rise, rise, t * (1.0 - t) ** 2 * length, t * t * (1.0 - t) * length
+    for weights in found:
+        weights.setflags(write=False)
+    return found

@@ -183,11 +183,12 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
                 continue
             for least in (2.0 * sigma, 4.0 * sigma, 0.05 * top, 0.15 * top):
                 at = np.flatnonzero(size > min(max(least, SEEN), 0.5 * top))
-                for run in np.split(at, np.flatnonzero(np.diff(at) > HOLE) + 1):
-                    meets = run[0] + low <= place.middle + half
-                    meets &= run[-1] + low >= place.middle - half
-                    if meets and run[-1] - run[0] > place.length // 4:
-                        found.add((low + int(run[0]), low + int(run[-1]) + 1))
+                gaps = np.flatnonzero(at[1:] - at[:-1] > HOLE).tolist()
+                begins, ends = at[[0, *(g + 1 for g in gaps)]], at[[*gaps, -1]]
+                for a, b in zip((begins + low).tolist(), (ends + low).tolist(), strict=True):
+                    meets = a <= place.middle + half and b >= place.middle - half
+                    if meets and b - a > place.length // 4:
+                        found.add((a, b + 1))
     return found
 
 

@@ -104,7 +104,7 @@ def _descended(
     damping, best = 1e-2, np.inf
     course_ = np.zeros(frames)
     step: Array = np.zeros(len(_AT))
-    slopes, rest = np.zeros((len(_AT), 1)), np.zeros(1)
+    curvature, down = np.zeros((len(_AT), len(_AT))), np.zeros(len(_AT))
     for _ in range(MOST_STEPS):
         tried = number + step
         by = _STEPS * np.maximum(np.abs(tried), 1.0)
@@ -113,16 +113,17 @@ def _descended(
         value = float(left[0] @ left[0])
         if value < best:
             gained = best - value
-            number, best, course_, rest = tried, value, courses[0], left[0]
+            number, best, course_ = tried, value, courses[0]
             slopes = (left[1:] - left[0]) / by[:, None]
             damping = max(0.2 * damping, 1e-6)
             if gained < ENOUGH:
                 break
+            curvature, down = slopes @ slopes.T, slopes @ left[0]
         else:
             damping *= 8.0
             if damping > 1e4:
                 break
-        curvature = slopes @ slopes.T
-        curvature += damping * np.diag(np.diag(curvature) + 1e-9)
-        step = np.asarray(-np.linalg.solve(curvature, slopes @ rest), dtype=np.float64)
+        damped = curvature.copy()
+        damped.flat[:: len(_AT) + 1] += damping * (curvature.diagonal() + 1e-9)
+        step = np.asarray(-np.linalg.solve(damped, down), dtype=np.float64)
     return number, course_, best

@@ -68,9 +68,9 @@ class Stretch:
         """Departures of courses (m, frames) that are 0 outside of the stretch, (m, n), radians."""
         level = np.zeros((len(courses), self.frames + 1))
         level[:, :-1] = courses
-        out: Array = np.take(level, self.nodes[0], axis=1)
+        out: Array = level.take(self.nodes[0], axis=1)
         for node, weight in zip(self.nodes[1:], self.weights, strict=True):
-            ends = np.take(level, node, axis=1)
+            ends = level.take(node, axis=1)
             ends *= weight
             out -= ends
         return out

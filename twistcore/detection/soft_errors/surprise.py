@@ -7,7 +7,9 @@ x + y, over all spans that fit.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -203,28 +205,33 @@ class Surprise:
         """
         reach = self.spans[0].reach
         low, high = max(start - 1 - reach, 0), min(stop + 1 + reach, self.frames)
-        x, y = (np.cumsum(v[row, low:high]) for v in (self.x, self.y))
-        at = slice(start - low, stop - low)
-        dx, dy = (u[at] - bridge(u, at.start, at.stop, reach) for u in (x, y))
+        levels = np.array([self.x[row, low:high], self.y[row, low:high]]).cumsum(axis=1)
+        a, b = start - low, stop - low
+        dx, dy = levels[:, a:b] - bridge(levels, a, b, reach)
         beta, sigma = self.scale(row, start, stop)
         return dx - beta * (dx + dy), sigma
 
     def scale(self, row: int, start: int, stop: int) -> tuple[float, float]:
         """β and σ of a bridge over [start, stop), between those of the spans around its length."""
         length = max(stop - start, 1)
-        lengths = [a.natural.span.length for a in self.at]
-        k = int(np.searchsorted(lengths, length))
-        near = (max(k - 1, 0), min(k, len(lengths) - 1))
+        lengths = [s.length for s in self.spans]
+        k = bisect_left(lengths, length)
         values = []
-        for j in near:
+        for j in (max(k - 1, 0), min(k, len(lengths) - 1)):
             n = self.at[j].natural
             middle = (start + stop - n.span.support) // 2 // n.span.step
-            position = int(np.clip(middle, 0, n.sigma.shape[-1] - 1))
+            position = min(max(middle, 0), n.sigma.shape[-1] - 1)
             values.append((n.beta[row], n.sigma[len(PROBES) // 2, row, position]))
         (beta0, sigma0), (beta1, sigma1) = values
-        share = 0.0
-        if near[0] != near[1]:
-            share = np.log(length / lengths[near[0]]) / np.log(lengths[near[1]] / lengths[near[0]])
-        share = float(np.clip(share, 0.0, 1.0))
+        share = _share(length, lengths[max(k - 1, 0)], lengths[min(k, len(lengths) - 1)])
         beta = (1.0 - share) * beta0 + share * beta1
         return float(beta), float(sigma0 ** (1.0 - share) * sigma1**share)
+
+
+@lru_cache(maxsize=1024)
+def _share(length: int, shorter: int, longer: int) -> float:
+    """How far a length lies between two others by its logarithm, 0…1."""
+    if shorter == longer:
+        return 0.0
+    share = np.log(length / shorter) / np.log(longer / shorter)
+    return float(np.clip(share, 0.0, 1.0))
