@@ -107,18 +107,20 @@ def _descended(
     curvature, down = np.zeros((len(_AT), len(_AT))), np.zeros(len(_AT))
     for _ in range(MOST_STEPS):
         tried = number + step
-        by = _STEPS * np.maximum(np.abs(tried), 1.0)
-        courses = course(np.vstack([tried, tried + np.diag(by)]) * _AT, kernel, frames)
-        left = residuals(courses, wider)
-        value = float(left[0] @ left[0])
+        here = course(tried[None] * _AT, kernel, frames)
+        left = residuals(here, wider)[0]
+        value = float(left @ left)
         if value < best:
             gained = best - value
-            number, best, course_ = tried, value, courses[0]
-            slopes = (left[1:] - left[0]) / by[:, None]
+            number, best, course_ = tried, value, here[0]
             damping = max(0.2 * damping, 1e-6)
             if gained < ENOUGH:
                 break
-            curvature, down = slopes @ slopes.T, slopes @ left[0]
+            # Four courses more, only where a step is made from here.
+            by = _STEPS * np.maximum(np.abs(number), 1.0)
+            beside = course((number + np.diag(by)) * _AT, kernel, frames)
+            slopes = (residuals(beside, wider) - left) / by[:, None]
+            curvature, down = slopes @ slopes.T, slopes @ left
         else:
             damping *= 8.0
             if damping > 1e4:

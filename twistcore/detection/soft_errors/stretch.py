@@ -93,8 +93,9 @@ class Stretch:
         trust = np.broadcast_to(self.weight, by.shape)
         found = np.zeros(len(by))
         for _ in range(SIZING):
-            over = np.maximum((trust * by * by).sum(axis=1), FLOOR)
-            found = (trust * by * of).sum(axis=1) / over
+            trusted = trust * by
+            over = np.maximum((trusted * by).sum(axis=1), FLOOR)
+            found = (trusted * of).sum(axis=1) / over
             left = of - found[:, None] * by
             trust = self.weight / (NU + 1.0 + left * left)
         return np.asarray(found)
