@@ -36,7 +36,7 @@ class Level(NamedTuple):
 
 def ramp(t: Array) -> Array:
     """From 0 at −½ to 1 at ½, evenly."""
-    return np.asarray(np.clip(t + 0.5, 0.0, 1.0))
+    return np.asarray(np.minimum(np.maximum(t + 0.5, 0.0), 1.0))
 
 
 def filtered(t: Array) -> Array:
@@ -55,8 +55,9 @@ KERNELS: tuple[Callable[[Array], Array], ...] = (ramp, filtered)
 def course(levels: Array, kernel: Callable[[Array], Array], frames: int) -> Array:
     """δ(t) of levels (n, 4) over so many frames, (n, frames)."""
     size, onset, end, width = levels.T[..., None]
-    t, width = np.arange(frames), np.maximum(width, STEEPEST)
-    return np.asarray(size * (kernel((t - onset) / width) - kernel((t - end) / width)))
+    edges = np.array([onset, end])
+    rises, falls = kernel((np.arange(frames) - edges) / np.maximum(width, STEEPEST))
+    return np.asarray(size * (rises - falls))
 
 
 def guess(offset: Array) -> Level | None:
