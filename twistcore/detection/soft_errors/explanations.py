@@ -39,7 +39,6 @@ ONSETS = (0.2, 0.6)
 AS_LONG, WIDENED = 0.6, (1.0, 3.0)
 WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, in which they are sought
 
-
 Frames: TypeAlias = tuple[int, int]  # [start, stop)
 
 
@@ -88,7 +87,7 @@ class Explanations:
         self._stretch = surprise.stretch(place.row, low, high - low)
         self._price = COVERED * surprise.price_of_a_frame(high - low)
         self._nothing = float((self._stretch.residuals(np.zeros((1, high - low))) ** 2).sum())
-        if self._nothing >= PRIOR:  # or nothing that is left of it can gain enough
+        if self._nothing >= PRIOR:  # more than there is nothing can gain
             self._try_free(spans)
 
     def best(self, fit_below: float) -> SoftError | None:

@@ -38,9 +38,9 @@ class Told:
 class Stretch:
     """The departures of so many frames, by span, probe and position; each n in all.
 
-    nodes: the frames that one is told by, (5, n), those outside as the frame behind the last one;
-    weights: of its four ends, (4, n); u and its spread in radians, and what it counts, (n,);
-    starts: the length of each span and where its departures begin.
+    nodes: the frames that one looks at, its probe's first, (5, n), the frame behind the last one
+    for those outside; weights: of the four others, (4, n); u and its spread, radians, and what it
+    counts, (n,); lengths: of its span, frames, (n,), ascending.
     """
 
     frames: int
@@ -49,19 +49,19 @@ class Stretch:
     u: Array
     spread: Array
     weight: Array
-    starts: tuple[tuple[int, int], ...]
+    lengths: Index
 
     def longer(self, shortest: float) -> Stretch:
-        """The same, told by the spans that are at least so long, frames."""
-        many = next((at for length, at in self.starts if length >= shortest), len(self.u))
+        """Only what spans tell that are at least so long, frames."""
+        told = slice(int(np.searchsorted(self.lengths, shortest)), None)
         return Stretch(
             self.frames,
-            self.nodes[:, many:],
-            self.weights[:, many:],
-            self.u[many:],
-            self.spread[many:],
-            self.weight[many:],
-            tuple((length, at - many) for length, at in self.starts if at >= many),
+            self.nodes[:, told],
+            self.weights[:, told],
+            self.u[told],
+            self.spread[told],
+            self.weight[told],
+            self.lengths[told],
         )
 
     def departures(self, courses: Array) -> Array:
@@ -103,11 +103,9 @@ class Stretch:
 
 def stretch(low: int, frames: int, told: Sequence[Told]) -> Stretch:
     """The stretch of so many frames from `low` on, told by spans from the shortest on."""
-    nodes, weights, starts, many = [], [], [], 0
+    nodes, weights = [], []
     for t in told:
         at, by = t.span.nodes(t.first, t.u.shape[1])
-        starts.append((t.span.length, many))
-        many += t.u.size
         nodes.append(at.reshape(len(at), -1))
         weights.append(np.repeat(by, t.u.shape[1], axis=1))
     at = np.concatenate([np.zeros((5, 0), dtype=np.intp), *nodes], axis=1) - low
@@ -120,5 +118,5 @@ def stretch(low: int, frames: int, told: Sequence[Told]) -> Stretch:
         np.concatenate(
             [np.zeros(0), *(np.broadcast_to(t.weight, t.u.shape).ravel() for t in told)]
         ),
-        tuple(starts),
+        np.repeat([t.span.length for t in told], [t.u.size for t in told]),
     )
