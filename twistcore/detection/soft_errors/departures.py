@@ -10,10 +10,11 @@ the span the less.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
+from twistcore.detection.prediction import Index
 from twistcore.rotation import Array
 
 # Spans in seconds, each about 4/3 to 3/2 of the one before: 8, 12, 16 … 384 frames at 120 Hz.
@@ -63,6 +64,19 @@ class Span:
                 out[k] -= weight * node
         return out
 
+    def nodes(self, first: int, many: int) -> tuple[Index, Array]:
+        """The frames that departures at so many positions from `first` on are told by, and how.
+
+        The probe and the four ends of its bridge, (5, probes, positions); what :meth:`departures`
+        takes the ends by, (4, probes).
+        """
+        h, n = self.reach, self.length
+        inside = [round(probe * n) for probe in PROBES]
+        begin = self.step * (first + np.arange(many))
+        frames = np.array([[h + i, 0, h, h + n, 2 * h + n] for i in inside]).T
+        weights = np.array([bridge_weights(i / n, n, h) for i in inside]).T
+        return frames[..., None] + begin, weights
+
 
 def spans(fps: float, frames: int) -> tuple[Span, ...]:
     """All spans that fit a clip of so many frames at least twice."""
@@ -94,15 +108,22 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
     first, last = start - 1, stop
     before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)
     length = last - first
-    t = np.arange(1, length) / length
-    rise = t * t * (3.0 - 2.0 * t)
+    from_first, from_last, by_in, by_out = _cubic(length)
     ends = level[..., first, None], level[..., last, None]
     mean = (ends[1] - ends[0]) / length
     slope_in = (ends[0] - level[..., first - before, None]) / before if before else mean
     slope_out = (level[..., last + behind, None] - ends[1]) / behind if behind else mean
     return np.asarray(
-        (1.0 - rise) * ends[0]
-        + rise * ends[1]
-        + t * (1.0 - t) ** 2 * length * slope_in
-        - t * t * (1.0 - t) * length * slope_out
+        from_first * ends[0] + from_last * ends[1] + by_in * slope_in - by_out * slope_out
     )
+
+
+@lru_cache(maxsize=1024)
+def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
+    """Weights of a cubic's ends and of its slopes a frame, at the frames between, (length − 1,)."""
+    t = np.arange(1, length) / length
+    rise = t * t * (3.0 - 2.0 * t)
+    found = 1.0 - rise, rise, t * (1.0 - t) ** 2 * length, t * t * (1.0 - t) * length
+    for weights in found:
+        weights.setflags(write=False)
+    return found

@@ -23,6 +23,12 @@ GROWTH = 1.7  # of σ with the length of a span, where it cannot be measured
 SAMPLES, STEPS = 800, 8  # of the fit of β
 QUIET_SHARE, QUIET = 0.35, 2.2  # the quantile of |u| that errors leave alone, as a share of σ
 BEYOND = 6.0  # σ from which an increment is no natural one
+CAP = 14.0  # nats: beyond, one departure is as unlikely as another
+
+
+def cost(z: Array, cap: float = CAP) -> Array:
+    """Negative log likelihood of a departure of z standard deviations, given x + y; ≤ cap."""
+    return np.minimum(0.5 * (NU + 2.0) * np.log1p(z * z / (NU + 1.0)), cap)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,57 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from twistcore.detection.prediction import Index, Mask
-from twistcore.detection.soft_errors.soft_error import SEEN, SoftError
-from twistcore.detection.soft_errors.softened_level import (
-    KERNELS,
-    Level,
-    course,
-    fitted,
-    guess,
-    ramp,
-)
-from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise, cost
+from twistcore.detection.soft_errors.explanations import FREE_AT, PRIOR, Explanations, Seed
+from twistcore.detection.soft_errors.natural_scale import cost
+from twistcore.detection.soft_errors.soft_error import SoftError
+from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise
 from twistcore.rotation import Array
 
 SEED = 18.0  # nats of the three probes of a span
 NEAR = 0.8  # of SEED, at another span of the same place
-PRIOR = 45.0  # nats that an interval must gain, own and in its limb: clean motion gains up to 30
 OF_LIMB = 0.7  # of what an interval gains in its own chain it must gain in its limb
-LEVEL_PRICE = 8.0  # of the four numbers of a softened level
-COVERED = 4.0  # nats for what a departure costs on average and for leaving it free
-CLOSE = 3.0  # σ from which a residual has little more to say
-FREE_AT = 10.0  # σ that an offset needs before its course is taken as it is
-LEAST = float(np.radians(2.0))  # of an error that is told by natural motion alone
-HOLE = 3  # frames below the threshold inside of an interval
-WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
-SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
-MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are tried
-# Levels around a seed of which the likeliest are fitted: by its span, their lengths and places; by
-# their length, their onsets. They are told by spans nearly as long and longer: short ones tell
-# nothing of a level that is not there to the frame.
-LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
-PLACES = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)
-ONSETS = (0.2, 0.6)
-AS_LONG, WIDENED = 0.6, (1.0, 3.0)
-WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, in which they are sought
 IN_VAIN = 20  # seeds of a limb that nothing explains, one after the other, before it is left
-
-
-@dataclass(frozen=True)
-class Seed:
-    """A span that departs too far: rank of the span, its position, its middle frame."""
-
-    gain: float
-    row: int
-    at: int
-    position: int
-    middle: int
-    length: int
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
@@ -73,12 +36,14 @@ class Search:
         self._surprise, self._limb = surprise, limb
         self._gain: dict[tuple[int, int], Array] = {}
         self._top: dict[tuple[int, int], Seed | None] = {}
+        self._explained: dict[int, dict[Seed, Explanations]] = {}
         self._done: dict[int, Mask] = {r: np.zeros(surprise.frames, dtype=bool) for r in limb}
         for row in limb:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Gains of a row's spans anew, and the best of each."""
+        """Gains of a row's spans anew, and the best of each; what explained its seeds is gone."""
+        self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
             self._top[row, k] = self._seed(row, k)
@@ -167,131 +132,14 @@ class Search:
         """
         found: list[SoftError] = []
         for place in sorted(places, key=lambda s: s.length):
-            one = self._explained(row, place, FREE_AT)
+            # Seeds near one that nothing explained lead to the same spans again.
+            known = self._explained[row]
+            if place not in known:
+                known[place] = Explanations(self._surprise, place)
+            one = known[place].best(FREE_AT)
             if one is None:
                 continue
             if self._surprise.seed_left(row, one.start, one.offset) < SEED:
-                return self._explained(row, place, math.inf) or one
+                return known[place].best(math.inf) or one
             found.append(one)
         return max(found, key=lambda f: f.gain / math.sqrt(len(f.offset)), default=None)
-
-    def _explained(self, row: int, place: Seed, fit_below: float) -> SoftError | None:
-        """The course of an offset in a row that leaves least to be surprised at.
-
-        fit_below: of how many σ an offset is still tried to be a softened level.
-        """
-        surprise = self._surprise
-        spans = self._proposed(row, place)
-        if not spans:
-            return None
-        margin = max(min(max(b - a for a, b in spans) // 2, 60), 8)
-        reach = min(WIDEST * place.length, FARTHEST)
-        low = max(min(min(a for a, _ in spans) - margin, place.middle - reach), 0)
-        high = min(max(max(b for _, b in spans) + margin, place.middle + reach), surprise.frames)
-        price = COVERED * surprise.price_of_a_frame(high - low)
-
-        known: dict[tuple[int, int], tuple[float, Array, float]] = {}
-        nothing = float((surprise.residuals(row, low, np.zeros((1, high - low))) ** 2).sum())
-
-        def judge(some: set[tuple[int, int]]) -> None:
-            new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
-            if not new:
-                return
-            offsets = np.zeros((len(new), high - low))
-            sigmas = []
-            for n, (a, b) in enumerate(new):
-                offsets[n, a - low : b - low], sigma = surprise.free_offset(row, a, b)
-                sigmas.append(sigma)
-            left = (surprise.residuals(row, low, offsets) ** 2).sum(axis=1)
-            for n, (a, b) in enumerate(new):
-                known[a, b] = float(left[n]) + price * (b - a), offsets[n], sigmas[n]
-
-        inner = {(max(a, 1), min(b, surprise.frames - 1)) for a, b in spans}
-        judge({p for p in inner if p[0] < p[1]})
-        if not known:
-            return None
-        for moves in MOVES:
-            best = min(known, key=lambda p: known[p][0])
-            a, b = best
-            tried = {(a + d * m, b) for m in moves for d in (-1, 1)}
-            tried |= {(a, b + d * m) for m in moves for d in (-1, 1)}
-            judge({(max(p, 1), min(q, surprise.frames - 1)) for p, q in tried if p < q})
-        a, b = min(known, key=lambda p: known[p][0])
-        value, offset, sigma = known[a, b]
-        ratio = float(np.abs(offset).max()) / sigma
-        if ratio < fit_below or nothing - value < PRIOR:
-            rivals = [(value, offset, sigma)] if ratio >= FREE_AT else []
-            starts = [(s, ratio / CLOSE) for s in (guess(offset),) if s is not None]
-            starts += self._likely_levels(row, place, low, high)
-            for start, coarsest in starts:
-                for kernel in KERNELS:
-                    shape, left = fitted(
-                        start,
-                        kernel,
-                        high - low,
-                        lambda o, wider: surprise.residuals(row, low, o, wider),
-                        coarsest,
-                    )
-                    rivals.append((left + LEVEL_PRICE, shape, 0.5 * sigma))
-                    at = low + np.flatnonzero(np.abs(shape) > SEEN)
-                    if ratio >= FREE_AT and len(at):
-                        hull = max(int(at[0]), 1), min(int(at[-1]) + 1, surprise.frames - 1)
-                        judge({hull})
-                        rivals.append(known.get(hull, rivals[-1]))
-            if not rivals:
-                return None
-            value, offset, sigma = min(rivals, key=lambda r: r[0])
-        seen = np.flatnonzero(np.abs(offset) > SEEN)
-        if nothing - value < PRIOR or not len(seen):
-            return None
-        offset = offset[seen[0] : seen[-1] + 1]
-        if np.abs(offset).max() < LEAST:
-            return None
-        return SoftError(row, low + int(seen[0]), offset, nothing - value, sigma)
-
-    def _likely_levels(
-        self, row: int, place: Seed, low: int, high: int
-    ) -> list[tuple[Level, float]]:
-        """The levels around a seed that explain u best, and how far scales were widened for it."""
-        lengths = place.length * np.array(LENGTHS)
-        n, shift, onset = (v.ravel() for v in np.meshgrid(lengths, PLACES, ONSETS))
-        start = place.middle - low + shift * np.maximum(n, place.length) - 0.5 * n
-        levels = np.stack([np.ones_like(n), start, start + n, np.maximum(onset * n, 3.0)], axis=1)
-        levels = levels[(start > 0.0) & (start + n < high - low)]
-        courses = course(levels, ramp, high - low)
-        found = []
-        for wider in WIDENED if len(levels) else ():
-            scales = wider, AS_LONG * place.length
-            levels[:, 0] = self._surprise.sizes(row, low, courses, *scales)
-            left = self._surprise.residuals(row, low, levels[:, :1] * courses, *scales)
-            best = levels[(left**2).sum(axis=1).argmin()]
-            found.append((Level(*best.tolist()), wider))
-        return found
-
-    def _proposed(self, row: int, place: Seed) -> set[tuple[int, int]]:
-        """Frames [start, stop) that an error which shows in a span may have."""
-        surprise, half = self._surprise, place.length / 2
-        found: set[tuple[int, int]] = set()
-        for factor in WINDOWS:
-            for before, behind in SHIFTS:
-                reach = half * factor + HOLE
-                low = int(max(2, place.middle - reach * before))
-                high = int(min(surprise.frames - 3, place.middle + reach * behind))
-                if high - low < HOLE:
-                    continue
-                offset, sigma = surprise.free_offset(row, low, high)
-                size = np.abs(offset)
-                inner = size[
-                    max(0, int(place.middle - half) - low) : int(place.middle + half) - low
-                ]
-                top = float(inner.max(initial=0.0))
-                if top < 0.5 * SMALLEST:
-                    continue
-                for least in (2.0 * sigma, 4.0 * sigma, 0.05 * top, 0.15 * top):
-                    at = np.flatnonzero(size > min(max(least, SEEN), 0.5 * top))
-                    for run in np.split(at, np.flatnonzero(np.diff(at) > HOLE) + 1):
-                        meets = run[0] + low <= place.middle + half
-                        meets &= run[-1] + low >= place.middle - half
-                        if meets and run[-1] - run[0] > place.length // 4:
-                            found.add((low + int(run[0]), low + int(run[-1]) + 1))
-        return found

@@ -36,7 +36,7 @@ class Level(NamedTuple):
 
 def ramp(t: Array) -> Array:
     """From 0 at −½ to 1 at ½, evenly."""
-    return np.asarray(np.clip(t + 0.5, 0.0, 1.0))
+    return np.asarray(np.minimum(np.maximum(t + 0.5, 0.0), 1.0))
 
 
 def filtered(t: Array) -> Array:
@@ -55,8 +55,9 @@ KERNELS: tuple[Callable[[Array], Array], ...] = (ramp, filtered)
 def course(levels: Array, kernel: Callable[[Array], Array], frames: int) -> Array:
     """δ(t) of levels (n, 4) over so many frames, (n, frames)."""
     size, onset, end, width = levels.T[..., None]
-    t, width = np.arange(frames), np.maximum(width, STEEPEST)
-    return np.asarray(size * (kernel((t - onset) / width) - kernel((t - end) / width)))
+    edges = np.array([onset, end])
+    rises, falls = kernel((np.arange(frames) - edges) / np.maximum(width, STEEPEST))
+    return np.asarray(size * (rises - falls))
 
 
 def guess(offset: Array) -> Level | None:
@@ -104,25 +105,28 @@ def _descended(
     damping, best = 1e-2, np.inf
     course_ = np.zeros(frames)
     step: Array = np.zeros(len(_AT))
-    slopes, rest = np.zeros((len(_AT), 1)), np.zeros(1)
+    curvature, down = np.zeros((len(_AT), len(_AT))), np.zeros(len(_AT))
     for _ in range(MOST_STEPS):
         tried = number + step
-        by = _STEPS * np.maximum(np.abs(tried), 1.0)
-        courses = course(np.vstack([tried, tried + np.diag(by)]) * _AT, kernel, frames)
-        left = residuals(courses, wider)
-        value = float(left[0] @ left[0])
+        here = course(tried[None] * _AT, kernel, frames)
+        left = residuals(here, wider)[0]
+        value = float(left @ left)
         if value < best:
             gained = best - value
-            number, best, course_, rest = tried, value, courses[0], left[0]
-            slopes = (left[1:] - left[0]) / by[:, None]
+            number, best, course_ = tried, value, here[0]
             damping = max(0.2 * damping, 1e-6)
             if gained < ENOUGH:
                 break
+            # Four courses more, only where a step is made from here.
+            by = _STEPS * np.maximum(np.abs(number), 1.0)
+            beside = course((number + np.diag(by)) * _AT, kernel, frames)
+            slopes = (residuals(beside, wider) - left) / by[:, None]
+            curvature, down = slopes @ slopes.T, slopes @ left
         else:
             damping *= 8.0
             if damping > 1e4:
                 break
-        curvature = slopes @ slopes.T
-        curvature += damping * np.diag(np.diag(curvature) + 1e-9)
-        step = np.asarray(-np.linalg.solve(curvature, slopes @ rest), dtype=np.float64)
+        damped = curvature.copy()
+        damped.flat[:: len(_AT) + 1] += damping * (curvature.diagonal() + 1e-9)
+        step = np.asarray(-np.linalg.solve(damped, down), dtype=np.float64)
     return number, course_, best

@@ -7,15 +7,17 @@ x + y, over all spans that fit.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from bisect import bisect_left
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.prediction import FLOOR, Mask
+from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.departures import PROBES, Span, bridge, spans
-from twistcore.detection.soft_errors.natural_scale import NU, Natural, natural_scales
+from twistcore.detection.soft_errors.natural_scale import NU, Natural, cost, natural_scales
+from twistcore.detection.soft_errors.stretch import Stretch, Told, stretch
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.rotation import (
     Array,
@@ -24,20 +26,13 @@ from twistcore.rotation import (
     quaternion_from_axis_angle,
 )
 
-CAP = 14.0  # nats: beyond, one departure is as unlikely as another
 # Neighbouring departures of a span tell much the same: of three probes at four positions a span,
 # so much counts.
 WEIGHT = 0.175
 SMALLEST = float(np.radians(1.5))  # departures below are never asked for
 LEAST_AROUND = 6  # frames around an error in which nothing may be left
 SEED_CAP = 20.0  # nats of a probe that a search begins at
-SIZING = 6  # rounds by which a size is found
 LONGEST = 2.0  # spans up to so many times as long as a stretch tell of it
-
-
-def cost(z: Array, cap: float = CAP) -> Array:
-    """Negative log likelihood of a departure of z standard deviations, given x + y; ≤ cap."""
-    return np.minimum(0.5 * (NU + 2.0) * np.log1p(z * z / (NU + 1.0)), cap)
 
 
 @dataclass(eq=False)
@@ -152,66 +147,16 @@ class Surprise:
             found += self._weight(a) * float(((cost(z[0]) + cost(z[1])) * here).sum())
         return found
 
-    def residuals(
-        self, row: int, low: int, offsets: Array, wider: float = 1.0, shortest: float = 0.0
-    ) -> Array:
-        """What is left of u where offsets (n, frames) from frame `low` on are taken out, (n, …).
-
-        Their squares add up to the surprise. wider: by how much all scales are widened; shortest:
-        frames of the spans that are asked at least.
-        """
-        parts = [np.zeros((len(offsets), 0))]
-        for departures, u, spread, weight in self._seen(row, low, offsets, shortest):
-            z = (u - departures) / (wider * spread)
-            parts.append((np.sign(z) * np.sqrt(weight * cost(z))).reshape(len(offsets), -1))
-        return np.concatenate(parts, axis=1)
-
-    def sizes(
-        self, row: int, low: int, courses: Array, wider: float = 1.0, shortest: float = 0.0
-    ) -> Array:
-        """How many times courses (n, frames) from frame `low` on explain u best, (n,)."""
-        parts = [
-            (
-                (departures / (wider * spread)).reshape(len(courses), -1),
-                np.ravel(u / (wider * spread)),
-                np.broadcast_to(weight, u.shape).ravel(),
-            )
-            for departures, u, spread, weight in self._seen(row, low, courses, shortest)
-        ]
-        if not parts:
-            return np.zeros(len(courses))
-        by, of, weight = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
-        trust = np.broadcast_to(weight, by.shape)
-        for _ in range(SIZING):
-            over = np.maximum((trust * by * by).sum(axis=1), FLOOR)
-            found = (trust * by * of).sum(axis=1) / over
-            left = of - found[:, None] * by
-            trust = weight / (NU + 1.0 + left * left)
-        return np.asarray(found)
-
-    def _seen(
-        self, row: int, low: int, courses: Array, shortest: float
-    ) -> Iterator[tuple[Array, Array, Array, Array]]:
-        """What courses (n, frames) from frame `low` on do to the departures of each span.
-
-        Their departures, (n, probes, positions); u and its spread, (1, probes, positions); weights.
-        """
-        n, length = courses.shape
-        high = low + length
-        for a in self._telling(length):
-            span = a.natural.span
-            first, last = self._positions(span, low, high, a.u.shape[-1])
-            if last <= first or span.length < shortest:
-                continue
-            begin, end = span.step * first, span.step * (last - 1) + span.support
-            level = np.zeros((n, end - begin))
-            level[:, max(low - begin, 0) : high - begin] = courses[
-                :, max(begin - low, 0) : max(end - low, 0)
-            ]
-            at = np.s_[None, :, row, first:last]
-            departures = np.moveaxis(span.departures(level), 0, 1)
-            weight = np.asarray(self._weight(a) * a.usable[first:last])
-            yield departures, a.u[at], a.spread[at], weight
+    def stretch(self, row: int, low: int, frames: int) -> Stretch:
+        """What the spans that meet so many frames of a row from `low` on tell of them."""
+        told = []
+        for a in self._telling(frames):
+            first, last = self._positions(a.natural.span, low, low + frames, a.u.shape[-1])
+            if last > first:
+                at = np.s_[:, row, first:last]
+                weight = np.asarray(self._weight(a) * a.usable[first:last])
+                told.append(Told(a.natural.span, first, a.u[at], a.spread[at], weight))
+        return stretch(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
         """The most that the probes of a span around an error say when it is taken out, nats.
@@ -260,28 +205,33 @@ class Surprise:
         """
         reach = self.spans[0].reach
         low, high = max(start - 1 - reach, 0), min(stop + 1 + reach, self.frames)
-        x, y = (np.cumsum(v[row, low:high]) for v in (self.x, self.y))
-        at = slice(start - low, stop - low)
-        dx, dy = (u[at] - bridge(u, at.start, at.stop, reach) for u in (x, y))
+        levels = np.array([self.x[row, low:high], self.y[row, low:high]]).cumsum(axis=1)
+        a, b = start - low, stop - low
+        dx, dy = levels[:, a:b] - bridge(levels, a, b, reach)
         beta, sigma = self.scale(row, start, stop)
         return dx - beta * (dx + dy), sigma
 
     def scale(self, row: int, start: int, stop: int) -> tuple[float, float]:
         """β and σ of a bridge over [start, stop), between those of the spans around its length."""
         length = max(stop - start, 1)
-        lengths = [a.natural.span.length for a in self.at]
-        k = int(np.searchsorted(lengths, length))
-        near = (max(k - 1, 0), min(k, len(lengths) - 1))
+        lengths = [s.length for s in self.spans]
+        k = bisect_left(lengths, length)
         values = []
-        for j in near:
+        for j in (max(k - 1, 0), min(k, len(lengths) - 1)):
             n = self.at[j].natural
             middle = (start + stop - n.span.support) // 2 // n.span.step
-            position = int(np.clip(middle, 0, n.sigma.shape[-1] - 1))
+            position = min(max(middle, 0), n.sigma.shape[-1] - 1)
             values.append((n.beta[row], n.sigma[len(PROBES) // 2, row, position]))
         (beta0, sigma0), (beta1, sigma1) = values
-        share = 0.0
-        if near[0] != near[1]:
-            share = np.log(length / lengths[near[0]]) / np.log(lengths[near[1]] / lengths[near[0]])
-        share = float(np.clip(share, 0.0, 1.0))
+        share = _share(length, lengths[max(k - 1, 0)], lengths[min(k, len(lengths) - 1)])
         beta = (1.0 - share) * beta0 + share * beta1
         return float(beta), float(sigma0 ** (1.0 - share) * sigma1**share)
+
+
+@lru_cache(maxsize=1024)
+def _share(length: int, shorter: int, longer: int) -> float:
+    """How far a length lies between two others by its logarithm, 0…1."""
+    if shorter == longer:
+        return 0.0
+    share = np.log(length / shorter) / np.log(longer / shorter)
+    return float(np.clip(share, 0.0, 1.0))

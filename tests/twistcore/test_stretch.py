@@ -1,0 +1,89 @@
+"""What is put together once for a stretch tells what each span tells by itself."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.twistcore.test_soft_errors import SHAPES, clip, erring, surprise_of
+from twistcore.detection.soft_errors.explanations import FREE_AT, Explanations, Seed
+from twistcore.detection.soft_errors.natural_scale import cost
+from twistcore.detection.soft_errors.softened_level import course, ramp
+from twistcore.detection.soft_errors.surprise import LONGEST
+
+ROW, START, MIDDLE = "LeftArm", 150, 165
+LEVELS = np.array([[0.5, 9.0, 21.0, 4.0], [-0.2, 1.0, 30.0, 11.0], [0.0, 5.0, 9.0, 3.0]])
+
+
+@pytest.fixture(scope="module")
+def measured():
+    """A clip with a soft error in ROW and a cut behind it, measured; the row."""
+    _, dirty = erring(clip("walk.bvh", "rich"), ROW, START, SHAPES["ramp of 8"])
+    surprise, rows = surprise_of(dirty)
+    surprise.cut[205] = True
+    bad = np.zeros((surprise.rows, surprise.frames), dtype=bool)
+    bad[:, START : START + 30] = True
+    surprise.measure(bad)
+    return surprise, rows[ROW]
+
+
+def one_by_one(surprise, row, low, courses, wider, shortest):
+    """Residuals of courses from the departures of whole levels, one span after the other."""
+    frames = courses.shape[1]
+    level = np.zeros((len(courses), surprise.frames))
+    level[:, low : low + frames] = courses
+    out = []
+    for a in surprise.at:
+        span = a.natural.span
+        if not shortest <= span.length <= LONGEST * frames:
+            continue
+        first = span.step * np.arange(a.u.shape[-1])
+        meets = (first < low + frames) & (first + span.support > low)
+        departures = np.moveaxis(span.departures(level), 0, 1)[..., meets]
+        z = (a.u[:, row, meets] - departures) / (wider * a.spread[:, row, meets])
+        weight = surprise._weight(a) * a.usable[meets]
+        out.append((np.sign(z) * np.sqrt(weight * cost(z))).reshape(len(courses), -1))
+    return np.concatenate(out, axis=1)
+
+
+@pytest.mark.parametrize("low", [0, 140, 190, -32])  # at both ends, at the error, by the cut
+@pytest.mark.parametrize(("wider", "shortest"), [(1.0, 0.0), (2.5, 13.0)])
+def test_residuals_of_a_stretch_are_those_of_its_spans(measured, low, wider, shortest):
+    surprise, row = measured
+    low %= surprise.frames
+    courses = course(LEVELS, ramp, 32)
+    found = surprise.stretch(row, low, 32).longer(shortest).residuals(courses, wider)
+    expected = one_by_one(surprise, row, low, courses, wider, shortest)
+    assert found.shape == expected.shape
+    assert found.shape[1] > 50
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+def test_no_span_tells_of_a_stretch_when_all_are_too_short(measured):
+    surprise, row = measured
+    stretch = surprise.stretch(row, 100, 32).longer(1000.0)
+    assert stretch.residuals(np.ones((2, 32))).shape == (2, 0)
+
+
+def seeds(surprise, row):
+    for k in (2, 4, 6):
+        span = surprise.at[k].natural.span
+        position = (MIDDLE - span.support // 2) // span.step
+        middle = span.step * position + span.reach + span.length // 2
+        yield Seed(20.0, row, k, position, middle, span.length)
+
+
+def test_what_explains_a_seed_is_the_same_however_often_it_is_asked(measured):
+    surprise, row = measured
+    explained = 0
+    for seed in seeds(surprise, row):
+        one, other = Explanations(surprise, seed), Explanations(surprise, seed)
+        first = [one.best(f) for f in (FREE_AT, math.inf, FREE_AT, math.inf)]
+        second = [other.best(f) for f in (math.inf, FREE_AT)]
+        for e, f in zip(first, second[::-1] * 2, strict=True):
+            assert (e is None) == (f is None)
+            if e is not None:
+                explained += 1
+                assert (e.start, e.gain, e.sigma) == (f.start, f.gain, f.sigma)
+                np.testing.assert_array_equal(e.offset, f.offset)
+    assert explained >= 4

@@ -1,0 +1,214 @@
+"""What explains a seed of a soft error in a chain: an offset as it is, or a softened level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from twistcore.detection.soft_errors.soft_error import SEEN, SoftError
+from twistcore.detection.soft_errors.softened_level import (
+    KERNELS,
+    Level,
+    course,
+    fitted,
+    guess,
+    ramp,
+)
+from twistcore.detection.soft_errors.stretch import Stretch
+from twistcore.detection.soft_errors.surprise import SMALLEST, Surprise
+from twistcore.rotation import Array
+
+PRIOR = 45.0  # nats that an interval must gain, own and in its limb: clean motion gains up to 30
+LEVEL_PRICE = 8.0  # of the four numbers of a softened level
+COVERED = 4.0  # nats for what a departure costs on average and for leaving it free
+CLOSE = 3.0  # σ from which a residual has little more to say
+FREE_AT = 10.0  # σ that an offset needs before its course is taken as it is
+LEAST = float(np.radians(2.0))  # of an error that is told by natural motion alone
+HOLE = 3  # frames below the threshold inside of an interval
+WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
+SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
+MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are tried
+# Levels around a seed of which the likeliest are fitted: by its span, their lengths and places; by
+# their length, their onsets. They are told by spans nearly as long and longer: short ones tell
+# nothing of a level that is not there to the frame.
+LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
+PLACES = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)
+ONSETS = (0.2, 0.6)
+AS_LONG, WIDENED = 0.6, (1.0, 3.0)
+WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, in which they are sought
+
+Frames: TypeAlias = tuple[int, int]  # [start, stop)
+
+
+class Tried(NamedTuple):
+    """An offset over the frames of a stretch, what it leaves and costs, nats, and its σ."""
+
+    left: float
+    offset: Array
+    sigma: float
+
+
+NONE = Tried(np.inf, np.zeros(0), 0.0)
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A span that departs too far: rank of the span, its position, its middle frame."""
+
+    gain: float
+    row: int
+    at: int
+    position: int
+    middle: int
+    length: int
+
+
+class Explanations:
+    """What may explain a seed in its row: judged once, whatever is asked of it.
+
+    Free offsets over frames around the seed are tried at once, softened levels when asked for.
+    """
+
+    def __init__(self, surprise: Surprise, place: Seed) -> None:
+        self._surprise, self._place = surprise, place
+        self._known: dict[Frames, Tried] = {}
+        self._free: Tried | None = None
+        self._levelled: Tried | None = None
+        spans = _proposed(surprise, place)
+        if not spans:
+            return
+        margin = max(min(max(b - a for a, b in spans) // 2, 60), 8)
+        reach = min(WIDEST * place.length, FARTHEST)
+        low = max(min(min(a for a, _ in spans) - margin, place.middle - reach), 0)
+        high = min(max(max(b for _, b in spans) + margin, place.middle + reach), surprise.frames)
+        self._low, self._high = low, high
+        self._stretch = surprise.stretch(place.row, low, high - low)
+        self._price = COVERED * surprise.price_of_a_frame(high - low)
+        self._nothing = float((self._stretch.residuals(np.zeros((1, high - low))) ** 2).sum())
+        if self._nothing >= PRIOR:  # more than there is nothing can gain
+            self._try_free(spans)
+
+    def best(self, fit_below: float) -> SoftError | None:
+        """The course of an offset that leaves least to be surprised at.
+
+        fit_below: of how many σ an offset is still tried to be a softened level.
+        """
+        best = self._free
+        if best is None:
+            return None
+        ratio = float(np.abs(best.offset).max()) / best.sigma
+        if ratio < fit_below or self._nothing - best.left < PRIOR:
+            if self._levelled is None:
+                self._levelled = self._tried_as_level(best, ratio)
+            best = self._levelled
+        seen = np.flatnonzero(np.abs(best.offset) > SEEN)
+        gain = self._nothing - best.left
+        if gain < PRIOR or not len(seen):
+            return None
+        offset = best.offset[seen[0] : seen[-1] + 1]
+        if np.abs(offset).max() < LEAST:
+            return None
+        return SoftError(self._place.row, self._low + int(seen[0]), offset, gain, best.sigma)
+
+    def _within(self, a: int, b: int) -> Frames:
+        return max(a, 1), min(b, self._surprise.frames - 1)
+
+    def _try_free(self, spans: set[Frames]) -> None:
+        """The offset that is left free over the frames where it leaves least."""
+        known = self._known
+        inner = {self._within(*p) for p in spans}
+        self._judge({p for p in inner if p[0] < p[1]})
+        if not known:
+            return
+        for moves in MOVES:
+            a, b = min(known, key=lambda p: known[p].left)
+            tried = {(a + d * m, b) for m in moves for d in (-1, 1)}
+            tried |= {(a, b + d * m) for m in moves for d in (-1, 1)}
+            self._judge({self._within(p, q) for p, q in tried if p < q})
+        self._free = min(known.values(), key=lambda t: t.left)
+
+    def _judge(self, some: set[Frames]) -> None:
+        """Free offsets over frames that are not known yet."""
+        low, high, known = self._low, self._high, self._known
+        new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
+        if not new:
+            return
+        offsets = np.zeros((len(new), high - low))
+        sigmas = []
+        for n, (a, b) in enumerate(new):
+            free, sigma = self._surprise.free_offset(self._place.row, a, b)
+            offsets[n, a - low : b - low] = free
+            sigmas.append(sigma)
+        left = (self._stretch.residuals(offsets) ** 2).sum(axis=1)
+        for n, (a, b) in enumerate(new):
+            known[a, b] = Tried(float(left[n]) + self._price * (b - a), offsets[n], sigmas[n])
+
+    def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
+        """The softened level that leaves least, or an offset where one of many σ leaves less."""
+        stretch, place, low = self._stretch, self._place, self._low
+        rivals = [free] if ratio >= FREE_AT else []
+        starts = [(s, ratio / CLOSE) for s in (guess(free.offset),) if s is not None]
+        starts += _likely_levels(stretch, place.length, place.middle - low)
+        for start, coarsest in starts:
+            for kernel in KERNELS:
+                shape, left = fitted(start, kernel, stretch.frames, stretch.residuals, coarsest)
+                rivals.append(Tried(left + LEVEL_PRICE, shape, 0.5 * free.sigma))
+                at = low + np.flatnonzero(np.abs(shape) > SEEN)
+                if ratio >= FREE_AT and len(at):
+                    hull = self._within(int(at[0]), int(at[-1]) + 1)
+                    self._judge({hull})
+                    rivals.append(self._known.get(hull, rivals[-1]))
+        return min(rivals, key=lambda r: r.left, default=NONE)
+
+
+def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
+    """Frames [start, stop) that an error which shows in a span may have."""
+    half = place.length / 2
+    found: set[Frames] = set()
+    for factor in WINDOWS:
+        for before, behind in SHIFTS:
+            reach = half * factor + HOLE
+            low = int(max(2, place.middle - reach * before))
+            high = int(min(surprise.frames - 3, place.middle + reach * behind))
+            if high - low < HOLE:
+                continue
+            offset, sigma = surprise.free_offset(place.row, low, high)
+            size = np.abs(offset)
+            inner = size[max(0, int(place.middle - half) - low) : int(place.middle + half) - low]
+            top = float(inner.max(initial=0.0))
+            if top < 0.5 * SMALLEST:
+                continue
+            for least in (2.0 * sigma, 4.0 * sigma, 0.05 * top, 0.15 * top):
+                at = np.flatnonzero(size > min(max(least, SEEN), 0.5 * top))
+                gaps = np.flatnonzero(at[1:] - at[:-1] > HOLE).tolist()
+                begins, ends = at[[0, *(g + 1 for g in gaps)]], at[[*gaps, -1]]
+                for a, b in zip((begins + low).tolist(), (ends + low).tolist(), strict=True):
+                    meets = a <= place.middle + half and b >= place.middle - half
+                    if meets and b - a > place.length // 4:
+                        found.add((a, b + 1))
+    return found
+
+
+def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
+    """The levels around a seed that explain u best, and how far scales were widened for it.
+
+    length, middle: of the seed's span, in frames of the stretch.
+    """
+    n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
+    start = middle + shift * np.maximum(n, length) - 0.5 * n
+    levels = np.stack([np.ones_like(n), start, start + n, np.maximum(onset * n, 3.0)], axis=1)
+    levels = levels[(start > 0.0) & (start + n < stretch.frames)]
+    if not len(levels):
+        return []
+    courses = course(levels, ramp, stretch.frames)
+    told = stretch.longer(AS_LONG * length)
+    departures = told.departures(courses)
+    found = []
+    for wider in WIDENED:
+        levels[:, 0] = told.sizes(departures, wider)
+        left = told.residuals(levels[:, :1] * courses, wider)
+        best = levels[(left**2).sum(axis=1).argmin()]
+        found.append((Level(*best.tolist()), wider))
+    return found

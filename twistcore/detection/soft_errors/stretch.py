@@ -1,0 +1,122 @@
+"""What the spans that meet a stretch of a chain tell of it, all in one line of departures.
+
+A search tries hundreds of offsets over the same few frames. Which frames each departure looks at,
+and how surprising it is, is the same for all of them: so it is put together once, and the
+departures of every span are one array operation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.detection.prediction import FLOOR, Index
+from twistcore.detection.soft_errors.departures import Span
+from twistcore.detection.soft_errors.natural_scale import NU, cost
+from twistcore.rotation import Array
+
+SIZING = 6  # rounds by which a size is found
+
+
+@dataclass(frozen=True)
+class Told:
+    """What one span tells of a stretch: positions from `first` on, which meet it.
+
+    u, spread: (probes, positions), radians; weight: (positions,), 0 where a cut lies under one.
+    """
+
+    span: Span
+    first: int
+    u: Array
+    spread: Array
+    weight: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """The departures of so many frames, by span, probe and position; each n in all.
+
+    nodes: the frames that one looks at, its probe's first, (5, n), the frame behind the last one
+    for those outside; weights: of the four others, (4, n); u and its spread, radians, and what it
+    counts, (n,); lengths: of its span, frames, (n,), ascending.
+    """
+
+    frames: int
+    nodes: Index
+    weights: Array
+    u: Array
+    spread: Array
+    weight: Array
+    lengths: Index
+
+    def longer(self, shortest: float) -> Stretch:
+        """Only what spans tell that are at least so long, frames."""
+        told = slice(int(np.searchsorted(self.lengths, shortest)), None)
+        return Stretch(
+            self.frames,
+            self.nodes[:, told],
+            self.weights[:, told],
+            self.u[told],
+            self.spread[told],
+            self.weight[told],
+            self.lengths[told],
+        )
+
+    def departures(self, courses: Array) -> Array:
+        """Departures of courses (m, frames) that are 0 outside of the stretch, (m, n), radians."""
+        level = np.zeros((len(courses), self.frames + 1))
+        level[:, :-1] = courses
+        out: Array = level.take(self.nodes[0], axis=1)
+        for node, weight in zip(self.nodes[1:], self.weights, strict=True):
+            ends = level.take(node, axis=1)
+            ends *= weight
+            out -= ends
+        return out
+
+    def residuals(self, courses: Array, wider: float = 1.0) -> Array:
+        """What is left of u where courses (m, frames) are taken out, (m, n).
+
+        Their squares add up to the surprise. wider: by how much all scales are widened.
+        """
+        z = self.departures(courses)
+        np.subtract(self.u, z, out=z)
+        z /= wider * self.spread
+        left = cost(z)
+        left *= self.weight
+        return np.copysign(np.sqrt(left, out=left), z, out=left)
+
+    def sizes(self, departures: Array, wider: float = 1.0) -> Array:
+        """How many times courses of such departures (m, n) explain u best, (m,)."""
+        by, of = departures / (wider * self.spread), self.u / (wider * self.spread)
+        trust = np.broadcast_to(self.weight, by.shape)
+        found = np.zeros(len(by))
+        for _ in range(SIZING):
+            trusted = trust * by
+            over = np.maximum((trusted * by).sum(axis=1), FLOOR)
+            found = (trusted * of).sum(axis=1) / over
+            left = of - found[:, None] * by
+            trust = self.weight / (NU + 1.0 + left * left)
+        return np.asarray(found)
+
+
+def stretch(low: int, frames: int, told: Sequence[Told]) -> Stretch:
+    """The stretch of so many frames from `low` on, told by spans from the shortest on."""
+    nodes, weights = [], []
+    for t in told:
+        at, by = t.span.nodes(t.first, t.u.shape[1])
+        nodes.append(at.reshape(len(at), -1))
+        weights.append(np.repeat(by, t.u.shape[1], axis=1))
+    at = np.concatenate([np.zeros((5, 0), dtype=np.intp), *nodes], axis=1) - low
+    return Stretch(
+        frames,
+        np.where((at >= 0) & (at < frames), at, frames),
+        np.concatenate([np.zeros((4, 0)), *weights], axis=1),
+        np.concatenate([np.zeros(0), *(t.u.ravel() for t in told)]),
+        np.concatenate([np.zeros(0), *(t.spread.ravel() for t in told)]),
+        np.concatenate(
+            [np.zeros(0), *(np.broadcast_to(t.weight, t.u.shape).ravel() for t in told)]
+        ),
+        np.repeat([t.span.length for t in told], [t.u.size for t in told]),
+    )
