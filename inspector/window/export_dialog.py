@@ -11,7 +11,13 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.session.document import Document
-from inspector.session.export_files import ExportChoice, check_targets, replaced, to_look_at
+from inspector.session.export_files import (
+    ExportChoice,
+    check_targets,
+    replaced,
+    to_look_at,
+    uncorrected,
+)
 from inspector.session.session_files import EXPORT_MARK
 from inspector.widgets.background import OneTask
 from inspector.widgets.write_dialog import WriteDialog
@@ -65,6 +71,8 @@ class ExportDialog(WriteDialog):
         form.addRow("Write to", self.where)
         self.count = QLabel(", ".join(words))
         form.addRow("Intervals", self.count)
+        if document.data is not None and (stuck := uncorrected(document)):
+            form.addRow("", QLabel(stuck, wordWrap=True))
         tracking = document.review.state.tracking if document.data else None
         if tracking is not None:
             way = "causally" if tracking.causal else "both ways"

@@ -4,8 +4,10 @@ import re
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QLabel
 
 from inspector.session.export_files import ExportChoice, uncorrected
+from inspector.window.export_dialog import ExportDialog
 from tests.gui.windows import act, open_clip
 from tests.twistcore.amc_files import numbers, written
 from tests.twistcore.test_amc import LIMB, dirty
@@ -39,3 +41,14 @@ def test_its_angles_are_told_about_the_axes_of_the_bone(qtbot, window, tmp_path)
     assert [letter for letter, _ in told] == ["Z", "Y", "X"]
     shown = [float(number.replace("−", "-")) for _, number in told]
     assert shown == pytest.approx([z, y, x], abs=0.006)
+
+
+def test_the_export_says_before_what_the_figure_cannot_turn(qtbot, window, tmp_path):
+    open_clip(qtbot, window, dirty(tmp_path / "in", False))
+    act(window, "next_interval")
+    act(window, "turn_end")  # a kept foot would have to turn about an axis that it has not
+    window.document.accept_undecided()
+    dialog = ExportDialog(window.document, window)
+    qtbot.addWidget(dialog)
+    assert "rfoot" in " ".join(label.text() for label in dialog.findChildren(QLabel))
+    window.document.review.mark_saved()
