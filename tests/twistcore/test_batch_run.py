@@ -1,5 +1,6 @@
 """A batch: each clip for itself, nothing twice, nothing lost, whatever dies on the way."""
 
+import csv
 import json
 import os
 import re
@@ -10,7 +11,9 @@ from functools import partial
 import pytest
 
 from tests.conftest import ASSETS
+from tests.twistcore import amc_files
 from tests.twistcore.batch_folders import ROOT, as_its_name_says, clips
+from tests.twistcore.reviews import find_flips, flip
 from twistcore.batch.batch_run import Limits, run_batch
 from twistcore.batch.clip_task import process
 from twistcore.batch.inputs import CLIP_SUFFIXES, find_inputs
@@ -291,3 +294,30 @@ def test_an_amc_is_new_where_its_skeleton_changed(tmp_path):
     os.utime(folder / "a.asf", (1.1e9, 1.1e9))
     run(folder, out, counted(counts))
     assert counts == ["a.amc"]
+
+
+def test_what_a_file_lets_nobody_correct_is_counted_and_told_as_by_refine(
+    tmp_path, monkeypatch, capsys
+):
+    path, limb = amc_files.written(tmp_path / "in", False), "rfemur-rfoot"
+    kept, carried = flip(limb, 20, 30), flip(limb, 60, 68, carried=True)
+    find_flips(monkeypatch, kept, carried, flip("lfemur-lfoot", 80, 90, carried=True))
+    monkeypatch.setattr(
+        "twistcore.cli.batch_command._in_processes", lambda tasks, s, workers: here(tasks, s)
+    )
+    alone, out, table = tmp_path / "alone.amc", tmp_path / "out", tmp_path / "table.csv"
+    assert main(["refine", str(path), "-o", str(alone), "--kinds", "limb-flip"]) == 1
+    said = capsys.readouterr()
+    assert "2 of 3 intervals corrected" in said.out
+    sentence = said.err.strip().removeprefix(f"{path}: ")
+    assert "where its end was kept: rfoot" in sentence
+    words = ["batch", str(path), "-o", str(out), "--kinds", "limb-flip", "--csv", str(table)]
+    for _ in range(2):  # a run that does nothing says so, too
+        assert main([*words, "--refine"]) == 1
+        assert f"{path.name}: {sentence}\n" in capsys.readouterr().err
+        [row] = csv.DictReader(table.read_text("utf-8").splitlines())
+        assert (row["applied"], row["reason"], row["state"]) == ("2", sentence, "done")
+    assert (out / "corrected" / path.name).read_bytes() == alone.read_bytes()
+    [text] = results(out).values()
+    assert json.loads(text)["uncorrected"] == [sentence] == json.loads(text)["warnings"][-1:]
+    assert main(words) == 0  # nothing was to be corrected
