@@ -124,6 +124,7 @@ def test_the_command_writes_what_was_handed_over(capsys, fake, tmp_path):
         f"(out / 'arrays.npz').write_bytes(Path({str(arrays)!r}).read_bytes())\n"
         f"(out / 'answer.json').write_text({json.dumps(answer)!r})\n"
         f"Path({str(tmp_path / 'words.json')!r}).write_text(json.dumps([words, sys.argv[1:]]))\n"
+        "import tempfile\nassert tempfile.mkdtemp(prefix='blender_').startswith(words['out'])\n"
     )
     code, told, err, source, out = convert(capsys, tmp_path, program, "--take", "run")
     assert (code, err) == (0, "")
