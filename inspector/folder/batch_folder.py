@@ -10,9 +10,10 @@ from PySide6.QtCore import QObject, Signal
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.session.session_files import decided_in, kept_sessions
 from inspector.widgets.background import Task
-from twistcore.batch.clip_task import file_sha256, signature_of
+from twistcore.batch.clip_task import signature_of
 from twistcore.batch.decisions import decisions_of
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
+from twistcore.file_marks import sha256_of
 
 
 class BatchFolder(QObject):
@@ -81,5 +82,5 @@ def _is_same(path: Path, glance: ClipGlance) -> bool:
     with suppress(OSError):
         if glance.signature:
             return signature_of(path)[0] == glance.signature
-        return file_sha256(path) == glance.sha256
+        return sha256_of(path) == glance.sha256
     return False
