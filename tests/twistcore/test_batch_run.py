@@ -23,7 +23,7 @@ from twistcore.cli import main
 from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.detection import DEFAULT_METHOD as METHOD
 from twistcore.formats import _READERS
-from twistcore.processes import each
+from twistcore.processes import ProcessTimeError, each
 
 DIRTY = ASSETS / "walk_injected.bvh"
 
@@ -295,6 +295,25 @@ def test_an_amc_is_new_where_its_skeleton_changed(tmp_path):
     os.utime(folder / "a.asf", (1.1e9, 1.1e9))
     run(folder, out, counted(counts))
     assert counts == ["a.amc"]
+
+
+def test_exit_codes_where_nothing_came_out(tmp_path, monkeypatch, capsys):
+    [clip] = clips(tmp_path / "in", DIRTY, 1, 40)
+    words = ["batch", str(clip), "-o", str(tmp_path / "out")]
+
+    def too_slow(tasks, _seconds, **_):
+        return ((task, ProcessTimeError(0.01)) for task in tasks)
+
+    monkeypatch.setattr("twistcore.cli.batch_command._in_processes", too_slow)
+    assert main(words) == 1  # it can be read: another try may end otherwise
+    assert "took longer than 0.01 s and was stopped" in capsys.readouterr().err
+    monkeypatch.setattr(
+        "twistcore.cli.batch_command._in_processes", lambda tasks, s, **_: here(tasks, s)
+    )
+    assert main(["batch", str(tmp_path / "none*.bvh"), *words[1:]]) == 1  # a word names no clip
+    assert "none*.bvh: expected a clip" in capsys.readouterr().err
+    clip.write_text("HIERARCHY")
+    assert main(words) == 2
 
 
 def test_what_a_file_lets_nobody_correct_is_counted_and_told_as_by_refine(
