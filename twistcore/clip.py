@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.atomic import is_stream, same_file, write_atomically, write_companions
+from twistcore.clip_suffixes import clip_suffix
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array
 
 SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
-_FORMATS = ("bvh", "npz", "amc")  # a file named so is taken for one by every reader
 
 
 @dataclass(frozen=True)
@@ -157,8 +157,7 @@ def rewritten(clip: Clip, motion: Motion) -> Patch:
 
 def check_ending(clip: Clip, path: Path) -> None:
     """TwistError where a file's name says that it is of another format than the clip's."""
-    ending = path.suffix.lower().removeprefix(".")
-    if ending != clip.format and ending in _FORMATS:
+    if clip_suffix(path) not in ("", f".{clip.format}"):
         raise TwistError(
             f"{path}: expected a name that ends in .{clip.format}, since {clip.name} is written "
             "in its own format"

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.errors import TwistError
-from twistcore.formats import CLIP_SUFFIXES, is_other_data
+from twistcore.formats import is_other_data
 
 BVH = (".bvh",)  # for studies, whose figures are of BVH files
 

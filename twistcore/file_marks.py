@@ -14,14 +14,19 @@ _State = tuple[int, int, int]
 _marks: dict[Path, tuple[_State, str]] = {}
 
 
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file's bytes, which are read in any case; raises OSError."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 def file_mark(path: Path) -> str:
-    """SHA-256 of a file's bytes; raises OSError. Safe to call in any thread."""
+    """The same, read where the file is new or its state another. Safe to call in any thread."""
     state = _state(path)
     known = _marks.get(path)
     if known is not None and known[0] == state:
         return known[1]
-    with path.open("rb") as file:
-        mark = hashlib.file_digest(file, "sha256").hexdigest()
+    mark = sha256_of(path)
     _marks[path] = state, mark  # of the state before: changed meanwhile, it is read again
     for oldest in tuple(_marks)[:-_MOST]:
         _marks.pop(oldest, None)

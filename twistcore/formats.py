@@ -8,6 +8,7 @@ from pathlib import Path
 from twistcore.amc import read_amc
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
+from twistcore.clip_suffixes import CLIP_SUFFIXES, clip_suffix
 from twistcore.npz import read_npz
 from twistcore.npz.archive import names_in
 from twistcore.npz.npz_clip import POSES
@@ -18,13 +19,12 @@ _READERS: Mapping[str, Callable[..., Clip]] = {
     ".npz": read_npz,
     ".amc": read_amc,
 }
-CLIP_SUFFIXES = tuple(_READERS)
 CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # as file dialogs have them
 
 
 def is_clip(path: str | Path) -> bool:
     """Whether a file is a clip by its name, in capitals or not."""
-    return Path(path).suffix.lower() in _READERS
+    return bool(clip_suffix(path))
 
 
 def is_other_data(path: str | Path) -> bool:

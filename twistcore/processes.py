@@ -162,7 +162,9 @@ def reason(name: object, error: Exception) -> str:
     if isinstance(error, MemoryError):
         return f"{name}: there is not enough memory for it"
     if isinstance(error, ProcessTimeError):
-        return f"{name}: took longer than {error.args[0]:.0f} s and was stopped"
+        seconds = error.args[0]
+        limit = f"{seconds:.0f}" if seconds >= 10.0 else f"{seconds:.2g}"
+        return f"{name}: took longer than {limit} s and was stopped"
     if isinstance(error, ProcessEndedError):
         return f"{name}: its process was ended by the system, perhaps for want of memory"
     return " ".join(f"{name}: {type(error).__name__}: {error}".splitlines())

@@ -14,6 +14,7 @@ from PySide6.QtCore import QObject, Signal
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.session.session_files import decided_in, kept_sessions
 from inspector.widgets.background import Task
+<<<<<<< HEAD
 from twistcore.batch.batch_run import LOCK
 from twistcore.batch.clip_task import file_sha256, signature_of
 from twistcore.batch.decisions import decisions_of
@@ -24,6 +25,12 @@ from twistcore.tuning import Profile
 
 # Options that the window does not take over, by the parameter.
 _ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "--rig"}
+=======
+from twistcore.batch.clip_task import signature_of
+from twistcore.batch.decisions import decisions_of
+from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
+from twistcore.file_marks import sha256_of
+>>>>>>> mendq
 
 
 class BatchFolder(QObject):
@@ -152,5 +159,5 @@ def _is_same(path: Path, glance: ClipGlance) -> bool:
     with suppress(OSError):
         if glance.signature:
             return signature_of(path)[0] == glance.signature
-        return file_sha256(path) == glance.sha256
+        return sha256_of(path) == glance.sha256
     return False

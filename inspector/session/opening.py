@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -210,7 +209,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
         there = [p for p in places if p.is_file()]
         if not there:
             raise ClipMissingError(path, session.clip)
-        same = (p for p in there if hashlib.sha256(p.read_bytes()).hexdigest() == session.sha256)
+        same = (p for p in there if file_mark(p) == session.sha256)
         clip_path = next(same, there[0])
     return _with_session(path, sha256, session, clip_path, tell)
 

@@ -19,8 +19,8 @@ from typing import TypeVar
 import platformdirs
 
 from twistcore.atomic import free_name, write_atomically
+from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.encoding import json_bytes
-from twistcore.formats import CLIP_SUFFIXES
 from twistcore.report.clip_report import report_files
 
 _Made = TypeVar("_Made")

@@ -113,6 +113,17 @@ def test_names_differ_and_every_clip_is_in_one_shard(pairs, count):
     assert sorted(s.path for part in parts for s in part) == sorted(s.path for s in sources)
 
 
+def test_a_shard_goes_by_names_wherever_the_folder_lies(tmp_path):
+    """A job that runs again on another machine has the same part."""
+    parts = []
+    for root in ("a", "b/c"):
+        made = clips(tmp_path / root, ASSETS / "walk_injected.bvh", 8, 1)
+        sources = find_inputs([str(made[0].parent)]).sources
+        parts.append([[s.name for s in shard(sources, k, 2)] for k in (1, 2)])
+    assert parts[0] == parts[1]
+    assert all(parts[0])
+
+
 def test_clips_and_results_at_urls(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("platformdirs.user_cache_dir", lambda *_: str(tmp_path / "cache"))
     clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 2, 40)

@@ -1,5 +1,6 @@
 """A batch: each clip for itself, nothing twice, nothing lost, whatever dies on the way."""
 
+import csv
 import json
 import os
 import re
@@ -10,16 +11,19 @@ from functools import partial
 import pytest
 
 from tests.conftest import ASSETS
+from tests.twistcore import amc_files
 from tests.twistcore.batch_folders import ROOT, as_its_name_says, clips
+from tests.twistcore.reviews import find_flips, flip
 from twistcore.batch.batch_run import Limits, run_batch
 from twistcore.batch.clip_task import process
-from twistcore.batch.inputs import CLIP_SUFFIXES, find_inputs
+from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import Manifest, is_batch_folder
 from twistcore.batch.parameters import DEFAULT_METHOD, Parameters
 from twistcore.cli import main
+from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.detection import DEFAULT_METHOD as METHOD
-from twistcore.formats import CLIP_SUFFIXES as SUFFIXES
-from twistcore.processes import each
+from twistcore.formats import _READERS
+from twistcore.processes import ProcessTimeError, each
 
 DIRTY = ASSETS / "walk_injected.bvh"
 
@@ -57,7 +61,7 @@ def counted(counts):
 
 def test_words_that_need_no_numpy_are_those_of_the_rest():
     assert DEFAULT_METHOD == METHOD
-    assert frozenset(SUFFIXES) == CLIP_SUFFIXES
+    assert tuple(_READERS) == CLIP_SUFFIXES
 
 
 def test_only_what_is_new_is_done(tmp_path):
@@ -111,7 +115,7 @@ def test_a_clip_that_fails_costs_itself_alone(tmp_path):
     with Manifest.open(out) as manifest:
         records = {r.name: r for r in manifest.records()}
     reasons = {name: r.reason for name, r in records.items() if r.state == "failed"}
-    assert "took longer than 1 s" in reasons["hangs.bvh"]
+    assert "took longer than 0.7 s" in reasons["hangs.bvh"]
     assert "ended by the system" in reasons["dies.bvh"]
     assert "more memory" in reasons["greedy.bvh"]
     assert "line 2" in reasons["broken.bvh"]
@@ -291,3 +295,49 @@ def test_an_amc_is_new_where_its_skeleton_changed(tmp_path):
     os.utime(folder / "a.asf", (1.1e9, 1.1e9))
     run(folder, out, counted(counts))
     assert counts == ["a.amc"]
+
+
+def test_exit_codes_where_nothing_came_out(tmp_path, monkeypatch, capsys):
+    [clip] = clips(tmp_path / "in", DIRTY, 1, 40)
+    words = ["batch", str(clip), "-o", str(tmp_path / "out")]
+
+    def too_slow(tasks, _seconds, **_):
+        return ((task, ProcessTimeError(0.01)) for task in tasks)
+
+    monkeypatch.setattr("twistcore.cli.batch_command._in_processes", too_slow)
+    assert main(words) == 1  # it can be read: another try may end otherwise
+    assert "took longer than 0.01 s and was stopped" in capsys.readouterr().err
+    monkeypatch.setattr(
+        "twistcore.cli.batch_command._in_processes", lambda tasks, s, **_: here(tasks, s)
+    )
+    assert main(["batch", str(tmp_path / "none*.bvh"), *words[1:]]) == 1  # a word names no clip
+    assert "none*.bvh: expected a clip" in capsys.readouterr().err
+    clip.write_text("HIERARCHY")
+    assert main(words) == 2
+
+
+def test_what_a_file_lets_nobody_correct_is_counted_and_told_as_by_refine(
+    tmp_path, monkeypatch, capsys
+):
+    path, limb = amc_files.written(tmp_path / "in", False), "rfemur-rfoot"
+    kept, carried = flip(limb, 20, 30), flip(limb, 60, 68, carried=True)
+    find_flips(monkeypatch, kept, carried, flip("lfemur-lfoot", 80, 90, carried=True))
+    monkeypatch.setattr(
+        "twistcore.cli.batch_command._in_processes", lambda tasks, s, **_: here(tasks, s)
+    )
+    alone, out, table = tmp_path / "alone.amc", tmp_path / "out", tmp_path / "table.csv"
+    assert main(["refine", str(path), "-o", str(alone), "--kinds", "limb-flip"]) == 1
+    said = capsys.readouterr()
+    assert "2 of 3 intervals corrected" in said.out
+    sentence = said.err.strip().removeprefix(f"{path}: ")
+    assert "where its end was kept: rfoot" in sentence
+    words = ["batch", str(path), "-o", str(out), "--kinds", "limb-flip", "--csv", str(table)]
+    for _ in range(2):  # a run that does nothing says so, too
+        assert main([*words, "--refine"]) == 1
+        assert f"{path.name}: {sentence}\n" in capsys.readouterr().err
+        [row] = csv.DictReader(table.read_text("utf-8").splitlines())
+        assert (row["applied"], row["reason"], row["state"]) == ("2", sentence, "done")
+    assert (out / "corrected" / path.name).read_bytes() == alone.read_bytes()
+    [text] = results(out).values()
+    assert json.loads(text)["uncorrected"] == [sentence] == json.loads(text)["warnings"][-1:]
+    assert main(words) == 0  # nothing was to be corrected

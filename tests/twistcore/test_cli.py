@@ -366,6 +366,31 @@ def test_refusals_are_one_line_and_exit_2(capsys, words, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("name", ["walk.npz", "walk.AMC"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("inject", "CLIP", "-o", "o.bvh", "--truth", "t.json", "--seed", "1"),
+        ("evaluate", "--truth", TRUTH, "--clean", "CLIP", "--refined", WALK),
+        ("quamo", "noise", "CLIP", "-o", "o.bvh"),
+    ],
+)
+def test_what_takes_a_bvh_alone_says_so_of_other_formats(capsys, tmp_path, name, words):
+    clip = tmp_path / name
+    clip.write_bytes(b"PK\x03\x04")
+    code, _, err = run(capsys, *(clip if w == "CLIP" else w for w in words))
+    suffix = clip.suffix.lower()
+    assert code == 2
+    assert err == f"{clip}: expected a BVH file, which alone is taken here, found {suffix}\n"
+
+
+def test_the_rate_that_is_given_counts_in_info_and_signals(capsys, tmp_path):
+    assert run_json(capsys, "info", WALK, "--fps", "60")[1]["fps"] == 60.0
+    tables = tmp_path / "as_it_is.csv", tmp_path / "at_60.csv"
+    assert run(capsys, "signals", WALK, "--csv", tables[0])[0] == 0
+    assert run(capsys, "signals", WALK, "--csv", tables[1], "--fps", "60")[0] == 0
+
+
 def test_a_clip_without_a_chain_exits_1_and_says_so(capsys, tmp_path):
     clip = tmp_path / "stick.bvh"
     clip.write_text(

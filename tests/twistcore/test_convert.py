@@ -123,6 +123,7 @@ def test_the_command_writes_what_was_handed_over(capsys, fake, tmp_path):
     program = fake(
         f"(out / 'arrays.npz').write_bytes(Path({str(arrays)!r}).read_bytes())\n"
         f"(out / 'answer.json').write_text({json.dumps(answer)!r})\n"
+        "import tempfile\nwords['temporary'] = tempfile.gettempdir()\n"
         f"Path({str(tmp_path / 'words.json')!r}).write_text(json.dumps([words, sys.argv[1:]]))\n"
     )
     code, told, err, source, out = convert(capsys, tmp_path, program, "--take", "run")
@@ -135,6 +136,7 @@ def test_the_command_writes_what_was_handed_over(capsys, fake, tmp_path):
     words, arguments = json.loads((tmp_path / "words.json").read_text())
     assert (words["source"], words["take"], words["figure"]) == (str(source), "run", None)
     assert arguments[:2] == ["--background", "--factory-startup"]
+    assert words["temporary"] == words["out"]  # what Blender leaves there is gone with it
 
 
 @pytest.mark.parametrize(

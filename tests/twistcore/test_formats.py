@@ -14,6 +14,7 @@ from twistcore.cli import main
 from twistcore.clip import write_clip
 from twistcore.detection import Interval, Kind
 from twistcore.export.folder_compare import compare_folders, folder_difference_to_json
+from twistcore.export.folder_replay import WRITTEN, note_written, read_written
 from twistcore.review import Command, Decision, Judged
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, command_to_json
 from twistcore.study.class_exercise import (
@@ -28,6 +29,7 @@ EXAMPLES = {
     (document := json.loads(block))["schema"]: document
     for block in re.findall(r"```json\n(.*?)```", PAGE, re.S)
 }
+LINES = re.findall(r"```jsonl\n(.*?)```", PAGE, re.S)  # a journal, and what apply wrote
 BY_NAME = {"tau_deg", "off_axis", "files", "numbers"}  # objects whose keys are not the format's
 
 
@@ -186,7 +188,7 @@ def test_no_document_is_missing_from_the_page(real):
 
 
 def test_the_journal_s_lines_are_those_that_are_written():
-    (block,) = re.findall(r"```jsonl\n(.*?)```", PAGE, re.S)
+    block, _ = LINES
     lines = [json.loads(line) for line in block.splitlines()]
     told = [line for line in lines if "do" in line]
     kinds = {kind.__name__ for kind in Command.__subclasses__()}
@@ -196,3 +198,14 @@ def test_the_journal_s_lines_are_those_that_are_written():
     head, *others = (line for line in lines if "do" not in line)
     assert others == [UNDO, REDO, {"session": head["session"]}]
     assert head == {"schema": SCHEMA, "steps": 0, "session": head["session"]}
+
+
+def test_the_lines_about_what_apply_wrote_are_those_that_are_written(tmp_path):
+    _, block = LINES
+    (tmp_path / WRITTEN).write_text(block, "utf-8")
+    told = read_written(tmp_path)
+    assert list(told) == ["takes/walk.bvh", "run.bvh"]
+    (tmp_path / WRITTEN).unlink()
+    for name, sha256 in told.items():
+        note_written(tmp_path, name, sha256)
+    assert (tmp_path / WRITTEN).read_text("utf-8") == block

@@ -51,7 +51,7 @@ def test_who_hangs_is_ended_and_the_others_go_on():
     found = dict(each(work, names, 2, seconds=lambda name: limits.get(name, 60.0)))
     assert [found[n] for n in ("a", "b", "slow 1")] == ["A", "B", "SLOW 1"]
     assert isinstance(found["hangs"], ProcessTimeError)
-    assert reason("x.bvh", found["hangs"]) == "x.bvh: took longer than 1 s and was stopped"
+    assert reason("x.bvh", found["hangs"]) == "x.bvh: took longer than 0.8 s and was stopped"
 
 
 def test_names_are_taken_as_they_are_needed():

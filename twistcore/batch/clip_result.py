@@ -15,7 +15,6 @@ from twistcore.analysis import ALL_KINDS, Detection, analyse
 from twistcore.batch.how_bad import severity, unchecked
 from twistcore.batch.parameters import Parameters
 from twistcore.bvh import parse_bvh
-from twistcore.chain import uncorrectable_joints
 from twistcore.clip import Clip, rewritten
 from twistcore.detection import Kind
 from twistcore.detection.cuts import border_notes
@@ -39,10 +38,10 @@ def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any],
     document = _document(clip, found)
     if not parameters.refine:
         return clip, document, None
-    refined, applied, skipped = _refined(clip, found, parameters)
+    refined, applied, left = _refined(clip, found, parameters)
     corrected = rewritten(clip, refined).data
-    document["warnings"] += skipped
-    document["applied"] = applied
+    document["warnings"] += left
+    document["applied"], document["uncorrected"] = applied, left
     document["left"] = document["intervals"]
     if corrected != clip.data:
         # What was written, with its decimals; of other formats what was to be written.
@@ -102,6 +101,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
             *(warning for chain in found.chains for warning in chain.warnings),
         ],
         "applied": None,
+        "uncorrected": None,
         "left": None,
         "quality": {k: v for k, v in asdict(quality).items() if v is not None} if quality else {},
     }
@@ -109,18 +109,11 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
     """The corrected motion, how many intervals are out of it, and what could not be corrected."""
-    from twistcore.export.replay import accepted_motion
+    from twistcore.export.replay import accepted_motion, chains_left, correctable
     from twistcore.review import Review
 
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(parameters.min_confidence, include_open=parameters.include_open)
     refined = accepted_motion(clip, chains, review.state)
-    used = {interval.chain for interval in review.accepted}
-    skipped = {
-        chain.name: f"{chain.name} was not corrected: {', '.join(joints)} "
-        "without three rotation channels"
-        for chain in chains
-        if chain.name in used and (joints := uncorrectable_joints(clip.motion, chain))
-    }
-    applied = sum(interval.chain not in skipped for interval in review.accepted)
-    return refined, applied, list(skipped.values())
+    applied = correctable(clip.motion, chains, review.accepted)
+    return refined, len(applied), list(chains_left(clip.motion, chains, review.accepted))

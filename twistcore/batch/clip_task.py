@@ -17,6 +17,7 @@ from typing import Any, TypeAlias
 
 from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
+from twistcore.file_marks import sha256_of
 from twistcore.worker_memory import SPARE, forget_peak, limit_memory, peak_memory
 
 Bytes: TypeAlias = bytes  # an outcome has a number of them by that name
@@ -122,7 +123,7 @@ def _carried_out(task: Task) -> dict[str, Any]:
         except TwistError as error:
             path.open("rb").close()  # what cannot be opened is no matter of its content
             known: dict[str, Any] = {"reason": " ".join(str(error).splitlines())}
-            known |= {"bytes": path.stat().st_size, "sha256": file_sha256(path)}
+            known |= {"bytes": path.stat().st_size, "sha256": sha256_of(path)}
         else:
             known = {"result": result, "corrected": corrected}
             known |= {} if corrected is None else {"companions": clip.companions}
@@ -131,12 +132,6 @@ def _carried_out(task: Task) -> dict[str, Any]:
     if same and str(path) == task.source:
         known["signature"] = before
     return known
-
-
-def file_sha256(path: Path) -> str:
-    """Of a file's bytes; raises OSError."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @contextmanager

@@ -8,9 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from twistcore.atomic import write_atomically, write_companions
-from twistcore.batch.clip_task import file_sha256, signature_of
+from twistcore.batch.clip_task import signature_of
 from twistcore.batch.manifest import ClipRow
 from twistcore.errors import TwistError
+from twistcore.file_marks import sha256_of
 
 FOLDER = "corrected"
 
@@ -31,7 +32,7 @@ def write_corrected(
     relative = f"{FOLDER}/{row.name}"
     path, mark = folder / relative, hashlib.sha256(data).hexdigest()
     path.parent.mkdir(parents=True, exist_ok=True)
-    there = file_sha256(path) if path.is_file() else "" if not path.exists() else "other"
+    there = sha256_of(path) if path.is_file() else "" if not path.exists() else "other"
     if there != mark:
         if path.is_symlink() or (there and (known is None or there != known.corrected_sha256)):
             raise TwistError(f"{path}: expected no file that twistcore batch has not written")
@@ -54,7 +55,7 @@ def is_intact(folder: Path, row: ClipRow) -> bool:
     try:
         if signature_of(path)[0] == row.corrected_signature:
             return True
-        return bool(row.corrected) and file_sha256(path) == row.corrected_sha256
+        return bool(row.corrected) and sha256_of(path) == row.corrected_sha256
     except OSError:
         return False
 

@@ -11,11 +11,8 @@ from pathlib import Path, PurePosixPath
 
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.manifest import FILE, is_batch_folder
+from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.errors import TwistError
-
-CLIP_SUFFIXES = frozenset(
-    {".bvh", ".npz", ".amc"}
-)  # those of twistcore.formats, without loading any reader
 
 
 @dataclass(frozen=True)

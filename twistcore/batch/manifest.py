@@ -141,6 +141,12 @@ _GLANCES = (
     "ORDER BY c.name"
 )
 
+_UNCORRECTED = (
+    "SELECT c.source, c.name, r.document FROM clips c "
+    "JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
+    "WHERE json_array_length(r.document, '$.uncorrected') > 0 ORDER BY c.name"
+)
+
 
 def is_batch_folder(path: Path | str) -> bool:
     """Whether a folder has a manifest of ours; reads a hundred bytes at most."""
@@ -216,11 +222,19 @@ class Manifest:
             for source, name, state, reason, *known in rows
         ]
 
+<<<<<<< HEAD
     def parameters(self) -> dict[str, dict[str, Any]]:
         """What clips were processed with, JSON by mark."""
         with _told(self.folder / FILE):
             rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
         return {mark: json.loads(document) for mark, document in rows}
+=======
+    def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
+        """Of clips in which something could not be corrected: source, name and sentences."""
+        with _told(self.folder / FILE):
+            for source, name, document in self._connection.execute(_UNCORRECTED):
+                yield unescaped(source), unescaped(name), json.loads(document)["uncorrected"]
+>>>>>>> mendq
 
     def record(self, source: str) -> ClipRecord:
         """That of a source; TwistError where there is none."""

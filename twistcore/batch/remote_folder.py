@@ -11,9 +11,9 @@ from pathlib import Path
 import platformdirs
 
 from twistcore.atomic import write_atomically
-from twistcore.batch.clip_task import file_sha256
 from twistcore.batch.manifest import FILE
 from twistcore.batch.remote_files import find_remote, read_remote, write_remote
+from twistcore.file_marks import sha256_of
 
 _BROUGHT = ".brought.json"  # SHA-256 of what lies at the URL, by path below it
 
@@ -51,7 +51,7 @@ def _fetch(url: str, folder: Path) -> None:
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, read_remote(there[name]))
-        brought[name] = file_sha256(path)
+        brought[name] = sha256_of(path)
     write_atomically(folder / _BROUGHT, json.dumps(brought).encode())
 
 
@@ -64,7 +64,7 @@ def _bring(folder: Path, url: str) -> None:
         for name in sorted(mine, key=lambda name: (name == FILE, name)):
             if name.startswith("manifest.") and name != FILE:
                 continue  # the lock and the journal are of this machine
-            if (mark := file_sha256(files[name])) != brought.get(name):
+            if (mark := sha256_of(files[name])) != brought.get(name):
                 write_remote(f"{url}/{name}", files[name].read_bytes())
                 brought[name] = mark
     finally:

@@ -38,7 +38,7 @@ CLIP_COLUMNS: Mapping[str, type] = {
     "corrected": str,  # its path in the folder of the batch
     "format": str,
     "method": str,
-    "reason": str,  # why it could not be processed, or why nothing can be found in it
+    "reason": str,  # why it could not be processed, nothing can be found in it, or something stays
     "sha256": str,
     "source": str,
 }
@@ -77,7 +77,8 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
         row["affected_percent"] = 100.0 * result["affected_frames"] / max(result["frames"], 1)
         row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}
         row["left"] = None if result["left"] is None else len(result["left"])
-        row["reason"] = record.reason or result["unchecked"]
+        left = "; ".join(result.get("uncorrected") or ())  # earlier results have no such key
+        row["reason"] = record.reason or result["unchecked"] or left
     return row
 
 

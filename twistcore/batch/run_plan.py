@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from twistcore.batch.clip_task import file_sha256, has_companions
+from twistcore.batch.clip_task import has_companions
 from twistcore.batch.inputs import Source
 from twistcore.batch.manifest import DONE, FAILED, ClipRow, Manifest, now
 from twistcore.batch.parameters import Parameters
+from twistcore.file_marks import sha256_of
 
 
 @dataclass
@@ -102,6 +103,6 @@ def _of_other_name(
 
 def _sha256(source: Source) -> str:
     try:
-        return file_sha256(Path(source.path))
+        return sha256_of(Path(source.path))
     except OSError:  # who processes it says so
         return ""

@@ -13,6 +13,7 @@ from twistcore.bvh.bvh_clip import BvhClip
 from twistcore.bvh.header import parse_header, shown
 from twistcore.bvh.numbers import LARGEST, BadNumberError, Numbers, read_numbers
 from twistcore.clip import LONGEST, SHORTEST, ClipWarning
+from twistcore.clip_suffixes import clip_suffix
 from twistcore.errors import BvhError
 from twistcore.progress import Tell, nobody
 
@@ -33,9 +34,12 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
     """Read a BVH file; `fps` overrides the rate in the file; tell: how far it is.
 
     Raises BvhError (file, line, column, what was expected) for anything that cannot be read
-    without a guess that would move a joint; what was assumed harmlessly is in Clip.warnings.
+    without a guess that would move a joint, and for a file named as one of another format; what was
+    assumed harmlessly is in Clip.warnings.
     """
     path = Path(path)
+    if (suffix := clip_suffix(path)) not in ("", ".bvh"):
+        raise BvhError(str(path), f"expected a BVH file, which alone is taken here, found {suffix}")
     try:
         data = path.read_bytes()
     except FileNotFoundError:

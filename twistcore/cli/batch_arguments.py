@@ -17,8 +17,9 @@ only what is new: other bytes, other options or another version; a run that was 
 goes on.
 """
 _EXITS = """\
-Exit code: 0 done; 1 finished, but a clip could not be processed or a rule of --fail-if is broken,
-which is listed; 2 wrong words, or no clip that could be processed; 130 stopped by Ctrl+C.
+Exit code: 0 done; 1 finished, but a clip could not be processed, a word named no clip, with
+--refine an interval could not be corrected, or a rule of --fail-if is broken; all listed; 2 wrong
+words, or no clip that could be read; 130 stopped by Ctrl+C.
 
 Examples:
   twistcore batch captures -o out --refine --report

@@ -57,6 +57,9 @@ def batch(arguments: argparse.Namespace) -> int:
             )
         for problem in (*inputs.problems, *summary.failed):
             print(problem, file=sys.stderr)
+        skipped = arguments.refine and _tell_uncorrected(
+            folder, {source.path for source in inputs.sources}
+        )
         broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
     if summary.stopped:
         left = f"{summary.left} clips to go; the same command goes on"
@@ -67,7 +70,19 @@ def batch(arguments: argparse.Namespace) -> int:
         return 130
     if summary.unreadable and not summary.done + summary.known + summary.left:
         return 1 if summary.unreadable < len(summary.failed) else 2
-    return int(bool(summary.failed or summary.stopped or inputs.problems or broken))
+    return int(bool(summary.failed or summary.stopped or inputs.problems or skipped or broken))
+
+
+def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
+    """List what could not be corrected, now or in earlier runs; whether there is any."""
+    told = False
+    with Manifest.open(folder) as manifest:
+        for source, name, sentences in manifest.uncorrected():
+            if source in sources:
+                told = True
+                for sentence in sentences:
+                    print(f"{name}: {sentence}", file=sys.stderr)
+    return told
 
 
 def _written(

@@ -22,9 +22,9 @@ from twistcore.clip import Clip, check_ending, write_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
-from twistcore.export.replay import accepted_motion, replayed, uncorrected
+from twistcore.export.replay import accepted_motion, correctable, replayed, uncorrected
 from twistcore.formats import read_clip
-from twistcore.refinement import SURE_ENOUGH, applied_unasked, stuck_joints
+from twistcore.refinement import SURE_ENOUGH, applied_unasked
 from twistcore.report.clip_report import check_report, write_clip_report
 from twistcore.report.report_document import Report
 from twistcore.review import Review
@@ -54,7 +54,7 @@ def refine(arguments: argparse.Namespace) -> int:
             clip, chains, review.state, refined, analysis=found.analysis, written=written
         )
         write_clip_report(arguments.report, report)
-    count = told_of(_correctable(clip, chains, applied), found, "corrected")
+    count = told_of(correctable(clip.motion, chains, applied), found, "corrected")
     print(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
     skipped = _tell_uncorrected(clip, chains, applied)
     return int(skipped or bool(tell_no_chain(arguments.clip, found.analysis.chains_and_limbs)))
@@ -69,7 +69,7 @@ def apply(arguments: argparse.Namespace) -> int:
     clip, chains, session = replay.clip, replay.chains, replay.session
     tell_jumps(arguments.output, write_clip(clip, replay.motion, arguments.output))
     chosen, judged = session.state.chosen(), session.state.intervals
-    done = _correctable(clip, chains, chosen)
+    done = correctable(clip.motion, chains, chosen)
     count = told_of(done, [j.interval for j in judged], "applied")
     seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
     print(f"{arguments.output}: {count}{seen}")
@@ -86,11 +86,6 @@ def _too_unsure(arguments: argparse.Namespace, found: Iterable[Interval]) -> str
 
 def _least(asked: float | None) -> float:
     return SURE_ENOUGH if asked is None else asked
-
-
-def _correctable(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> list[Interval]:
-    by_name = {chain.name: chain for chain in chains}
-    return [i for i in chosen if not stuck_joints(clip.motion, by_name[i.chain], [i])]
 
 
 def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> bool:

@@ -38,7 +38,7 @@ _SIGNAL_COLUMNS = (
 
 def info(arguments: argparse.Namespace) -> int:
     """What a clip holds."""
-    clip = read_clip(arguments.clip)
+    clip = read_clip(arguments.clip, fps=arguments.fps)
     analysis = analysed(arguments, clip)
     motion, chains = clip.motion, analysis.chains
     document: dict[str, Any] = {
@@ -212,7 +212,7 @@ def _detection_to_json(
 def signals(arguments: argparse.Namespace) -> int:
     """Signals as CSV: one line a chain and frame, degrees."""
     refuse_overwrite([arguments.csv], [p for p in (arguments.clip, arguments.rig) if p])
-    clip = read_clip(arguments.clip)
+    clip = read_clip(arguments.clip, fps=arguments.fps)
     analysis = analysed(arguments, clip)
     if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
         raise TwistError(f"{arguments.clip}: expected a chain, found the limb {named[0].name}")

@@ -33,13 +33,14 @@ from twistcore.version import __version__
 def make_parser() -> argparse.ArgumentParser:
     """All commands."""
     parser = Parser(
-        prog="twistcore", description="Find and remove axial twist errors in BVH motion."
+        prog="twistcore", description="Find and remove axial twist errors in motion capture."
     )
     parser.add_argument("--version", action="version", version=f"twistcore {__version__}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
 
     info = subparsers.add_parser("info", help="what is in a clip")
     _clip(info)
+    _fps(info)
     _rig(info)
     _json(info)
     info.set_defaults(run=detect_commands.info)
@@ -56,11 +57,12 @@ def make_parser() -> argparse.ArgumentParser:
 
     signals = subparsers.add_parser("signals", help="θp, θc, their increments and m(t) as CSV")
     _clip(signals)
+    _fps(signals)
     signals.add_argument("--csv", type=target, required=True, metavar="FILE")
     _chains(signals)
     signals.set_defaults(run=detect_commands.signals)
 
-    refine = subparsers.add_parser("refine", help="write a corrected BVH")
+    refine = subparsers.add_parser("refine", help="write a corrected clip")
     _clip(refine)
     _output(refine)
     _detection(refine)
@@ -217,7 +219,7 @@ def _quamo(parser: argparse.ArgumentParser) -> None:
     )
     for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
         refine.add_argument(name, type=number, metavar="X", help=f"hand gain {what}")
-    refine.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")
+    _fps(refine)
     refine.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
     refine.add_argument("--template", type=Path, metavar="BVH", help="lengths for a file of poses")
     refine.add_argument(
@@ -298,6 +300,10 @@ def _clip(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("clip", type=Path, metavar="CLIP")
 
 
+def _fps(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")
+
+
 def _output(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=target, required=True, metavar="OUT", help="'-': standard output"
@@ -351,5 +357,5 @@ def _detection(parser: argparse.ArgumentParser) -> None:
         metavar="LIST",
         help=f"of errors to look for: {', '.join(k.replace(' ', '-') for k in Kind)}; default all",
     )
-    parser.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")
+    _fps(parser)
     _chains(parser)

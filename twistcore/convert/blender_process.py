@@ -127,10 +127,17 @@ def _command(blender: str, script: Path, job: Path) -> list[str]:
 
 def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
     """Run to the end; the last line that it said. Whatever it started is gone afterwards."""
+    # As a module it leaves its own temporary folder behind: let that lie in this one.
+    own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     with (folder / "said.txt").open("w+b") as said:
         try:
             process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, start_new_session=True
+                command,
+                env=own,
+                stdin=subprocess.DEVNULL,
+                stdout=said,
+                stderr=said,
+                start_new_session=True,
             )
         except OSError as error:
             raise TwistError(f"{command[0]}: cannot be run ({error.strerror})") from None

@@ -53,16 +53,10 @@ def uncorrected(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences: what the file lets nobody correct, and what moved that lies beside the axis."""
-    left, beside = [], []
+    left = tuple(f"{clip.path}: {said}" for said in chains_left(clip.motion, chains, chosen))
+    beside = []
     used = {interval.chain for interval in chosen}
     for chain in (chain for chain in chains if chain.name in used):
-        if joints := stuck_joints(clip.motion, chain, chosen):
-            some = uncorrectable_joints(clip.motion, chain, carried=True) != joints
-            where = " where its end was kept" if some else ""
-            left.append(
-                f"{clip.path}: {chain.name} was not corrected{where}: {', '.join(joints)} "
-                "without three rotation channels"
-            )
         for name, distance in children_off_axis(clip.motion, chain).items():
             share = 2.0 * distance / clip.motion.skeleton.height
             if share > 1e-6:
@@ -70,7 +64,31 @@ def uncorrected(
                     f"{clip.path}: {name} lies beside the axis of {chain.name} and follows it "
                     f"by up to {share:.1e} of the height"
                 )
-    return tuple(left), tuple(beside)
+    return left, tuple(beside)
+
+
+def chains_left(
+    motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
+) -> tuple[str, ...]:
+    """A sentence for each chain of which some of the intervals cannot be corrected."""
+    left = []
+    for chain in chains:
+        if joints := stuck_joints(motion, chain, chosen):
+            some = uncorrectable_joints(motion, chain, carried=True) != joints
+            where = " where its end was kept" if some else ""
+            left.append(
+                f"{chain.name} was not corrected{where}: {', '.join(joints)} "
+                "without three rotation channels"
+            )
+    return tuple(left)
+
+
+def correctable(
+    motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
+) -> tuple[Interval, ...]:
+    """Those of the intervals that :func:`accepted_motion` takes out."""
+    by_name = {chain.name: chain for chain in chains}
+    return tuple(i for i in chosen if not stuck_joints(motion, by_name[i.chain], [i]))
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -11,6 +10,7 @@ from pathlib import Path, PurePath
 
 from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
+from twistcore.file_marks import file_mark
 from twistcore.review import Session, read_session
 
 _SESSION = ".twist.json"  # as the program names them; a person may choose another name
@@ -110,5 +110,5 @@ def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
         return sessions[0][0]
     now = ""
     with suppress(OSError):  # whoever reads the clip says so
-        now = hashlib.sha256(clip.read_bytes()).hexdigest()
+        now = file_mark(clip)
     return max((sha == now, path.stat().st_mtime_ns, path) for path, sha in sessions)[-1]
