@@ -14,23 +14,17 @@ from PySide6.QtCore import QObject, Signal
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.session.session_files import decided_in, kept_sessions
 from inspector.widgets.background import Task
-<<<<<<< HEAD
 from twistcore.batch.batch_run import LOCK
-from twistcore.batch.clip_task import file_sha256, signature_of
+from twistcore.batch.clip_task import signature_of
 from twistcore.batch.decisions import decisions_of
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
 from twistcore.errors import TwistError
 from twistcore.file_lock import is_held
+from twistcore.file_marks import sha256_of
 from twistcore.tuning import Profile
 
 # Options that the window does not take over, by the parameter.
 _ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "--rig"}
-=======
-from twistcore.batch.clip_task import signature_of
-from twistcore.batch.decisions import decisions_of
-from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
-from twistcore.file_marks import sha256_of
->>>>>>> mendq
 
 
 class BatchFolder(QObject):

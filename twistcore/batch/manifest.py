@@ -222,19 +222,17 @@ class Manifest:
             for source, name, state, reason, *known in rows
         ]
 
-<<<<<<< HEAD
     def parameters(self) -> dict[str, dict[str, Any]]:
         """What clips were processed with, JSON by mark."""
         with _told(self.folder / FILE):
             rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
         return {mark: json.loads(document) for mark, document in rows}
-=======
+
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
         """Of clips in which something could not be corrected: source, name and sentences."""
         with _told(self.folder / FILE):
             for source, name, document in self._connection.execute(_UNCORRECTED):
                 yield unescaped(source), unescaped(name), json.loads(document)["uncorrected"]
->>>>>>> mendq
 
     def record(self, source: str) -> ClipRecord:
         """That of a source; TwistError where there is none."""
