@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.session.document import Document
 from inspector.session.export_files import ExportChoice, check_targets, replaced, to_look_at
-from inspector.session.session_files import EXPORT_MARK
 from inspector.widgets.background import OneTask
 from inspector.widgets.write_dialog import WriteDialog
 from twistcore.errors import TwistError
+from twistcore.export.exports_beside import EXPORT_MARK
 from twistcore.file_marks import file_mark
 from twistcore.refinement import SURE_ENOUGH
 from twistcore.review import Decision
