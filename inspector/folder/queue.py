@@ -19,12 +19,13 @@ from inspector.folder.batch_folder import BatchFolder
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.folder.survey_worker import work
 from inspector.session.leftovers import waiting_among
-from inspector.session.session_files import decided_in, exports_among, written
+from inspector.session.session_files import decided_in, written
 from twistcore.atomic import same_file
 from twistcore.batch import ClipSurvey, is_batch_folder
 from twistcore.batch.manifest import FILE as MANIFEST
 from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
+from twistcore.export.exports_beside import exports_among
 from twistcore.tuning import Profile
 
 _POLL_MS = 40

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from inspector.session.rig_profiles import kept_rig
-from inspector.session.session_files import REPLAY_SUFFIX, kept_sessions, set_aside
+from inspector.session.session_files import kept_sessions, set_aside
 from twistcore import analysis as core
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, uncorrectable_joints
@@ -17,6 +17,7 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
+from twistcore.export.exports_beside import REPLAY_SUFFIX
 from twistcore.export.replay import chains_of
 from twistcore.file_marks import file_mark
 from twistcore.formats import read_clip

@@ -9,31 +9,25 @@ import hashlib
 import json
 import os
 import re
-import zipfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import suppress
-from functools import lru_cache
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import TypeVar
 
 import platformdirs
 
 from twistcore.atomic import free_name, write_atomically
-from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.encoding import json_bytes
-from twistcore.report.clip_report import report_files
+from twistcore.export.exports_beside import REPLAY_SUFFIX
 
 _Made = TypeVar("_Made")
 
 SESSION_SUFFIX = ".twist.json"
-EXPORT_MARK = "_refined"  # behind a clip's name, where a person gives no other
-REPLAY_SUFFIX = ".replay.json"  # what an export did: never a review that goes on
 JOURNAL_SUFFIX = ".journal"
 # A crash before an earlier journal was answered leaves another; the last is an older program's.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
 _POINTER_SUFFIX = ".elsewhere.json"
-_HEAD = 200_000  # bytes: more than the skeletons that there are need
 
 
 def session_path(clip: Path) -> Path:
@@ -169,66 +163,3 @@ def decided_in(clip: Path) -> tuple[int, int] | None:
         decisions = [i["decision"] for i in document["intervals"]]
         return sum(d != "undecided" for d in decisions), len(decisions)
     return None
-
-
-def exports_among(clips: Sequence[Path]) -> dict[Path, str]:
-    """Those clips of a folder that this program wrote, and the file name of what each is from.
-
-    The session that replays it, or its report, tells; else the name that exports get by default,
-    where all before the motion is the source's. One whose source is not among them is a clip.
-    """
-    names = {path.name: path for path in clips}
-    found = {}
-    for path in clips:
-        source = path.stem.removesuffix(EXPORT_MARK) + path.suffix
-        report = report_files(path.parent, path.stem)[-1]
-        told = _told_source(replay_path(path)) or _told_source(report)
-        if told:
-            if told != path.name and told in names:
-                found[path] = told
-        elif source != path.name and source in names and _head(path) == _head(names[source]):
-            found[path] = source
-    return found
-
-
-def _head(clip: Path) -> bytes:
-    """What a clip has before its motion, b'' where it cannot be told."""
-    with suppress(OSError):
-        status = clip.stat()
-        return _read_head(clip, status.st_mtime_ns, status.st_size)
-    return b""
-
-
-@lru_cache(maxsize=10_000)
-def _read_head(clip: Path, modified: int, size: int) -> bytes:
-    del modified, size
-    if not clip.is_file():  # to open a FIFO would wait for somebody
-        return b""
-    with clip.open("rb") as file:
-        if not zipfile.is_zipfile(file):
-            file.seek(0)
-            return file.read(_HEAD).partition(b"MOTION")[0]
-        with suppress(zipfile.BadZipFile), zipfile.ZipFile(file) as archive:
-            return repr([(i.filename, i.file_size) for i in archive.infolist()]).encode()
-    return b""
-
-
-def _told_source(listing: Path) -> str:
-    """The name of the clip that an export beside this file is from, '' where it tells none."""
-    with suppress(OSError):
-        status = listing.stat()
-        return _read_source(listing, status.st_mtime_ns, status.st_size)
-    return ""
-
-
-@lru_cache(maxsize=10_000)
-def _read_source(listing: Path, modified: int, size: int) -> str:
-    del modified, size  # by them it is read again when it was written again
-    with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
-        document = json.loads(listing.read_bytes())
-        if listing.name.endswith(REPLAY_SUFFIX):
-            return PurePath(document["clip"]).name
-        stem = listing.name.removesuffix(".report.json")
-        own = {stem + suffix for suffix in CLIP_SUFFIXES} & set(document["files"])
-        return str(document["clip"]) if own else ""
-    return ""

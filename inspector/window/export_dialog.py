@@ -18,10 +18,10 @@ from inspector.session.export_files import (
     to_look_at,
     uncorrected,
 )
-from inspector.session.session_files import EXPORT_MARK
 from inspector.widgets.background import OneTask
 from inspector.widgets.write_dialog import WriteDialog
 from twistcore.errors import TwistError
+from twistcore.export.exports_beside import EXPORT_MARK
 from twistcore.file_marks import file_mark
 from twistcore.refinement import SURE_ENOUGH
 from twistcore.review import Decision

@@ -13,12 +13,12 @@ from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.panels.clips_panel import ClipsPanel
 from inspector.session.document import Document
 from inspector.session.export_files import ExportChoice
-from inspector.session.session_files import exports_among
 from inspector.session.settings import Settings
 from inspector.widgets.theme import LIGHT
 from tests.conftest import ASSETS
 from tests.gui.folders import put_errors, two_takes
 from tests.gui.windows import act, export, open_clip
+from twistcore.export.exports_beside import exports_among
 
 
 @pytest.fixture

@@ -9,13 +9,13 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 
 from inspector.folder.queued_clip import ClipState
-from inspector.session.session_files import exports_among
 from inspector.window.export_dialog import ExportDialog
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
 from tests.twistcore.amass_files import write_amass
 from twistcore.bvh import read_bvh
 from twistcore.cli import main as twistcore
+from twistcore.export.exports_beside import exports_among
 from twistcore.npz.body import BODIES
 from twistcore.review import Decision
 

@@ -1,6 +1,7 @@
 """Which clips a batch means, and by what names."""
 
 import io
+import json
 import os
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.batch_folders import clips
+from twistcore.batch import survey_folder
 from twistcore.batch.batch_run import run_batch
 from twistcore.batch.clip_task import process
 from twistcore.batch.inputs import Source, find_inputs, renamed
@@ -91,6 +93,59 @@ def test_what_a_batch_has_written_is_no_input(folder):
     with pytest.raises(TwistError, match="outside"):
         find_inputs([str(out / "corrected")], out)
     assert names(str(out / "corrected")) == [made[0].name]  # unless it is asked for
+
+
+def exported(source, name, whole=False, told=None):
+    """A clip of other bytes and the session that replays it, as the window leaves them."""
+    out = source.with_name(name)
+    out.write_text(source.read_text() + "corrected")
+    start = out.name if whole else out.stem
+    out.with_name(f"{start}.replay.json").write_text(json.dumps({"clip": told or str(source)}))
+    return out
+
+
+def test_exports_beside_their_sources_are_taken_only_if_named(folder):
+    x = folder / "a/x.bvh"
+    exported(x, "one.bvh")
+    exported(folder / "a/deep/x.bvh", "x_refined.bvh")
+    exported(x, "far.bvh", told="/elsewhere/z.bvh")  # its source is not in the folder
+    (folder / "a/two.bvh").write_text("HIERARCHY MOTION 2")
+    report = {"clip": "x.bvh", "files": {"two.bvh": ""}}
+    (folder / "a/two.report.json").write_text(json.dumps(report))
+    (folder / "a/y.report.json").write_text(json.dumps({"clip": "x.bvh", "files": {}}))
+    (folder / "b/x_refined.bvh").write_text("HIERARCHY other")  # by another program
+    rest = ["deep/x.bvh", "far.bvh", "x.bvh", "y.BVH"]
+    assert names("a") == rest
+    assert find_inputs(["a"]).exports == 3
+    assert names("a/**/*.bvh") == [name for name in rest if name != "y.BVH"]
+    assert names("a/o*.bvh") == ["one.bvh"]  # without its source it was asked for
+    assert names("a", "a/one.bvh") == sorted([*rest, "one.bvh"])
+    assert find_inputs(["a", "a/one.bvh"]).exports == 2
+    assert names("b") == ["folder.bvh/z.bvh", "x.bvh", "x_refined.bvh"]
+
+
+def test_an_export_of_another_format_is_told_by_its_whole_name(folder):
+    source = folder / "b/05.amc"
+    source.write_text("#!OML:ASF")
+    exported(source, "05_refined.amc", whole=True)
+    exported(source, "other.amc")  # by its stem, as versions before did
+    (folder / "b/other.bvh").write_text("HIERARCHY")  # a take that no export went into
+    assert names("b") == ["05.amc", "folder.bvh/z.bvh", "other.bvh", "x.bvh"]
+
+
+def test_a_batch_over_reviewed_clips_says_what_it_did_not_take(tmp_path, capsys):
+    [clip] = clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 1, 40)
+    words = ["batch", str(clip.parent), "-o", str(tmp_path / "o"), "--workers", "1"]
+    assert main(words) == 0
+    assert "taken" not in capsys.readouterr().out
+    out = clip.with_name("clip_00_refined.bvh")
+    out.write_bytes(clip.read_bytes())  # by its name and its skeleton alone
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert said.endswith("0 clips done, 1 known, 0 failed; 1 export of another clip not taken\n")
+    with Manifest.open(tmp_path / "o") as manifest:
+        assert [record.name for record in manifest.records()] == [clip.name]
+    assert [one.path for one in survey_folder(clip.parent)] == [clip]
 
 
 def test_a_name_that_was_given_stays(folder):

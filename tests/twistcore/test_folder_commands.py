@@ -190,6 +190,17 @@ def test_sessions_of_a_folder_give_the_bytes_of_each_alone(capsys, delivery, tmp
         assert (out / name).read_bytes() != (clips / name).read_bytes()
 
 
+def test_a_session_is_replayed_on_the_source_though_its_export_has_the_same_bytes(capsys, delivery):
+    clips, sessions, out = delivery
+    (sessions / "broken.twist.json").unlink()
+    source = (clips / "one" / "walk.bvh").rename(clips / "one" / "take.bvh")
+    source.with_name("take_refined.bvh").write_bytes(source.read_bytes())  # nothing accepted
+    code, said, _ = apply(capsys, clips, sessions, out)
+    assert code == 0
+    assert "in 2 clips; 1 clip without a session" in said  # an export is to have none
+    assert files_of(out) == {"applied.jsonl", "one/take.bvh", "two/WALK.BVH"}
+
+
 def test_what_is_there_is_replaced_only_where_the_command_wrote_it(capsys, delivery):
     clips, sessions, out = delivery
     (sessions / "broken.twist.json").unlink()

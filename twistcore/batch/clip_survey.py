@@ -11,6 +11,7 @@ from twistcore.analysis import analyse
 from twistcore.batch.how_bad import severity, unchecked
 from twistcore.clip_files import clips_in
 from twistcore.detection import DEFAULT_METHOD
+from twistcore.export.exports_beside import without_exports
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.processes import each, reason
@@ -54,8 +55,11 @@ def survey(
 def survey_folder(
     folder: Path | str, profile: Profile | None = None, workers: int = 1
 ) -> list[ClipSurvey]:
-    """All clips of a folder, worst first; those that cannot be read, last, say why."""
-    paths = clips_in(Path(folder))
+    """All clips of a folder, worst first; those that cannot be read, last, say why.
+
+    Less what this program wrote of one of them: :func:`exports_beside.exports_among`.
+    """
+    paths = without_exports(clips_in(Path(folder)))
     found = [
         ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r
         for path, r in each(partial(survey, profile=profile), paths, workers)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import os
 import sys
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -13,6 +14,7 @@ from twistcore.batch.clip_task import signature_of
 from twistcore.batch.manifest import FILE, is_batch_folder
 from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.errors import TwistError
+from twistcore.export.exports_beside import exports_in
 
 
 @dataclass(frozen=True)
@@ -33,10 +35,14 @@ class Source:
 
 @dataclass(frozen=True)
 class Inputs:
-    """The clips, in the order of what was asked for, and a sentence for each that found none."""
+    """The clips, in the order of what was asked for, and a sentence for each that found none.
+
+    exports: how many files were left out, as this program wrote them of clips beside them.
+    """
 
     sources: tuple[Source, ...]
     problems: tuple[str, ...]
+    exports: int = 0
 
 
 def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
@@ -45,26 +51,31 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
     A word is a file (of any suffix), a folder (its clips, and those of all folders below, but for
     hidden ones and for folders that a batch has written), a pattern with *, ? or [ ], in which **
     goes over folders, '@FILE' for a list with a word a line, '@-' or '-' for one on standard input,
-    or a URL of a file or folder. without: a folder that is left out, where it lies below another.
-    TwistError where something in that is named itself, a list cannot be read, or there is no clip
-    at all.
+    or a URL of a file or folder. Of a folder or a pattern on this machine those are left out that
+    are exports of others of it: :func:`exports_beside.exports_among`. without: a folder that is
+    left out, where it lies below another. TwistError where something in that is named itself, a
+    list cannot be read, or there is no clip at all.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
     files: list[str] = []
+    exports: set[str] = set()
     for word in _spelled_out(words):
         if without is not None and "://" not in word and _is_in(word, without):
             raise TwistError(f"{word}: expected clips outside {without}, which is written into")
         group = list(_of_word(word, without, files))
         if not group and word not in files:
             problems.append(f"{word}: expected a clip, or a folder or a pattern with some")
+        left_out = set() if "://" in word else _exports_among(group)
+        exports |= left_out
         for source in group:
-            found.setdefault(source.path, source)
+            if source.path not in left_out:
+                found.setdefault(source.path, source)
     for source in _of_files(files):
         found.setdefault(source.path, source)
     if not found:
         raise TwistError(problems[0] if problems else "expected clips, found an empty list")
-    return Inputs(tuple(_named_apart(found.values())), tuple(problems))
+    return Inputs(tuple(_named_apart(found.values())), tuple(problems), len(exports - found.keys()))
 
 
 def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
@@ -167,6 +178,19 @@ def _other(path: str) -> bool:
     from twistcore.formats import is_other_data  # numpy
 
     return is_other_data(path)
+
+
+def _exports_among(sources: Iterable[Source]) -> set[str]:
+    """The paths of those that are exports of others in the same folder."""
+    folders: dict[str, list[str]] = defaultdict(list)
+    for source in sources:
+        folder, name = os.path.split(source.path)
+        folders[folder].append(name)
+    return {
+        os.path.join(folder, name)  # noqa: PTH118
+        for folder, names in folders.items()
+        for name in exports_in(folder, names)
+    }
 
 
 def _is_in(path: Path | str, folder: Path) -> bool:

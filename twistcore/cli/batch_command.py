@@ -65,7 +65,8 @@ def batch(arguments: argparse.Namespace) -> int:
         left = f"{summary.left} clips to go; the same command goes on"
         print(f"{summary.stopped}: {left}", file=sys.stderr)
     counts = f"{summary.done} clips done, {summary.known} known, {len(summary.failed)} failed"
-    print(f"{arguments.output}: {counts}")
+    exports = f"; {_exports(inputs.exports)} not taken" if inputs.exports else ""
+    print(f"{arguments.output}: {counts}{exports}")
     if summary.stopped == "stopped":
         return 130
     if summary.unreadable and not summary.done + summary.known + summary.left:
@@ -83,6 +84,10 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
                 for sentence in sentences:
                     print(f"{name}: {sentence}", file=sys.stderr)
     return told
+
+
+def _exports(count: int) -> str:
+    return "1 export of another clip" if count == 1 else f"{count} exports of other clips"
 
 
 def _written(

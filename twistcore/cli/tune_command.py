@@ -13,6 +13,7 @@ from twistcore.cli.output import refuse_overwrite, tell_problems
 from twistcore.clip_files import clips_in
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
+from twistcore.export.exports_beside import without_exports
 from twistcore.processes import each, reason
 from twistcore.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import TauCurve, clip_curves, cost_of_all, tuned, write_profile
@@ -40,7 +41,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     source: Path = arguments.source
     if arguments.performer is not None:
         raise TwistError("--performer: expected --verdicts, too; an injected error is nobody's")
-    paths = clips_in(source) if source.is_dir() else [source]
+    paths = without_exports(clips_in(source)) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a clip or a folder with some")
     sessions = FolderSessions({}, ())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +16,7 @@ from twistcore.clip import ChannelJump, rewritten
 from twistcore.clip_files import clips_by_name
 from twistcore.encoding import json_text
 from twistcore.errors import FormatError, TwistError
+from twistcore.export.exports_beside import exports_among
 from twistcore.export.replay import replayed, uncorrected
 from twistcore.file_marks import file_mark
 from twistcore.tuning.folder_sessions import read_sessions
@@ -37,7 +38,8 @@ class Pair:
 class Pairs:
     """What belongs together; problems: sessions that cannot be replayed, a sentence each.
 
-    older: sessions of a clip that has a later one; alone: clips without a session.
+    older: sessions of a clip that has a later one; alone: clips without a session, less exports of
+    others.
     """
 
     pairs: tuple[Pair, ...]
@@ -68,13 +70,15 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
 
     That is the clip of its name with its bytes, else one of other name with its bytes; of several
     the one whose folder lies in that of the clips as the session's does in that of the sessions.
-    Of several sessions of a clip the latest. What lies in `output` is no clip. TwistError where
-    there is no clip, or no session.
+    An export beside its source is meant only where no other fits. Of several sessions of a clip the
+    latest. What lies in `output` is no clip. TwistError where there is no clip, or no session.
     """
     there = clips_by_name(clips)
     if (inside := output.resolve()).is_relative_to(clips.resolve()):
         there = {n: p for n, p in there.items() if not (clips.resolve() / n).is_relative_to(inside)}
-    files = _Clips(there)
+    exported = exports_among(there.values())
+    exports = {name for name, path in there.items() if path in exported}
+    files = _Clips(there, exports)
     problems: list[str] = []
     found: dict[str, list[Path]] = defaultdict(list)
     for path, session in read_sessions(sessions, below=True):
@@ -93,15 +97,15 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
         tuple(Pair(of_clip[-1], there[name], name) for name, of_clip in ordered.items()),
         tuple(problems),
         tuple(path for of_clip in ordered.values() for path in of_clip[:-1]),
-        tuple(name for name in there if name not in found),
+        tuple(name for name in there if name not in found and name not in exports),
     )
 
 
 class _Clips:
     """Clips by their names and by their bytes; these are read where a name says nothing."""
 
-    def __init__(self, paths: Mapping[str, Path]) -> None:
-        self._paths = paths
+    def __init__(self, paths: Mapping[str, Path], exports: Collection[str]) -> None:
+        self._paths, self._exports = paths, exports
         self._named: dict[str, list[str]] = defaultdict(list)
         for name, path in paths.items():
             self._named[path.name].append(name)
@@ -111,6 +115,7 @@ class _Clips:
         named = self._named.get(clip, [])
         same = [name for name in named if self._mark(name) == sha256]
         same = same or self._by_bytes.get(sha256, [])
+        same = [name for name in same if name not in self._exports] or same
         beside = [name for name in same if PurePath(name).parent == folder]
         if len(beside or same) == 1:
             return (beside or same)[0]
