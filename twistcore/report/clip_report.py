@@ -30,7 +30,7 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
     written = {
         page: encoded(clip_page(document, report, drawn=pictures_of(report) if pictures else None)),
         table: encoded(intervals_csv(report)),
-        markers: encoded(blender_markers(report.clip.name, report.state.intervals)),
+        markers: encoded(blender_markers(report.clip.name, report.state.intervals, report.verdict)),
     }
     marks = {path.name: hashlib.sha256(data).hexdigest() for path, data in written.items()}
     written[last] = json_bytes(document | {"files": {**report.files, **marks}})

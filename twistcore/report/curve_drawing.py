@@ -7,7 +7,7 @@ column's frames have, so that no jump of a single frame is lost. x counts column
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,7 +78,10 @@ class Panel:
 
 
 class ClipCurves:
-    """The curves of a clip under review; tau: radians by the name of a chain or limb."""
+    """The curves of a clip under review.
+
+    tau: radians by the name of a chain or limb; verdict: what is told of an interval.
+    """
 
     def __init__(
         self,
@@ -86,7 +89,9 @@ class ClipCurves:
         method: str,
         tau: Mapping[str, float],
         judged: Sequence[Judged],
+        verdict: Callable[[Judged], str] = lambda judged: judged.verdict,
     ) -> None:
+        self._verdict = verdict
         self._analysis, self._method, self._tau = analysis, method, tau
         self._by_chain: dict[str, list[Judged]] = {}
         for one in judged:
@@ -149,9 +154,9 @@ class ClipCurves:
             Band(
                 round((j.interval.start - span[0]) * scale, 1),
                 round(max(j.interval.frames * scale, 1.5), 1),
-                j.verdict,
+                self._verdict(j),
                 f"frames {j.interval.start}–{j.interval.stop}, "
-                f"{np.degrees(j.interval.shown):+.1f}°, {j.verdict}",
+                f"{np.degrees(j.interval.shown):+.1f}°, {self._verdict(j)}",
             )
             for j in judged
         )

@@ -1,0 +1,91 @@
+"""A page tells what was taken out of a clip: not what was only decided, and all that was."""
+
+import csv
+import json
+import re
+
+import pytest
+
+from tests.twistcore import amc_files
+from tests.twistcore.reviews import CHAINS, CLIP, flip
+from twistcore.amc import read_amc
+from twistcore.analysis import analyse
+from twistcore.export.replay import accepted_motion
+from twistcore.report.clip_page import clip_page
+from twistcore.report.clip_report import write_clip_report
+from twistcore.report.picture_job import Drawn
+from twistcore.report.report_document import Report, report_to_json
+from twistcore.review import Decide, Decision, start_review
+from twistcore.review.model import constant
+
+LIMB = "rfemur-rfoot"
+WHEN = "2026-01-02T10:00:00+00:00"
+
+
+def reviewed(clip, chains, found, accepted, reviewer=""):
+    tau = {c.name: 0.1 for c in chains}
+    state = start_review("consistency", tau, found, [c.name for c in chains])
+    when = WHEN if reviewer else ""
+    for one in accepted:
+        state = Decide((one,), Decision.ACCEPTED, reviewer, when).apply(state)
+    return Report(clip, chains, state, accepted_motion(clip, chains, state))
+
+
+@pytest.fixture
+def foot(tmp_path):
+    """A figure whose foot has one channel: of two flips that with the foot kept cannot be out."""
+    clip = read_amc(amc_files.written(tmp_path, False))
+    found = [flip(LIMB, 20, 30, 170.0, carried=True), flip(LIMB, 60, 68, 172.0)]
+    return clip, analyse(clip).chains_and_limbs, found
+
+
+@pytest.mark.parametrize("reviewer", ["", "Kim"])
+def test_what_the_figure_cannot_have_taken_out_is_not_told_as_applied(tmp_path, foot, reviewer):
+    report = reviewed(*foot, (1, 2), reviewer)
+    page, table, markers, listing = write_clip_report(tmp_path / "out", report)
+    document = json.loads(listing.read_bytes())
+    done = "accepted" if reviewer else "applied automatically"
+    assert [(i["decision"], i["stuck"]) for i in document["intervals"]] == [
+        (done, ""), ("not correctable", "rfoot")
+    ]  # fmt: skip
+    told = {k: n for k, n in document["decisions"].items() if n}
+    assert told == {done: 1, "not correctable": 1}
+    (why,) = [w for w in document["warnings"] if "rfoot" in w]
+    assert why.startswith(f"{LIMB} was not corrected where its end was kept")
+    assert document["changed"]["frames"] == 10
+    rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
+    assert [row["decision"] for row in rows] == [done, "not correctable"]
+    assert markers.read_text("utf-8").count("not correctable") == 1
+    text = page.read_text("utf-8")
+    assert '<b class="not">1</b> not correctable' in text
+    assert why in text
+    (line,) = re.findall(r'<tr><th scope="row">.*60–68 .*</tr>', text)
+    assert line.count('<td class="n">–</td>') == 2  # nothing is taken out: no change
+    assert 'class="not">not correctable: rfoot</td>' in line
+    assert str(tmp_path) not in text
+
+
+def test_there_is_no_picture_after_a_correction_that_there_is_not(foot):
+    picture = (b"before", b"after")
+    for accepted in ((1, 2), (1,)):
+        report = reviewed(*foot, accepted)
+        page = clip_page(report_to_json(report), report, Drawn((picture, picture)))
+        assert page.count("<figcaption>Before<") == 2
+        assert page.count("<figcaption>After<") == 1
+        assert "If accepted<" not in page
+        assert page.count("rfoot without three rotation channels.") == 1
+
+
+def find_panels(report):
+    """The paths of 'after' in the worst finds, as many of them as there are strokes."""
+    page = clip_page(report_to_json(report), report)
+    finds = re.findall(r'<article class="find.*?</article>', page, re.DOTALL)
+    return [sum(p.count("M") for p in re.findall(r'class="after" d="([^"]*)"', f)) for f in finds]
+
+
+def test_what_is_applied_beside_a_find_is_drawn_as_applied():
+    """Two of the worst near each other: both are drawn after the correction in both panels."""
+    found = [constant("LeftForeArm", 100, 110, 0.9), constant("LeftForeArm", 130, 140, 0.8)]
+    assert find_panels(reviewed(CLIP, CHAINS, found, (1, 2))) == [2, 2]
+    assert find_panels(reviewed(CLIP, CHAINS, found, (1,))) == [1, 2]
+    assert find_panels(reviewed(CLIP, CHAINS, found, ())) == [1, 1]
