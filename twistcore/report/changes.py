@@ -20,7 +20,7 @@ from twistcore.export.compare import Difference
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.review import ReviewState
-from twistcore.rotation import Array, geodesic_angle, wrap
+from twistcore.rotation import geodesic_angle
 
 _ROWS = 4096  # frames looked at together
 
@@ -138,11 +138,3 @@ def left_to_json(intervals: Sequence[Interval]) -> list[dict[str, Any]]:
             entry |= i.evidence or {}
         out.append(entry)
     return out
-
-
-def degrees_of(offset: Array) -> tuple[float, float]:
-    """The largest and the RMS of an offset (n,), radians, in degrees; 0 for none."""
-    if not len(offset):
-        return 0.0, 0.0
-    angle = np.degrees(np.abs(wrap(offset)))
-    return float(angle.max()), float(np.sqrt(np.mean(angle**2)))

@@ -15,7 +15,6 @@ from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.refinement import Corrected, refine
 from twistcore.report.changes import (
-    degrees_of,
     found_again,
     joint_changes,
     kept_in,
@@ -26,6 +25,7 @@ from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn, Figure, draw, figure_of
 from twistcore.report.report_document import Report, moves_to_tell
 from twistcore.review.model import Decision, Judged
+from twistcore.rotation import largest_and_rms
 
 WORST = 3  # finds that are shown in pictures
 
@@ -163,7 +163,7 @@ def _decisions(
     """Every interval as the document has it, with what only the page tells."""
     out = []
     for row, one in zip(document["intervals"], report.state.intervals, strict=True):
-        largest, rms = degrees_of(one.interval.offset)
+        largest, rms = largest_and_rms(one.interval.offset)
         more = {
             "max_deg": largest,
             "rms_deg": rms,
