@@ -5,12 +5,16 @@ import math
 import numpy as np
 import pytest
 
+from tests.twistcore.batch_records import done, interval
 from tests.twistcore.reviews import CHAINS, CLIP
 from twistcore.analysis import ClipAnalysis
 from twistcore.batch.clip_result import processed
+from twistcore.batch.how_bad import percent_affected
 from twistcore.batch.parameters import Parameters
+from twistcore.batch.result_files import clip_row
 from twistcore.detection import Interval
 from twistcore.report.clip_page import clip_page
+from twistcore.report.folder_numbers import FolderNumbers
 from twistcore.report.report_document import Report, report_to_json
 from twistcore.review import start_review
 from twistcore.rotation import largest_and_rms
@@ -40,3 +44,19 @@ def test_a_batch_and_a_page_say_the_same_of_it(monkeypatch):
     report = Report(CLIP, CHAINS, state, CLIP.motion)
     page = clip_page(report_to_json(report), report)
     assert '<td class="n">117.00°</td><td class="n">85.41°</td>' in page
+
+
+def test_the_share_of_frames_is_of_frames_and_of_none_it_is_none():
+    assert percent_affected(10, 40) == 25.0
+    assert percent_affected(0, 0) == 0.0
+
+
+def test_the_table_and_the_page_have_the_same_share():
+    walk = done("a.bvh", interval())
+    numbers = FolderNumbers()
+    row = numbers.add(walk)
+    share = percent_affected(walk.result["affected_frames"], walk.result["frames"])
+    assert 0.0 < share < 100.0
+    assert clip_row(walk)["affected_percent"] == row.share == numbers.share == share
+    numbers.add(done("b.bvh"))
+    assert numbers.share == share / 2

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from twistcore.batch.how_bad import percent_affected
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 
@@ -50,7 +51,7 @@ class ClipRow:
     @property
     def share(self) -> float:
         """Percent of the frames that are affected."""
-        return 100.0 * self.affected / self.frames if self.frames else 0.0
+        return percent_affected(self.affected, self.frames)
 
 
 @dataclass
@@ -124,7 +125,7 @@ class FolderNumbers:
     @property
     def share(self) -> float:
         """Percent of the frames that are affected."""
-        return 100.0 * self.affected / self.frames if self.frames else 0.0
+        return percent_affected(self.affected, self.frames)
 
     def an_hour(self, kind: str) -> float:
         """Intervals of a kind an hour of capture."""
