@@ -13,6 +13,7 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
+from twistcore.limb import Limb
 from twistcore.refinement import Corrected, refine
 from twistcore.report.changes import (
     found_again,
@@ -20,7 +21,7 @@ from twistcore.report.changes import (
     kept_in,
     left_to_json,
 )
-from twistcore.report.curve_drawing import ClipCurves, is_limb, weight
+from twistcore.report.curve_drawing import ClipCurves, weight
 from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn, Figure, draw, figure_of
 from twistcore.report.report_document import Report, moves_to_tell
@@ -130,7 +131,7 @@ def _finds(
         stuck = report.stuck.get(judged.id, ())
         find: dict[str, Any] = {
             "label": chain.label,
-            "limb": is_limb(chain),
+            "limb": isinstance(chain, Limb),
             "kind": interval.kind.value,
             "interval": interval,
             "degrees": float(np.degrees(interval.shown)),

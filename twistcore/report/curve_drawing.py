@@ -115,7 +115,9 @@ class ClipCurves:
         drawn = []
         for chain in worst:
             strength = np.degrees(self._analysis.detector(self._method).strength(chain.name))
-            symbol, what = ("Δφ", "jump of the swivel") if is_limb(chain) else ("m(t)", "strength")
+            symbol, what = (
+                ("Δφ", "jump of the swivel") if isinstance(chain, Limb) else ("m(t)", "strength")
+            )
             limit = float(np.degrees(self._tau[chain.name]))
             rows = [
                 _two(symbol, meaning, before, after, columns)
@@ -176,11 +178,6 @@ class ClipCurves:
             ("θp", "twist of the parent", *_whole(signals.theta_p, after.theta_p, sound.theta_p)),
             ("θc", "azimuth of the child", *_whole(signals.theta_c, after.theta_c, sound.theta_c)),
         ]
-
-
-def is_limb(chain: Chain) -> bool:
-    """Whether a chain is a limb as a whole."""
-    return isinstance(chain, Limb)
 
 
 def _whole(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:

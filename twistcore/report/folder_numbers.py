@@ -74,7 +74,6 @@ class FolderNumbers:
     applied: int | None = None
     left: int | None = None
     decided: int = 0
-    rejected: int = 0
     reviewers: Counter[str] = field(default_factory=Counter)
     how: Counter[str] = field(default_factory=Counter)
 
@@ -96,7 +95,6 @@ class FolderNumbers:
         if row.left is not None:
             self.left = (self.left or 0) + row.left
         self.decided += row.decided or 0
-        self.rejected += int(record.decisions.get("rejected", 0))
         self.reviewers.update(row.reviewers)
         self._add_intervals(result["intervals"])
         told = [f"twistcore {record.version}", f"detector {result['method']}"]
