@@ -7,15 +7,19 @@ import re
 import pytest
 
 from tests.twistcore import amc_files
-from tests.twistcore.reviews import CHAINS, CLIP, flip
+from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, flip, flipped
 from twistcore.amc import read_amc
 from twistcore.analysis import analyse
+from twistcore.clip import write_clip
+from twistcore.export.detection_json import intervals_to_json
 from twistcore.export.replay import accepted_motion
+from twistcore.formats import read_clip
+from twistcore.report.changes import found_again
 from twistcore.report.clip_page import clip_page
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.picture_job import Drawn
 from twistcore.report.report_document import Report, report_to_json
-from twistcore.review import Decide, Decision, start_review
+from twistcore.review import Decide, Decision, Review, start_review
 from twistcore.review.model import constant
 
 LIMB = "rfemur-rfoot"
@@ -89,3 +93,21 @@ def test_what_is_applied_beside_a_find_is_drawn_as_applied():
     assert find_panels(reviewed(CLIP, CHAINS, found, (1, 2))) == [2, 2]
     assert find_panels(reviewed(CLIP, CHAINS, found, (1,))) == [1, 2]
     assert find_panels(reviewed(CLIP, CHAINS, found, ())) == [1, 1]
+
+
+def test_what_is_left_of_a_limb_is_told_by_the_limb_and_with_what_became_of_it(tmp_path):
+    """As in `detect --json`, whose `chain` is the joint that a limb begins with."""
+    write_clip(CLIP, flipped(CLIP.motion, flip(), CARRIED), tmp_path / "flipped.bvh")
+    clip = read_clip(tmp_path / "flipped.bvh")
+    found = analyse(clip).detect()
+    chains, review = found.chains_and_limbs, Review.of(found)
+    at = next(j.id for j in review.state.intervals if j.interval.start == CARRIED.start)
+    state = Decide((at,), Decision.ACCEPTED).apply(review.state)
+    report = Report(clip, chains, state, accepted_motion(clip, chains, state))
+    left = intervals_to_json(found_again(report.refined, chains, state))
+    names = {(i["chain"], i.get("limb"), i["start"]) for i in left}
+    assert ("RightUpLeg", "RightUpLeg-RightFoot", 100) in names
+    page = clip_page(report_to_json(report), report)
+    after = page[page.index("looked at again") :]
+    row = r'<th scope="row">RightUpLeg-RightFoot</th><td>limb flip.*?>100–108<.*>undecided</td>'
+    assert re.search(row, after)

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis import ClipAnalysis, Detection
 from twistcore.bvh import BvhClip
 from twistcore.chain import Chain
 from twistcore.clip import Clip, changed_rotations
-from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import Difference
 from twistcore.formats import read_clip
@@ -114,27 +112,9 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
     return same.reshape(shape)
 
 
-def found_again(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> list[Interval]:
+def found_again(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> Detection:
     """What is found in the corrected motion by the same detector at the same τ."""
     analysis = ClipAnalysis(refined, chains, rig=state.rig)
     found = analysis.detect(state.method, tau_radians=dict(state.tau))
-    return [interval for interval in found if interval.chain in state.tau]
-
-
-def left_to_json(intervals: Sequence[Interval]) -> list[dict[str, Any]]:
-    """What is left, as far as a page shows it, in the words of `detect --json`."""
-    out = []
-    for i in intervals:
-        entry: dict[str, Any] = {
-            "chain": i.chain,
-            "kind": i.kind.value,
-            "start": i.start,
-            "stop": i.stop,
-            "delta_deg": float(np.degrees(i.delta)),
-            "confidence": i.confidence,
-            "open": i.open,
-        }
-        if i.kind == Kind.LONE_JUMP:
-            entry |= i.evidence or {}
-        out.append(entry)
-    return out
+    known = {name: t for name, t in found.tau.items() if name in state.tau}
+    return replace(found, tau=known, intervals=tuple(i for i in found if i.chain in known))

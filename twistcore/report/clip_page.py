@@ -13,13 +13,13 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
+from twistcore.export.detection_json import intervals_to_json
 from twistcore.limb import Limb
 from twistcore.refinement import Corrected, refine
 from twistcore.report.changes import (
     found_again,
     joint_changes,
     kept_in,
-    left_to_json,
 )
 from twistcore.report.curve_drawing import ClipCurves, weight
 from twistcore.report.page_templates import rendered
@@ -190,7 +190,7 @@ def _evidence(report: Report) -> dict[str, Any]:
             trouble = str(error)
     left = report.left
     if left is None and changes:
-        left = left_to_json(found_again(report.refined, report.chains, report.state))
+        left = intervals_to_json(found_again(report.refined, report.chains, report.state))
     if left is not None:
         left = [{**entry, "before": _before(entry, report)} for entry in left]
     return {"changes": changes, "kept": kept, "trouble": trouble, "left": left}
