@@ -3,11 +3,13 @@
 import csv
 import json
 import re
+from collections import Counter
 
+import numpy as np
 import pytest
 
 from tests.twistcore import amc_files
-from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, flip, flipped
+from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped, spun
 from twistcore.amc import read_amc
 from twistcore.analysis import analyse
 from twistcore.clip import write_clip
@@ -111,3 +113,47 @@ def test_what_is_left_of_a_limb_is_told_by_the_limb_and_with_what_became_of_it(t
     after = page[page.index("looked at again") :]
     row = r'<th scope="row">RightUpLeg-RightFoot</th><td>limb flip.*?>100–108<.*>undecided</td>'
     assert re.search(row, after)
+
+
+def test_a_lone_jump_is_told_alike_wherever_it_stands(tmp_path):
+    """It has no δ: its turn and speed stand beside its kind, before the correction and after."""
+    write_clip(CLIP, spun("RightHand", 60, 61, 100.0, CLIP.motion), tmp_path / "spun.bvh")
+    clip = read_clip(tmp_path / "spun.bvh")
+    found = analyse(clip).detect()
+    chains, review = found.chains_and_limbs, Review.of(found)
+    review.accept()
+    refined = accepted_motion(clip, chains, review.state)
+    report = Report(clip, chains, review.state, refined)
+    page = clip_page(report_to_json(report), report)
+    told = r"<td>lone jump of RightHand, ([+-][\d.]+° at [\d,]+°/s)</td>(.*?)</tr>"
+    told = re.findall(told, page)
+    jumps = [i for i in found if not i.repairable and i.joint == "RightHand"]
+    assert len(jumps) > 0
+    assert len(told) == 2 * len(jumps)
+    turns = Counter(f"{np.degrees(i.residual):+.2f}" for i in jumps)
+    assert Counter(words.partition("°")[0] for words, _ in told) == turns + turns
+    assert all('<td class="n">–</td>' in cells and "°</td>" not in cells for _, cells in told)
+
+
+def test_a_find_is_named_by_its_chain_and_the_pictures_say_what_they_show():
+    """Right leg is a limb, Right Leg a chain: the name that tells them apart stands beside it."""
+    found = [flip(), constant("LeftForeArm", 40, 45, 0.9)]
+    report = reviewed(CLIP, (*CHAINS, *LIMBS), found, (1, 2))
+    drawn = Drawn(((b"before", b"after"),) * 2)
+    page = clip_page(report_to_json(report), report, drawn)
+    heads = dict(re.findall(r'<h3>([^<]*) <span class="soft small">([^<]*)</span> <span', page))
+    assert heads == {"Right leg": "RightUpLeg-RightFoot", "Left ForeArm": "LeftForeArm"}
+    after = re.findall(r'alt="The same frame ([^"]*)"', page)
+    assert [("stripes" in words, "ForeArm" in words) for words in after] == [
+        (False, False), (True, True)
+    ]  # fmt: skip
+
+
+def test_the_legend_of_the_curves_has_every_band():
+    found = [constant("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(2)]
+    report = reviewed(CLIP, CHAINS, found, (1,))
+    page = clip_page(report_to_json(report), report)
+    legend = page[page.index('id="h-curves"') :].partition("</ul>")[0]
+    assert re.findall(r'class="band (\w+)"', legend) == [
+        "accepted", "undecided", "rejected", "seen"
+    ]  # fmt: skip
