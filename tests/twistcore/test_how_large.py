@@ -1,12 +1,14 @@
 """How large an error is, and in how many frames: one number in the batch and on every page."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.twistcore import amc_files
 from tests.twistcore.batch_records import done, interval
-from tests.twistcore.reviews import CHAINS, CLIP
+from tests.twistcore.reviews import CHAINS, CLIP, flip
 from twistcore.analysis import ClipAnalysis
 from twistcore.batch.clip_result import processed
 from twistcore.batch.how_bad import percent_affected
@@ -27,16 +29,19 @@ def test_an_angle_beyond_a_half_turn_counts_by_the_shorter_way():
     assert largest_and_rms([]) == (0.0, 0.0)
 
 
-def test_a_batch_and_a_page_say_the_same_of_it(monkeypatch):
-    found = Interval("LeftForeArm", 10, 12, np.radians([243.0, -30.0]), 0.9)
+def finding(monkeypatch, *found):
+    """Let every analysis find these intervals."""
     real = ClipAnalysis.detect
 
     def detect(self, *words, **more):
-        detection = real(self, *words, **more)
-        object.__setattr__(detection, "intervals", (found,))
-        return detection
+        return replace(real(self, *words, **more), intervals=found)
 
     monkeypatch.setattr(ClipAnalysis, "detect", detect)
+
+
+def test_a_batch_and_a_page_say_the_same_of_it(monkeypatch):
+    found = Interval("LeftForeArm", 10, 12, np.radians([243.0, -30.0]), 0.9)
+    finding(monkeypatch, found)
     _, document, _ = processed(CLIP.path, Parameters())
     assert document["degrees"]["max"] == pytest.approx(117.0)
     assert document["degrees"]["rms"] == pytest.approx(85.408, abs=1e-3)
@@ -44,6 +49,19 @@ def test_a_batch_and_a_page_say_the_same_of_it(monkeypatch):
     report = Report(CLIP, CHAINS, state, CLIP.motion)
     page = clip_page(report_to_json(report), report)
     assert '<td class="n">117.00°</td><td class="n">85.41°</td>' in page
+
+
+def test_a_batch_counts_as_applied_what_was(monkeypatch, tmp_path):
+    """Of two flips of a limb whose end has one channel that with the end carried is taken out."""
+    limb = "rfemur-rfoot"
+    carried = flip(limb, 20, 30, 170.0, carried=True)
+    finding(monkeypatch, carried, flip(limb, 60, 68, 172.0))
+    path = amc_files.written(tmp_path, False)
+    clip, document, corrected = processed(path, Parameters(refine=True))
+    assert corrected != clip.data
+    assert document["applied"] == 1
+    (told,) = [w for w in document["warnings"] if "not corrected" in w]
+    assert told.startswith(f"{limb} was not corrected where its end was kept: rfoot")
 
 
 def test_the_share_of_frames_is_of_frames_and_of_none_it_is_none():

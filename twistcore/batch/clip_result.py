@@ -15,7 +15,6 @@ from twistcore.analysis import ALL_KINDS, Detection, analyse
 from twistcore.batch.how_bad import severity, unchecked
 from twistcore.batch.parameters import Parameters
 from twistcore.bvh import parse_bvh
-from twistcore.chain import uncorrectable_joints
 from twistcore.clip import Clip, rewritten
 from twistcore.detection import Kind
 from twistcore.detection.cuts import border_notes
@@ -25,6 +24,7 @@ from twistcore.motion import Motion
 from twistcore.quality.figure_quality import figure_quality
 from twistcore.rig import AS_FOUND, rig_from_json
 from twistcore.rotation import largest_and_rms
+from twistcore.twist_removal import stuck_joints
 
 SCHEMA = "twistcore.batch_clip/1"
 
@@ -106,18 +106,13 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
     """The corrected motion, how many intervals are out of it, and what could not be corrected."""
-    from twistcore.export.replay import accepted_motion
+    from twistcore.export.replay import accepted_motion, uncorrected
     from twistcore.review import Review
 
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(parameters.min_confidence, include_open=parameters.include_open)
     refined = accepted_motion(clip, chains, review.state)
-    used = {interval.chain for interval in review.accepted}
-    skipped = {
-        chain.name: f"{chain.name} was not corrected: {', '.join(joints)} "
-        "without three rotation channels"
-        for chain in chains
-        if chain.name in used and (joints := uncorrectable_joints(clip.motion, chain))
-    }
-    applied = sum(interval.chain not in skipped for interval in review.accepted)
-    return refined, applied, list(skipped.values())
+    by_name = {chain.name: chain for chain in chains}
+    applied = sum(not stuck_joints(clip.motion, by_name[i.chain], [i]) for i in review.accepted)
+    skipped, _ = uncorrected(clip, chains, review.accepted)
+    return refined, applied, [told.removeprefix(f"{clip.path}: ") for told in skipped]
