@@ -28,6 +28,14 @@ def wrap(angle: ArrayLike) -> Array:
     return wrapped
 
 
+def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
+    """Largest and RMS of angles (n,), radians, each the shorter way round; degrees, 0 for none."""
+    sizes = np.degrees(np.abs(wrap(angles)))
+    if not sizes.size:
+        return 0.0, 0.0
+    return float(sizes.max()), float(np.sqrt(np.mean(sizes**2)))
+
+
 def _wrap(a: Array) -> Array:
     wrapped: Array = a - 2.0 * np.pi * np.ceil((a - np.pi) / (2.0 * np.pi))
     return wrapped

@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,7 @@ def test_clips_are_found_by_name_kind_and_state(browser):
 
     assert chosen("find", "WALK") == ["a/walk & <injected>.bvh", "walk.bvh"]
     assert browser.tell("document.getElementById('shown').textContent") == "2 of 4 clips"
+    assert chosen("find", "breaks a rule") == []  # what stands beside a name is none of it
     assert chosen("find", "") == ["a/walk & <injected>.bvh", "gone.bvh", "kick.bvh", "walk.bvh"]
     assert chosen("kind", "none") == ["walk.bvh"]
     assert chosen("kind", "k1") == ["gone.bvh", "kick.bvh"]
@@ -133,3 +135,30 @@ def test_nobody_is_kept_from_reading_it(browser, report, page):
         assert browser.tell("document.documentElement.scrollWidth") <= width
         browser.tell(Path(AXE).read_text("utf-8") + "; 0")
         assert json.loads(browser.tell(RUN)) == []
+
+
+def test_a_long_table_has_its_head_on_every_printed_page(browser):
+    """A head of buttons is not repeated: printed, they are none."""
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    shown = "getComputedStyle(document.querySelector('#table th button')).display"
+    assert browser.tell(shown) == "contents"
+    browser.call("Emulation.setEmulatedMedia", media="")
+    assert browser.tell(shown) != "contents"
+
+
+def test_no_tile_stands_alone_and_no_reason_is_cut(browser, report):
+    tops = "JSON.stringify([...document.querySelectorAll('.figures > div')].map(t => t.offsetTop))"
+    for count in (10, 11, 12):
+        browser.tell(f"""(() => {{
+          const tiles = document.querySelector('.figures');
+          while (tiles.children.length > {count}) tiles.lastElementChild.remove();
+          while (tiles.children.length < {count}) tiles.append(tiles.children[0].cloneNode(true));
+        }})()""")
+        rows = Counter(json.loads(browser.tell(tops)))
+        assert rows.total() == count
+        assert min(rows.values()) > 1
+    browser.size(400, 900)
+    long = "/".join(["a_folder_with_a_name"] * 8)
+    browser.tell(f"document.querySelector('td.text').textContent = '{long}'")
+    wide = "document.querySelector('td.text').scrollWidth"
+    assert browser.tell(wide) <= 400

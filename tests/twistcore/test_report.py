@@ -133,7 +133,7 @@ def test_it_says_who_when_and_what_nobody_saw(tmp_path):
     document = json.loads(listing.read_bytes())
     verdicts = ["accepted", "rejected", "applied automatically", "undecided"]
     assert [i["decision"] for i in document["intervals"]] == verdicts
-    assert document["decisions"] == {**dict.fromkeys(verdicts, 1), "seen": 0}
+    assert document["decisions"] == {**dict.fromkeys(verdicts, 1), "seen": 0, "not correctable": 0}
     times = {"first": "2026-01-02T10:00:00+00:00", "last": "2026-01-02T10:05:00+00:00"}
     assert document["reviewers"] == [{"reviewer": "Kim", "decisions": 2, **times}]
     assert document["program"] == f"twistcore {__version__}"

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from tests.twistcore import amc_files
 from tests.twistcore.reviews import CLIP
 from twistcore.analysis import analyse
 from twistcore.cli import main
@@ -56,3 +57,30 @@ def test_what_cannot_be_is_refused_in_a_line(session, tmp_path, capsys, place):
     assert len(capsys.readouterr().err.splitlines()) == 1
     assert not (tmp_path / "out").exists()
     assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_the_page_of_another_clip_of_this_stem_is_not_replaced(session, tmp_path, capsys):
+    """A capture in two formats has two clips of one stem; refine refuses before it writes, too."""
+    other = amc_files.written(tmp_path, True).rename(tmp_path / "take.amc")
+    assert report(session, "-o", tmp_path / "out") == 0
+    before = {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()}
+    capsys.readouterr()
+    words = ["refine", other, "-o", tmp_path / "r.amc", "--report", tmp_path / "out"]
+    assert main([str(w) for w in words]) == 2
+    told = capsys.readouterr().err
+    assert "report of take.amc, but there is that of take.bvh" in told
+    assert len(told.splitlines()) == 1
+    assert not (tmp_path / "r.amc").exists()
+    assert {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()} == before
+
+
+def test_a_new_version_of_a_clip_and_a_renamed_one_replace_their_page(session, tmp_path):
+    assert report(session, "-o", tmp_path / "out") == 0
+    (tmp_path / "take.bvh").write_bytes(CLIP.data + b"\n")
+    clip = read_clip(tmp_path / "take.bvh")
+    write_session(tmp_path / "take.twist.json", clip, Review.of(analyse(clip).detect()).state)
+    assert report(session, "-o", tmp_path / "out") == 0
+    listing = tmp_path / "out" / "take.report.json"
+    assert json.loads(listing.read_bytes())["sha256"] == clip.sha256
+    (tmp_path / "take.bvh").rename(tmp_path / "take.BVH")
+    assert report(session, "-o", tmp_path / "out", "--clip", tmp_path / "take.BVH") == 0

@@ -23,7 +23,7 @@ from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.quality.figure_quality import figure_quality
 from twistcore.rig import AS_FOUND, rig_from_json
-from twistcore.rotation import wrap
+from twistcore.rotation import largest_and_rms
 
 SCHEMA = "twistcore.batch_clip/1"
 
@@ -71,8 +71,8 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
     for interval in found:
         if interval.repairable:
             wrong[interval.start : interval.stop] = True
-            offsets.append(np.degrees(np.abs(wrap(interval.offset))))
-    degrees = np.concatenate(offsets)
+            offsets.append(interval.offset)
+    largest, rms = largest_and_rms(np.concatenate(offsets))
     counts = Counter(interval.kind for interval in found)
     quality = figure_quality(motion)
     return {
@@ -89,10 +89,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "counts": {kind.value: counts[kind] for kind in Kind},
         "affected_frames": int(wrong.sum()),
         "severity": severity(found, motion.frames),
-        "degrees": {
-            "max": float(degrees.max(initial=0.0)),
-            "rms": float(np.sqrt(np.mean(degrees**2))) if len(degrees) else 0.0,
-        },
+        "degrees": {"max": largest, "rms": rms},
         "chains": [chain.name for chain in chains],
         "unchecked": "" if len(found) else unchecked(motion, chains),
         "warnings": [

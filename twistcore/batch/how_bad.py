@@ -27,6 +27,11 @@ def severity(intervals: Iterable[Interval], frames: int) -> float:
     return total / max(frames, 1)
 
 
+def percent_affected(affected: int, frames: int) -> float:
+    """The share of a clip's or a batch's frames in which anything is wrong, percent; 0 of none."""
+    return 100.0 * affected / frames if frames else 0.0
+
+
 def unchecked(motion: Motion, chains: Sequence[Chain]) -> str:
     """Why nothing found in a motion says nothing about it, else ''."""
     if not chains:

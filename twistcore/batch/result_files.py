@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.atomic import write_atomically, writing_atomically
+from twistcore.batch.how_bad import percent_affected
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.encoding import csv_text, encoded, escaped, json_text
@@ -74,7 +75,7 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
         same = ("frames", "fps", "seconds", "severity", "affected_frames", "applied")
         row |= {name: result[name] for name in (*same, "format", "method")}
         row |= {name: result["counts"].get(kind.value, 0) for name, kind in _KINDS.items()}
-        row["affected_percent"] = 100.0 * result["affected_frames"] / max(result["frames"], 1)
+        row["affected_percent"] = percent_affected(result["affected_frames"], result["frames"])
         row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}
         row["left"] = None if result["left"] is None else len(result["left"])
         left = "; ".join(result.get("uncorrected") or ())  # earlier results have no such key

@@ -41,7 +41,7 @@ def refine(arguments: argparse.Namespace) -> int:
     if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     if arguments.report:
-        check_report(arguments.report, clip.path.stem)
+        check_report(arguments.report, clip.path.stem, clip)
     found = detected(arguments, clip)
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(arguments.min_confidence, include_open=arguments.include_open)

@@ -44,7 +44,7 @@ def _of_session(arguments: argparse.Namespace) -> int:
     session = read_session(arguments.what)
     clip = read_clip(arguments.clip or Path(session.clip), fps=session.fps)
     chains = chains_of(session, clip)
-    check_report(arguments.output, clip.path.stem)
+    check_report(arguments.output, clip.path.stem, clip)
     refined = accepted_motion(clip, chains, session.state)
     made = Report(clip, chains, session.state, refined)
     page, *_ = write_clip_report(arguments.output, made, pictures=not arguments.no_pictures)

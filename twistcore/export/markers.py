@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -25,11 +25,18 @@ for name, start, last in INTERVALS:
 '''
 
 
-def blender_markers(clip: str, intervals: Iterable[Judged]) -> str:
-    """A Python script for Blender that sets two markers an interval; rejected ones are left out."""
+def blender_markers(
+    clip: str,
+    intervals: Iterable[Judged],
+    verdict: Callable[[Judged], str] = lambda judged: judged.verdict,
+) -> str:
+    """A Python script for Blender that sets two markers an interval; rejected ones are left out.
+
+    verdict: what is told of an interval.
+    """
     rows = [
         (
-            f"{_what(j)} {np.degrees(j.interval.size):+.1f}° {j.verdict}",
+            f"{_what(j)} {np.degrees(j.interval.size):+.1f}° {verdict(j)}",
             j.interval.start,
             j.interval.stop - 1,
         )

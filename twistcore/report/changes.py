@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis import ClipAnalysis, Detection
 from twistcore.bvh import BvhClip
 from twistcore.chain import Chain
 from twistcore.clip import Clip, changed_rotations
-from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import Difference
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.review import ReviewState
-from twistcore.rotation import Array, geodesic_angle, wrap
+from twistcore.rotation import geodesic_angle
 
 _ROWS = 4096  # frames looked at together
 
@@ -114,35 +112,9 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
     return same.reshape(shape)
 
 
-def found_again(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> list[Interval]:
+def found_again(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> Detection:
     """What is found in the corrected motion by the same detector at the same τ."""
     analysis = ClipAnalysis(refined, chains, rig=state.rig)
     found = analysis.detect(state.method, tau_radians=dict(state.tau))
-    return [interval for interval in found if interval.chain in state.tau]
-
-
-def left_to_json(intervals: Sequence[Interval]) -> list[dict[str, Any]]:
-    """What is left, as far as a page shows it, in the words of `detect --json`."""
-    out = []
-    for i in intervals:
-        entry: dict[str, Any] = {
-            "chain": i.chain,
-            "kind": i.kind.value,
-            "start": i.start,
-            "stop": i.stop,
-            "delta_deg": float(np.degrees(i.delta)),
-            "confidence": i.confidence,
-            "open": i.open,
-        }
-        if i.kind == Kind.LONE_JUMP:
-            entry |= i.evidence or {}
-        out.append(entry)
-    return out
-
-
-def degrees_of(offset: Array) -> tuple[float, float]:
-    """The largest and the RMS of an offset (n,), radians, in degrees; 0 for none."""
-    if not len(offset):
-        return 0.0, 0.0
-    angle = np.degrees(np.abs(wrap(offset)))
-    return float(angle.max()), float(np.sqrt(np.mean(angle**2)))
+    known = {name: t for name, t in found.tau.items() if name in state.tau}
+    return replace(found, tau=known, intervals=tuple(i for i in found if i.chain in known))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,19 +13,20 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
+from twistcore.export.detection_json import intervals_to_json
+from twistcore.limb import Limb
 from twistcore.refinement import Corrected, refine
 from twistcore.report.changes import (
-    degrees_of,
     found_again,
     joint_changes,
     kept_in,
-    left_to_json,
 )
-from twistcore.report.curve_drawing import ClipCurves, is_limb, weight
+from twistcore.report.curve_drawing import ClipCurves, weight
 from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn, Figure, draw, figure_of
 from twistcore.report.report_document import Report, moves_to_tell
 from twistcore.review.model import Decision, Judged
+from twistcore.rotation import largest_and_rms
 
 WORST = 3  # finds that are shown in pictures
 
@@ -52,8 +53,8 @@ def clip_page(
         report.clip.motion, report.chains, report.clip.name, report.state.rig
     )
     state, corrected = report.state, Corrected(analysis)
-    corrected.take(state.chosen())
-    drawing = ClipCurves(analysis, state.method, state.tau, state.intervals)
+    corrected.take(report.applied)
+    drawing = ClipCurves(analysis, state.method, state.tau, state.intervals, report.verdict)
     curves, left_out = drawing.panels(corrected)
     return rendered(
         "clip.html",
@@ -64,7 +65,9 @@ def clip_page(
         no_pictures=drawn.problem if drawn is not None else "",
         curves=curves,
         curves_left_out=left_out,
-        rows=_decisions(document, state.intervals),
+        rows=_decisions(document, report),
+        assumptions=list(map(str, report.clip.warnings)),
+        not_corrected=report.not_corrected,
         parameters=dict(report.parameters),
         **moves_to_tell(document, report),
         **_evidence(report),
@@ -78,7 +81,7 @@ def figure_of_worst(report: Report) -> Figure | None:
         return None
     motion = report.clip.motion
     chosen = [j.interval for j in worst]
-    after = refine(motion, report.chains, [*_besides(report, worst), *chosen])
+    after = refine(motion, report.chains, _applied_with(report, *chosen))
     wanted = [(i.chain, _telling_frame(i)) for i in chosen]
     return figure_of(motion, after, report.chains, wanted)
 
@@ -103,14 +106,9 @@ def _worst(report: Report) -> list[Judged]:
     return sorted(may, key=lambda j: (-weight(j), j.interval.start))[:WORST]
 
 
-def _besides(report: Report, worst: Sequence[Judged]) -> list[Interval]:
-    """What is applied besides these."""
-    own = {j.id for j in worst}
-    return [
-        j.interval
-        for j in report.state.intervals
-        if j.decision == Decision.ACCEPTED and j.id not in own and j.interval.repairable
-    ]
+def _applied_with(report: Report, *also: Interval) -> list[Interval]:
+    """What is applied, and these."""
+    return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
 def _telling_frame(interval: Interval) -> int:
@@ -129,22 +127,26 @@ def _finds(
     for k, judged in enumerate(worst):
         interval, chain = judged.interval, chains[judged.interval.chain]
         alone = Corrected(analysis)
-        alone.take([*_besides(report, worst), interval])
+        alone.take(_applied_with(report, interval))
+        stuck = report.stuck.get(judged.id, ())
         find: dict[str, Any] = {
             "label": chain.label,
-            "limb": is_limb(chain),
+            "limb": isinstance(chain, Limb),
             "kind": interval.kind.value,
             "interval": interval,
             "degrees": float(np.degrees(interval.shown)),
             "frame": _telling_frame(interval),
             "seconds": _telling_frame(interval) / report.clip.motion.fps,
-            "verdict": judged.verdict,
+            "verdict": report.verdict(judged),
             "applied": judged.decision == Decision.ACCEPTED,
+            "stuck": stuck,
             "panel": drawing.near(alone, judged),
             "pictures": None,
         }
         if drawn is not None and k < len(drawn.pictures):
-            find["pictures"] = [_as_address(picture) for picture in drawn.pictures[k]]
+            # Nothing is taken out of what cannot be corrected: there is no picture of it done.
+            pictures = drawn.pictures[k][:1] if stuck else drawn.pictures[k]
+            find["pictures"] = [_as_address(picture) for picture in pictures]
         out.append(find)
     return out
 
@@ -157,19 +159,20 @@ def _as_address(picture: bytes) -> str:
 
 
 def _decisions(
-    document: Mapping[str, Any], judged: Sequence[Judged]
+    document: Mapping[str, Any], report: Report
 ) -> list[tuple[Mapping[str, Any], dict[str, Any]]]:
     """Every interval as the document has it, with what only the page tells."""
     out = []
-    for row, one in zip(document["intervals"], judged, strict=True):
-        largest, rms = degrees_of(one.interval.offset)
+    for row, one in zip(document["intervals"], report.state.intervals, strict=True):
+        largest, rms = largest_and_rms(one.interval.offset)
         more = {
             "max_deg": largest,
             "rms_deg": rms,
             "reason": one.reason,
             "edited": one.edited,
             "by_hand": one.by_hand,
-            "repairable": one.interval.repairable,
+            "correctable": one.interval.repairable and one.id not in report.stuck,
+            "lone": not one.interval.repairable,
             "somebody": bool(one.reviewer or one.decided_at or one.note or one.reason),
         }
         out.append((row, more))
@@ -187,18 +190,25 @@ def _evidence(report: Report) -> dict[str, Any]:
             trouble = str(error)
     left = report.left
     if left is None and changes:
-        left = left_to_json(found_again(report.refined, report.chains, report.state))
+        left = intervals_to_json(found_again(report.refined, report.chains, report.state))
     if left is not None:
-        left = [{**entry, "before": _before(entry, report.state.intervals)} for entry in left]
+        left = [{**entry, "before": _before(entry, report)} for entry in left]
     return {"changes": changes, "kept": kept, "trouble": trouble, "left": left}
 
 
-def _before(entry: Mapping[str, Any], judged: Sequence[Judged]) -> str:
+def _before(entry: Mapping[str, Any], report: Report) -> str:
     """What was decided of what is left, an entry of `detect --json`; 'new' if it was not found."""
     name = entry.get("limb") or entry["chain"]
-    same = [j for j in judged if (j.interval.chain, j.interval.kind) == (name, entry["kind"])]
+    same = [
+        j
+        for j in report.state.intervals
+        if (j.interval.chain, j.interval.kind) == (name, entry["kind"])
+    ]
     shared = [
-        (min(j.interval.stop, entry["stop"]) - max(j.interval.start, entry["start"]), j.verdict)
+        (
+            min(j.interval.stop, entry["stop"]) - max(j.interval.start, entry["start"]),
+            report.verdict(j),
+        )
         for j in same
     ]
     frames, verdict = max(shared, default=(0, ""))

@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
+from typing import Any
 
 from twistcore.atomic import write_atomically
+from twistcore.clip import Clip
 from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import TwistError
 from twistcore.export.markers import blender_markers
@@ -23,14 +25,14 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
     :func:`check_report`.
     """
     name = report.name or report.clip.path.stem
-    check_report(folder, name)
+    check_report(folder, name, None if report.name else report.clip)
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)
     page, table, markers, last = report_files(folder, name)
     written = {
         page: encoded(clip_page(document, report, drawn=pictures_of(report) if pictures else None)),
         table: encoded(intervals_csv(report)),
-        markers: encoded(blender_markers(report.clip.name, report.state.intervals)),
+        markers: encoded(blender_markers(report.clip.name, report.state.intervals, report.verdict)),
     }
     marks = {path.name: hashlib.sha256(data).hexdigest() for path, data in written.items()}
     written[last] = json_bytes(document | {"files": {**report.files, **marks}})
@@ -39,8 +41,12 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
     return tuple(written)
 
 
-def check_report(folder: Path, name: str) -> None:
-    """TwistError where a file of somebody else lies in the place of one of a report."""
+def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
+    """TwistError where a file of somebody else, or another clip's, lies in a report's place.
+
+    clip: whose report it is to be, where `name` is its stem: clips in several formats share one. A
+    clip of the same name with other bytes is a new version of the one that was reported.
+    """
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
     for path in others:
@@ -54,6 +60,18 @@ def check_report(folder: Path, name: str) -> None:
             f"{listing}: expected a place for the report, but there is another file; move it, or "
             "do without the report"
         )
+    if clip is not None and (of := _other_clip(listing, clip)):
+        raise TwistError(
+            f"{listing}: expected a place for the report of {clip.name}, but there is that of "
+            f"{of}; choose another folder"
+        )
+
+
+def _other_clip(listing: Path, clip: Clip) -> str:
+    """The name of another clip that a report's JSON tells of, else ''."""
+    document = _listed(listing)
+    of, mark = (str(document.get(key, "")) for key in ("clip", "sha256"))
+    return of if of != clip.name and mark != clip.sha256 else ""
 
 
 def report_files(folder: Path, name: str) -> tuple[Path, ...]:
@@ -68,8 +86,16 @@ def report_marks(listing: Path) -> dict[str, str]:
     Raises TwistError for one that cannot be read.
     """
     try:
+        return dict(_listed(listing)["files"])
+    except (KeyError, ValueError, TypeError):
+        return {}
+
+
+def _listed(listing: Path) -> dict[str, Any]:
+    """A report's JSON; empty for no file or anything else, TwistError if it cannot be read."""
+    try:
         document = json.loads(listing.read_bytes())
-        return dict(document["files"]) if document["schema"] == SCHEMA else {}
+        return dict(document) if document["schema"] == SCHEMA else {}
     except (FileNotFoundError, ValueError, KeyError, TypeError, RecursionError):
         return {}
     except OSError as error:

@@ -7,7 +7,7 @@ column's frames have, so that no jump of a single frame is lost. x counts column
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,7 +78,10 @@ class Panel:
 
 
 class ClipCurves:
-    """The curves of a clip under review; tau: radians by the name of a chain or limb."""
+    """The curves of a clip under review.
+
+    tau: radians by the name of a chain or limb; verdict: what is told of an interval.
+    """
 
     def __init__(
         self,
@@ -86,7 +89,9 @@ class ClipCurves:
         method: str,
         tau: Mapping[str, float],
         judged: Sequence[Judged],
+        verdict: Callable[[Judged], str] = lambda judged: judged.verdict,
     ) -> None:
+        self._verdict = verdict
         self._analysis, self._method, self._tau = analysis, method, tau
         self._by_chain: dict[str, list[Judged]] = {}
         for one in judged:
@@ -110,7 +115,9 @@ class ClipCurves:
         drawn = []
         for chain in worst:
             strength = np.degrees(self._analysis.detector(self._method).strength(chain.name))
-            symbol, what = ("Δφ", "jump of the swivel") if is_limb(chain) else ("m(t)", "strength")
+            symbol, what = (
+                ("Δφ", "jump of the swivel") if isinstance(chain, Limb) else ("m(t)", "strength")
+            )
             limit = float(np.degrees(self._tau[chain.name]))
             rows = [
                 _two(symbol, meaning, before, after, columns)
@@ -149,9 +156,9 @@ class ClipCurves:
             Band(
                 round((j.interval.start - span[0]) * scale, 1),
                 round(max(j.interval.frames * scale, 1.5), 1),
-                j.verdict,
+                self._verdict(j),
                 f"frames {j.interval.start}–{j.interval.stop}, "
-                f"{np.degrees(j.interval.shown):+.1f}°, {j.verdict}",
+                f"{np.degrees(j.interval.shown):+.1f}°, {self._verdict(j)}",
             )
             for j in judged
         )
@@ -171,11 +178,6 @@ class ClipCurves:
             ("θp", "twist of the parent", *_whole(signals.theta_p, after.theta_p, sound.theta_p)),
             ("θc", "azimuth of the child", *_whole(signals.theta_c, after.theta_c, sound.theta_c)),
         ]
-
-
-def is_limb(chain: Chain) -> bool:
-    """Whether a chain is a limb as a whole."""
-    return isinstance(chain, Limb)
 
 
 def _whole(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:

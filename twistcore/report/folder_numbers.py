@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from twistcore.batch.how_bad import percent_affected
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 
@@ -50,7 +51,7 @@ class ClipRow:
     @property
     def share(self) -> float:
         """Percent of the frames that are affected."""
-        return 100.0 * self.affected / self.frames if self.frames else 0.0
+        return percent_affected(self.affected, self.frames)
 
 
 @dataclass
@@ -73,7 +74,6 @@ class FolderNumbers:
     applied: int | None = None
     left: int | None = None
     decided: int = 0
-    rejected: int = 0
     reviewers: Counter[str] = field(default_factory=Counter)
     how: Counter[str] = field(default_factory=Counter)
 
@@ -95,7 +95,6 @@ class FolderNumbers:
         if row.left is not None:
             self.left = (self.left or 0) + row.left
         self.decided += row.decided or 0
-        self.rejected += int(record.decisions.get("rejected", 0))
         self.reviewers.update(row.reviewers)
         self._add_intervals(result["intervals"])
         told = [f"twistcore {record.version}", f"detector {result['method']}"]
@@ -124,7 +123,7 @@ class FolderNumbers:
     @property
     def share(self) -> float:
         """Percent of the frames that are affected."""
-        return 100.0 * self.affected / self.frames if self.frames else 0.0
+        return percent_affected(self.affected, self.frames)
 
     def an_hour(self, kind: str) -> float:
         """Intervals of a kind an hour of capture."""

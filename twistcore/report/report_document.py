@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +17,20 @@ from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.encoding import csv_text
 from twistcore.export.compare import Difference, compare, move_to_json
+from twistcore.export.replay import uncorrected
 from twistcore.limb import Limb
 from twistcore.motion import Motion
 from twistcore.quamo.track_clip import placed_joint
-from twistcore.refinement import children_off_axis
+from twistcore.refinement import children_off_axis, stuck_joints
 from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
 from twistcore.review.session import tracking_to_json
 from twistcore.version import __version__
 
 SCHEMA = "twistcore.report/1"
 _TRACKED = "tracking"  # why a joint moved
-# Columns of an interval: what stands there, by the interval and frames a second.
+NOT_CORRECTABLE = "not correctable"  # what was accepted, but is still in the clip
+# Columns of an interval: what stands there, by the interval and frames a second; `decision` and
+# `stuck` are told by the report.
 _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "id": lambda j, _: j.id,
     "chain": lambda j, _: j.interval.chain,
@@ -37,7 +41,7 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "delta_deg": lambda j, _: round(float(np.degrees(j.interval.size)), 4),
     "confidence": lambda j, _: j.interval.confidence,
     "open": lambda j, _: j.interval.open,
-    "decision": lambda j, _: j.verdict,
+    "decision": lambda *_: "",
     "reviewer": lambda j, _: j.reviewer,
     "decided_at": lambda j, _: j.decided_at,
     "note": lambda j, _: j.note,
@@ -45,6 +49,7 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "end": lambda j, _: _end(j.interval),
     "joint": lambda j, _: j.interval.joint,
     "speed_deg_s": lambda j, fps: _speed(j.interval, fps),
+    "stuck": lambda *_: "",
 }
 
 
@@ -73,6 +78,37 @@ class Report:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     left: Sequence[Mapping[str, Any]] | None = None
 
+    @cached_property
+    def stuck(self) -> Mapping[int, tuple[str, ...]]:
+        """Joints without three rotation channels by the id of an interval that they keep in."""
+        by_name, motion = {chain.name: chain for chain in self.chains}, self.clip.motion
+        found = {
+            j.id: stuck_joints(motion, by_name[j.interval.chain], [j.interval])
+            for j in self.state.intervals
+            if j.interval.repairable and j.interval.chain in by_name
+        }
+        return {k: joints for k, joints in found.items() if joints}
+
+    @property
+    def applied(self) -> tuple[Interval, ...]:
+        """What was taken out: of what was accepted, all that can be."""
+        accepted = (j for j in self.state.intervals if j.decision == Decision.ACCEPTED)
+        return tuple(
+            j.interval for j in accepted if j.interval.repairable and j.id not in self.stuck
+        )
+
+    @property
+    def not_corrected(self) -> tuple[str, ...]:
+        """Sentences: what was accepted and could not be taken out. No folder is named in them."""
+        told, _ = uncorrected(self.clip, self.chains, self.state.chosen())
+        return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in told)
+
+    def verdict(self, judged: Judged) -> str:
+        """What was decided, as it is told; of what was accepted in vain that it could not be."""
+        if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
+            return NOT_CORRECTABLE
+        return judged.verdict
+
 
 def report_to_json(report: Report) -> dict[str, Any]:
     """The report as one document; degrees, seconds and frames.
@@ -95,8 +131,8 @@ def report_to_json(report: Report) -> dict[str, Any]:
         "seconds": motion.frames * motion.frame_time,
         "method": state.method,
         "decisions": {
-            verdict: sum(j.verdict == verdict for j in state.intervals)
-            for verdict in (*(d.value for d in Decision), SEEN, APPLIED)
+            verdict: sum(report.verdict(j) == verdict for j in state.intervals)
+            for verdict in (*(d.value for d in Decision), SEEN, APPLIED, NOT_CORRECTABLE)
         },
         "reviewers": _reviewers(state),
         "chains": [
@@ -124,7 +160,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
             ],
             "rest_of_height": difference.rest_of_height,
         },
-        "warnings": list(map(str, report.clip.warnings)),
+        "warnings": [*map(str, report.clip.warnings), *report.not_corrected],
     }
 
 
@@ -220,7 +256,7 @@ def _goes_with_place(report: Report, joint: str) -> bool:
 
 def _why_moved(report: Report, joint: str) -> str:
     """Kinds of errors whose correction moves a joint, and tracking; '' for none of them."""
-    chosen, why = report.state.chosen(), []
+    chosen, why = report.applied, []
     at, above = report.clip.motion.skeleton.index(joint), _above(report, joint)
     for chain in report.chains:
         own = [i for i in chosen if i.chain == chain.name]
@@ -247,7 +283,9 @@ def _moves(
 
 def _row(judged: Judged, report: Report) -> dict[str, Any]:
     fps = report.clip.motion.fps
-    return {name: of(judged, fps) for name, of in _COLUMNS.items()}
+    row = {name: of(judged, fps) for name, of in _COLUMNS.items()}
+    told = {"decision": report.verdict(judged), "stuck": " ".join(report.stuck.get(judged.id, ()))}
+    return row | told
 
 
 def moves_to_tell(document: Mapping[str, Any], report: Report) -> dict[str, Any]:

@@ -37,7 +37,7 @@
   function fits(row) {
     const counts = Array.from({ length: kinds }, (_, k) => Number(row.cells[first + k].textContent));
     const found = counts.some((count) => count > 0), wanted = kind.value;
-    if (!row.cells[0].textContent.toLowerCase().includes(find.value.trim().toLowerCase())) return false;
+    if (!value(row, 0).toLowerCase().includes(find.value.trim().toLowerCase())) return false;
     if (wanted === "found" && !found) return false;
     if (wanted === "none" && found) return false;
     if (wanted.startsWith("k") && !counts[Number(wanted.slice(1))]) return false;
