@@ -6,9 +6,12 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 
 from inspector.session.export_files import ExportChoice, uncorrected
+from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
+from tests.twistcore.amass_files import write_amass
 from tests.twistcore.amc_files import numbers, written
 from tests.twistcore.test_amc import LIMB, dirty
+from twistcore.bvh import read_bvh
 from twistcore.cli import main
 
 
@@ -39,3 +42,21 @@ def test_its_angles_are_told_about_the_axes_of_the_bone(qtbot, window, tmp_path)
     assert [letter for letter, _ in told] == ["Z", "Y", "X"]
     shown = [float(number.replace("−", "-")) for _, number in told]
     assert shown == pytest.approx([z, y, x], abs=0.006)
+
+
+def test_clips_of_other_skeletons_open_one_after_the_other(qtbot, window, tmp_path):
+    """While rows of the old chains go, the table's current row is no choice of a person."""
+    clips = (
+        INJECTED,
+        written(tmp_path, True),
+        write_amass(tmp_path / "a.npz", read_bvh(INJECTED).motion),
+    )
+    chosen = []
+    window.document.chain_changed.connect(lambda: chosen.append(window.document.chain))
+    for clip in (*clips, INJECTED):
+        open_clip(qtbot, window, clip)
+        document, table = window.document, window.chains.table
+        assert (
+            table.currentIndex().data().startswith(document.find_chain(document.chain).list_label)
+        )
+    assert chosen == []
