@@ -27,6 +27,27 @@ def is_clip(path: str | Path) -> bool:
     return Path(path).suffix.lower() in _READERS
 
 
+def own_name(path: str | Path) -> str:
+    """How the names of files about a clip begin, so that no two clips of a folder share them.
+
+    A BVH's name without its ending; of another format the whole, since a BVH may lie beside it:
+    05_05.bvh has 05_05.twist.json, 05_05.amc has 05_05.amc.twist.json. A BVH called
+    05_05.amc.bvh keeps its ending, too.
+    """
+    path = Path(path)
+    return path.stem if _reader(path) is read_bvh and not is_clip(path.stem) else path.name
+
+
+def same_format(one: str | Path, other: str | Path) -> bool:
+    """Whether two files are of one format by their names."""
+    return _reader(one) is _reader(other)
+
+
+def _reader(path: str | Path) -> Callable[..., Clip]:
+    """By the name; a BVH's where that says nothing."""
+    return _READERS.get(Path(path).suffix.lower(), read_bvh)
+
+
 def is_other_data(path: str | Path) -> bool:
     """Whether a file is an .npz without poses: a body's shape, say, as lie beside AMASS's clips.
 
@@ -45,5 +66,4 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell = nobody
     for what cannot be read without a guess that would move a joint; what was assumed harmlessly is
     in Clip.warnings.
     """
-    read = _READERS.get(Path(path).suffix.lower(), read_bvh)
-    return read(path, fps=fps, tell=tell)
+    return _reader(path)(path, fps=fps, tell=tell)

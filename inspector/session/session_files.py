@@ -20,7 +20,7 @@ import platformdirs
 
 from twistcore.atomic import free_name, write_atomically
 from twistcore.encoding import json_bytes
-from twistcore.formats import CLIP_SUFFIXES
+from twistcore.formats import is_clip, own_name, same_format
 from twistcore.report.clip_report import report_files
 
 _Made = TypeVar("_Made")
@@ -28,6 +28,7 @@ _Made = TypeVar("_Made")
 SESSION_SUFFIX = ".twist.json"
 EXPORT_MARK = "_refined"  # behind a clip's name, where a person gives no other
 REPLAY_SUFFIX = ".replay.json"  # what an export did: never a review that goes on
+_REPORT_SUFFIX = ".report.json"
 JOURNAL_SUFFIX = ".journal"
 # A crash before an earlier journal was answered leaves another; the last is an older program's.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
@@ -38,12 +39,12 @@ _HEAD = 200_000  # bytes: more than the skeletons that there are need
 
 def session_path(clip: Path) -> Path:
     """Where a clip's session lies unless the person says otherwise."""
-    return clip.with_name(clip.stem + SESSION_SUFFIX)
+    return clip.with_name(own_name(clip) + SESSION_SUFFIX)
 
 
 def replay_path(export: Path) -> Path:
     """Where the session that replays an export lies."""
-    return export.with_name(export.stem + REPLAY_SUFFIX)
+    return export.with_name(own_name(export) + REPLAY_SUFFIX)
 
 
 def is_session(path: Path) -> bool:
@@ -54,7 +55,7 @@ def is_session(path: Path) -> bool:
 def refuge_path(clip: Path) -> Path:
     """Where the session lies if the clip's folder cannot be written."""
     mark = hashlib.sha256(os.fsencode(clip.resolve())).hexdigest()[:12]
-    return _refuge() / f"{clip.stem}-{mark}{SESSION_SUFFIX}"
+    return _refuge() / f"{own_name(clip)}-{mark}{SESSION_SUFFIX}"
 
 
 def _refuge() -> Path:
@@ -83,13 +84,22 @@ def at_first(
 def kept_sessions(clip: Path) -> list[Path]:
     """The sessions that there are of a clip, the latest first.
 
-    Beside it, in the refuge, and where a person last saved it under another name.
+    Beside it, in the refuge, and where a person last saved it under another name. One of a clip of
+    another format is none of it; where there is no other, one without the format in its name is.
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
     with suppress(OSError, ValueError, TypeError, KeyError):
         places.append(Path(json.loads(_pointer(refuge).read_bytes())["session"]))
-    return sorted((p for p in dict.fromkeys(places) if p.exists()), key=written, reverse=True)
+    there = [
+        p
+        for p in dict.fromkeys(places)
+        if p.exists() and same_format(_told_source(p) or clip, clip)
+    ]
+    old = clip.with_name(clip.stem + SESSION_SUFFIX)
+    if not there and _told_source(old) == clip.name:
+        there = [old]
+    return sorted(there, key=written, reverse=True)
 
 
 def remember_place(clip: Path, session: Path) -> None:
@@ -181,7 +191,7 @@ def exports_among(clips: Sequence[Path]) -> dict[Path, str]:
     found = {}
     for path in clips:
         source = path.stem.removesuffix(EXPORT_MARK) + path.suffix
-        report = report_files(path.parent, path.stem)[-1]
+        report = report_files(path.parent, own_name(path))[-1]
         told = _told_source(replay_path(path)) or _told_source(report)
         if told:
             if told != path.name and told in names:
@@ -214,7 +224,7 @@ def _read_head(clip: Path, modified: int, size: int) -> bytes:
 
 
 def _told_source(listing: Path) -> str:
-    """The name of the clip that an export beside this file is from, '' where it tells none."""
+    """The name of the clip that a session is of, or the export beside a report from, or ''."""
     with suppress(OSError):
         status = listing.stat()
         return _read_source(listing, status.st_mtime_ns, status.st_size)
@@ -226,9 +236,9 @@ def _read_source(listing: Path, modified: int, size: int) -> str:
     del modified, size  # by them it is read again when it was written again
     with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
         document = json.loads(listing.read_bytes())
-        if listing.name.endswith(REPLAY_SUFFIX):
+        if not listing.name.endswith(_REPORT_SUFFIX):
             return PurePath(document["clip"]).name
-        stem = listing.name.removesuffix(".report.json")
-        own = {stem + suffix for suffix in CLIP_SUFFIXES} & set(document["files"])
+        name = listing.name.removesuffix(_REPORT_SUFFIX)
+        own = any(is_clip(file) and own_name(file) == name for file in document["files"])
         return str(document["clip"]) if own else ""
     return ""
