@@ -8,6 +8,7 @@ from pathlib import Path
 from twistcore.amc import read_amc
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
+from twistcore.errors import AmcError
 from twistcore.npz import read_npz
 from twistcore.npz.archive import names_in
 from twistcore.npz.npz_clip import POSES
@@ -66,4 +67,6 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell = nobody
     for what cannot be read without a guess that would move a joint; what was assumed harmlessly is
     in Clip.warnings.
     """
+    if Path(path).suffix.lower() == ".asf":
+        raise AmcError(str(path), "expected a clip, found a skeleton without motion; open its .amc")
     return _reader(path)(path, fps=fps, tell=tell)
