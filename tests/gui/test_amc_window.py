@@ -25,6 +25,7 @@ def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):
     assert uncorrected(document) == ""
     window.files.export(ExportChoice(out))
     assert window.exporter.finish()
+    assert "out.amc: 8 frames of 1 joint changed" in window.bar.label.text()
     assert main(["refine", str(path), "-o", str(again)]) == 0
     assert out.read_bytes() == again.read_bytes()
     document.review.mark_saved()
@@ -60,3 +61,18 @@ def test_clips_of_other_skeletons_open_one_after_the_other(qtbot, window, tmp_pa
             table.currentIndex().data().startswith(document.find_chain(document.chain).list_label)
         )
     assert chosen == []
+
+
+def test_knobs_greyed_from_the_start_say_nothing_and_keep_their_room(qtbot, window):
+    open_clip(qtbot, window, INJECTED)
+    data = window.document.data
+    window.document.select_chain(data.analysis.limbs[0].name)
+    act(window, "show_teaching")
+    knobs = window.teaching.what_if.numbers
+    assert {label.text() for label in knobs.values()} == {""}
+    before = {name: label.width() for name, label in knobs.items()}
+    window.document.select_chain(data.chains[0].name)
+    qtbot.waitUntil(lambda: knobs["swing"].text() != "")
+    assert {name: label.width() for name, label in knobs.items()} == before
+    knobs["swing"].setText("180.0°")
+    assert knobs["swing"].width() == before["swing"]
