@@ -9,6 +9,7 @@ from twistcore.amc import read_amc
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
 from twistcore.clip_suffixes import CLIP_SUFFIXES, clip_suffix
+from twistcore.errors import AmcError
 from twistcore.npz import read_npz
 from twistcore.npz.archive import names_in
 from twistcore.npz.npz_clip import POSES
@@ -25,6 +26,27 @@ CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # as file di
 def is_clip(path: str | Path) -> bool:
     """Whether a file is a clip by its name, in capitals or not."""
     return bool(clip_suffix(path))
+
+
+def own_name(path: str | Path) -> str:
+    """How the names of files about a clip begin, so that no two clips of a folder share them.
+
+    A BVH's name without its ending; of another format the whole, since a BVH may lie beside it:
+    05_05.bvh has 05_05.twist.json, 05_05.amc has 05_05.amc.twist.json. A BVH called
+    05_05.amc.bvh keeps its ending, too.
+    """
+    path = Path(path)
+    return path.stem if _reader(path) is read_bvh and not is_clip(path.stem) else path.name
+
+
+def same_format(one: str | Path, other: str | Path) -> bool:
+    """Whether two files are of one format by their names."""
+    return _reader(one) is _reader(other)
+
+
+def _reader(path: str | Path) -> Callable[..., Clip]:
+    """By the name; a BVH's where that says nothing."""
+    return _READERS.get(Path(path).suffix.lower(), read_bvh)
 
 
 def is_other_data(path: str | Path) -> bool:
@@ -45,5 +67,6 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell = nobody
     for what cannot be read without a guess that would move a joint; what was assumed harmlessly is
     in Clip.warnings.
     """
-    read = _READERS.get(Path(path).suffix.lower(), read_bvh)
-    return read(path, fps=fps, tell=tell)
+    if Path(path).suffix.lower() == ".asf":
+        raise AmcError(str(path), "expected a clip, found a skeleton without motion; open its .amc")
+    return _reader(path)(path, fps=fps, tell=tell)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -128,6 +129,7 @@ class ChainsPanel(QWidget):
         self.table.keep_room(name, (_HEADS.index("Azim."), _HEADS.index("Peak")))
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint("The chains of a clip appear here.")
+        self._showing = False  # rows come and go, and the current one moves along them
         self._fixed: dict[str, _Shown] = {}  # by chain: what no decision and no τ changes
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._hint)
@@ -148,14 +150,14 @@ class ChainsPanel(QWidget):
     def _refresh(self) -> None:
         data, document = self._document.data, self._document
         if data is None or not self._fixed:
-            self._model.show(())
+            self._show(())
             return
         state = document.review.state
         found = Counter(j.interval.chain for j in state.intervals)
         decided = Counter(
             j.interval.chain for j in state.intervals if j.decision != Decision.UNDECIDED
         )
-        self._model.show(
+        self._show(
             [
                 replace(
                     self._fixed[c.name],
@@ -167,6 +169,13 @@ class ChainsPanel(QWidget):
                 for c in data.chains_and_limbs
             ]
         )
+
+    def _show(self, rows: Sequence[_Shown]) -> None:
+        self._showing = True
+        try:
+            self._model.show(rows)
+        finally:
+            self._showing = False
 
     def _reset(self) -> None:
         data = self._document.data
@@ -183,7 +192,7 @@ class ChainsPanel(QWidget):
             self.table.setCurrentIndex(self._model.index(row, 0))
 
     def _row_selected(self, current: QModelIndex) -> None:
-        if self._document.data and current.isValid():
+        if self._document.data and current.isValid() and not self._showing:
             self._document.select_chain(self._model.things[current.row()].chain)
 
 

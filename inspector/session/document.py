@@ -18,6 +18,7 @@ from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.detection import Interval
+from twistcore.formats import own_name
 from twistcore.refinement import Corrected
 from twistcore.review import (
     ChangeChains,
@@ -107,9 +108,13 @@ class Document(OpenClip):
             return self.borrowed.write_to
         return self.data.clip.path.parent if self.data is not None else Path()
 
-    def proposed(self, ending: str) -> Path:
-        """Name of a file made of the clip; of a borrowed clip one that no file there has."""
-        stem = self.data.clip.path.stem if self.data is not None else "clip"
+    def proposed(self, ending: str, *, own: bool = False) -> Path:
+        """Name of a file made of the clip; of a borrowed clip one that no file there has.
+
+        own: one that no clip of another format beside it is given.
+        """
+        clip = self.data.clip.path if self.data is not None else Path("clip")
+        stem = own_name(clip) if own else clip.stem
         path, k = self.folder / f"{stem}{ending}", 2
         while self.borrowed is not None and path.exists():
             path, k = self.folder / f"{stem}_{k}{ending}", k + 1

@@ -17,6 +17,7 @@ from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
 from twistcore.file_marks import file_mark, forget_marks, takes_long
+from twistcore.formats import own_name
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
 from twistcore.refinement import stuck_joints
@@ -89,7 +90,7 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
     """Every file that an export writes."""
     path = choice.path
     replay = (replay_path(path),) if choice.session else ()
-    report = report_files(path.parent, path.stem) if choice.report else ()
+    report = report_files(path.parent, own_name(path)) if choice.report else ()
     return (path, *replay, *report)
 
 
@@ -99,7 +100,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
     ours: SHA-256 of files as this program wrote them; those of earlier runs are told by the report.
     """
     known = _known(choice.path, ours)
-    listing = report_files(choice.path.parent, choice.path.stem)[-1]
+    listing = report_files(choice.path.parent, own_name(choice.path))[-1]
     there = [path for path in files_of(choice) if path.exists()]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
 
@@ -112,7 +113,7 @@ def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ..
 
 def _known(path: Path, ours: Mapping[Path, str]) -> dict[Path, str]:
     """SHA-256 of what this program wrote, by this run and by the report beside an export."""
-    listing = report_files(path.parent, path.stem)[-1]
+    listing = report_files(path.parent, own_name(path))[-1]
     marks: Mapping[str, str] = {}
     with suppress(TwistError):
         marks = report_marks(listing)
@@ -152,7 +153,7 @@ def check_targets(
             told = f"{replay}: there is a file that this program did not write"
             raise TwistError(f"{told}; choose another name.") from None
     if choice.report:
-        check_report(path.parent, path.stem)
+        check_report(path.parent, own_name(path))
 
 
 def _as_written(path: Path, ours: Mapping[Path, str]) -> bool:
@@ -180,7 +181,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
     if choice.report:
         own = (choice.path, replay_path(choice.path))
         files = {p.name: export.ours[p] for p in own if p in export.ours and p in files_of(choice)}
-        name = choice.path.stem
+        name = own_name(choice.path)
         report = Report(
             clip,
             export.chains,
@@ -222,11 +223,17 @@ def _told(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> str:
         moved = f"moved: {names} of the height; no other joint{' moves' if still else ''}"
     if not still:
         moved += f" by more than {change.rest_of_height:.0e} of the height"
+    frames = "1 frame" if change.frames == 1 else f"{change.frames} frames"
+    steps = "1 channel step" if len(jumps) == 1 else f"{len(jumps)} channel steps"
     return (
-        f"{name}: {change.frames} frames of {joints} joints changed by up to "
+        f"{name}: {frames} of {joints} joint{'s' if joints != 1 else ''} changed by up to "
         f"{largest:.1f}°; {moved}; "
         f"every other byte is the source's. {export.left_out}"
-        + (f" {len(jumps)} channel steps of more than 180° stay: {jumps[0]}." if jumps else "")
+        + (
+            f" {steps} of more than 180° stay{'s' if len(jumps) == 1 else ''}: {jumps[0]}."
+            if jumps
+            else ""
+        )
     ).strip() + stale
 
 

@@ -18,7 +18,8 @@ import platformdirs
 
 from twistcore.atomic import free_name, write_atomically
 from twistcore.encoding import json_bytes
-from twistcore.export.exports_beside import REPLAY_SUFFIX
+from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
+from twistcore.formats import own_name, same_format
 
 _Made = TypeVar("_Made")
 
@@ -32,12 +33,12 @@ _POINTER_SUFFIX = ".elsewhere.json"
 
 def session_path(clip: Path) -> Path:
     """Where a clip's session lies unless the person says otherwise."""
-    return clip.with_name(clip.stem + SESSION_SUFFIX)
+    return clip.with_name(own_name(clip) + SESSION_SUFFIX)
 
 
 def replay_path(export: Path) -> Path:
     """Where the session that replays an export lies."""
-    return export.with_name(export.stem + REPLAY_SUFFIX)
+    return export.with_name(own_name(export) + REPLAY_SUFFIX)
 
 
 def is_session(path: Path) -> bool:
@@ -48,7 +49,7 @@ def is_session(path: Path) -> bool:
 def refuge_path(clip: Path) -> Path:
     """Where the session lies if the clip's folder cannot be written."""
     mark = hashlib.sha256(os.fsencode(clip.resolve())).hexdigest()[:12]
-    return _refuge() / f"{clip.stem}-{mark}{SESSION_SUFFIX}"
+    return _refuge() / f"{own_name(clip)}-{mark}{SESSION_SUFFIX}"
 
 
 def _refuge() -> Path:
@@ -77,13 +78,22 @@ def at_first(
 def kept_sessions(clip: Path) -> list[Path]:
     """The sessions that there are of a clip, the latest first.
 
-    Beside it, in the refuge, and where a person last saved it under another name.
+    Beside it, in the refuge, and where a person last saved it under another name. One of a clip of
+    another format is none of it; where there is no other, one without the format in its name is.
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
     with suppress(OSError, ValueError, TypeError, KeyError):
         places.append(Path(json.loads(_pointer(refuge).read_bytes())["session"]))
-    return sorted((p for p in dict.fromkeys(places) if p.exists()), key=written, reverse=True)
+    there = [
+        p
+        for p in dict.fromkeys(places)
+        if p.exists() and same_format(clip_of_session(p) or clip, clip)
+    ]
+    old = clip.with_name(clip.stem + SESSION_SUFFIX)
+    if not there and clip_of_session(old) == clip.name:
+        there = [old]
+    return sorted(there, key=written, reverse=True)
 
 
 def remember_place(clip: Path, session: Path) -> None:

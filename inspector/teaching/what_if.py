@@ -87,7 +87,7 @@ class WhatIfBox(QWidget):
             number = SteadyLabel(alignment=RIGHT)
             number.setFont(figures_font())
             widest = knob.low if knob.low < 0 else knob.high
-            number.setText(_told(knob, knob.value(widest * knob.steps)))
+            number.keep_room(_told(knob, knob.value(widest * knob.steps)))
             row, column = k // 2, 4 * (k % 2)
             grid.addWidget(QLabel(knob.text), row, column)
             grid.addWidget(slider, row, column + 1)

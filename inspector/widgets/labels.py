@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from html import escape
 
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QEvent, QRect, QSize, Qt
 from PySide6.QtGui import (
     QFont,
     QPainter,
@@ -19,11 +19,25 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
+_LARGE = 2000  # pixels: no label is larger
 _ASIDE = 4  # pixels beside a line of the status bar
 
 
 class SteadyLabel(QLabel):
     """A line of figures; it grows where they need more room and never shrinks."""
+
+    _widest = ""
+
+    def keep_room(self, text: str) -> None:
+        """Room for such a text from the start."""
+        self._widest = text
+        self._grow()
+
+    def sizeHint(self) -> QSize:
+        """Room for the text, and for the widest that was told."""
+        aligned, room = self.alignment().value, QRect(0, 0, _LARGE, _LARGE)
+        widest = self.fontMetrics().boundingRect(room, aligned, self._widest).width()
+        return super().sizeHint().expandedTo(QSize(widest, 0))
 
     def setText(self, text: str) -> None:
         """Show a text, in more room if it needs more."""

@@ -51,7 +51,8 @@ class ExportDialog(WriteDialog):
         total = told[Decision.UNDECIDED]  # jumps among them, of which nothing is taken out
         which = f"{undecided} repairable of {total}" if every < total else f"{undecided}"
         which = which if undecided == every else f"{undecided} sure of {total}"
-        self.undecided = QCheckBox(f"Correct the {which} undecided ones as well")
+        ones = "one" if which.split()[-1] == "1" else "ones"
+        self.undecided = QCheckBox(f"Correct the {which} undecided {ones} as well")
         self.undecided.setToolTip(
             f"Closed ones, with a confidence of {SURE_ENOUGH:.2f} or more if they have any"
         )

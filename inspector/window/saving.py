@@ -56,7 +56,7 @@ class Saving:
             "Save session as",
             f"Sessions (*{SESSION_SUFFIX})",
             lambda path: self.save_session(_named_session(path)),
-            wanted=self.document.proposed(SESSION_SUFFIX),
+            wanted=self.document.proposed(SESSION_SUFFIX, own=True),
         )
 
     def save_session(self, path: Path | None = None) -> bool:

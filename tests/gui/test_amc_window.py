@@ -8,9 +8,12 @@ from PySide6.QtWidgets import QLabel
 
 from inspector.session.export_files import ExportChoice, uncorrected
 from inspector.window.export_dialog import ExportDialog
+from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
+from tests.twistcore.amass_files import write_amass
 from tests.twistcore.amc_files import numbers, written
 from tests.twistcore.test_amc import LIMB, dirty
+from twistcore.bvh import read_bvh
 from twistcore.cli import main
 
 
@@ -24,6 +27,7 @@ def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):
     assert uncorrected(document) == ""
     window.files.export(ExportChoice(out))
     assert window.exporter.finish()
+    assert "out.amc: 8 frames of 1 joint changed" in window.bar.label.text()
     assert main(["refine", str(path), "-o", str(again)]) == 0
     assert out.read_bytes() == again.read_bytes()
     document.review.mark_saved()
@@ -52,3 +56,36 @@ def test_the_export_says_before_what_the_figure_cannot_turn(qtbot, window, tmp_p
     qtbot.addWidget(dialog)
     assert "rfoot" in " ".join(label.text() for label in dialog.findChildren(QLabel))
     window.document.review.mark_saved()
+
+
+def test_clips_of_other_skeletons_open_one_after_the_other(qtbot, window, tmp_path):
+    """While rows of the old chains go, the table's current row is no choice of a person."""
+    clips = (
+        INJECTED,
+        written(tmp_path, True),
+        write_amass(tmp_path / "a.npz", read_bvh(INJECTED).motion),
+    )
+    chosen = []
+    window.document.chain_changed.connect(lambda: chosen.append(window.document.chain))
+    for clip in (*clips, INJECTED):
+        open_clip(qtbot, window, clip)
+        document, table = window.document, window.chains.table
+        assert (
+            table.currentIndex().data().startswith(document.find_chain(document.chain).list_label)
+        )
+    assert chosen == []
+
+
+def test_knobs_greyed_from_the_start_say_nothing_and_keep_their_room(qtbot, window):
+    open_clip(qtbot, window, INJECTED)
+    data = window.document.data
+    window.document.select_chain(data.analysis.limbs[0].name)
+    act(window, "show_teaching")
+    knobs = window.teaching.what_if.numbers
+    assert {label.text() for label in knobs.values()} == {""}
+    before = {name: label.width() for name, label in knobs.items()}
+    window.document.select_chain(data.chains[0].name)
+    qtbot.waitUntil(lambda: knobs["swing"].text() != "")
+    assert {name: label.width() for name, label in knobs.items()} == before
+    knobs["swing"].setText("180.0°")
+    assert knobs["swing"].width() == before["swing"]

@@ -46,7 +46,7 @@ def test_it_is_dropped_judged_exported_and_opened_again(qtbot, window, walk, tmp
     first = document.interval.interval
     act(window, "accept")
     act(window, "save_session")
-    assert (tmp_path / "walk_poses.twist.json").exists()
+    assert (tmp_path / "walk_poses.npz.twist.json").exists()
 
     act(window, "export_dialog")
     qtbot.waitUntil(lambda: window.findChild(ExportDialog) is not None)
@@ -71,7 +71,7 @@ def test_it_is_dropped_judged_exported_and_opened_again(qtbot, window, walk, tmp
     wanted[first.start : first.stop, list(chain.changed_joints(document.data.motion.skeleton))] = 1
     assert (differ == wanted).all()
     again = tmp_path / "again.npz"
-    session = tmp_path / "walk_poses.twist.json"
+    session = tmp_path / "walk_poses.npz.twist.json"
     assert twistcore(["apply", str(session), str(walk), "-o", str(again)]) == 0
     capsys.readouterr()
     assert again.read_bytes() == out.read_bytes()

@@ -72,7 +72,7 @@ def test_an_export_of_what_is_undecided_corrects_what_is_sure(ramped):
     act(ramped, "export_dialog")
     dialog = ramped.findChildren(ExportDialog)[-1]
     which = "1" if unasked else "0 sure of 1"
-    assert dialog.undecided.text() == f"Correct the {which} undecided ones as well"
+    assert dialog.undecided.text() == f"Correct the {which} undecided one as well"
     assert dialog.undecided.isEnabled() == bool(unasked)
     dialog.reject()
     assert ramped.document.accept_undecided()

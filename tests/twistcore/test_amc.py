@@ -237,6 +237,7 @@ def test_radians_mean_the_same_and_stay_radians():
 def test_rate():
     assert FULL.frame_time == 1 / 120
     assert "120 frames a second are assumed" in str(FULL.warnings[0])
+    assert "the commands' --fps" in str(FULL.warnings[0])  # the window has none
     assert parse_amc(FULL.data, FULL.asf, fps=60.0).frame_time == 1 / 60
     said = FULL.data.replace(b":DEGREES", b":DEGREES\r\n:SAMPLES-PER-SECOND 100")
     clip = parse_amc(said, FULL.asf)
@@ -290,6 +291,12 @@ def test_the_skeleton_beside(tmp_path):
     (tmp_path / "other.ASF").unlink()
     with pytest.raises(AmcError, match="found none"):
         read_clip(copied)
+
+
+def test_its_skeleton_alone_is_no_clip(tmp_path):
+    amc_files.written(tmp_path, True)
+    with pytest.raises(AmcError, match=r"01\.asf: expected a clip, found a skeleton .* its \.amc"):
+        read_clip(tmp_path / "01.asf")
 
 
 @pytest.mark.parametrize(

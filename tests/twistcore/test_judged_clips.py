@@ -222,6 +222,14 @@ def test_sessions_of_a_folder(tmp_path, analysis):
         judged_in(found, session)
 
 
+def test_of_two_clips_of_one_stem_a_damaged_session_is_of_the_one_in_its_name(tmp_path):
+    for name in ("a.amc", "a.bvh"):
+        (tmp_path / name).touch()
+        (tmp_path / f"{name.removesuffix('.bvh')}.twist.json").write_text("garbage")
+    told = {d.path.name: d.clip.name for d in sessions_in(tmp_path).damaged}
+    assert told == {"a.twist.json": "a.bvh", "a.amc.twist.json": "a.amc"}
+
+
 @pytest.mark.parametrize(
     "damage",
     ["garbage", {"left_out": "all"}, {"left_out": [[-5, 10]]}, {"schema": "twistcore.session/99"}],

@@ -22,7 +22,7 @@ _ASSUMED_FPS = 120.0
 _TOLD = 64  # frames
 _ASSUMED = (
     "An AMC has no frame rate: 120 frames a second are assumed, as CMU captured; some of its "
-    "trials have 60 (--fps)."
+    "trials have 60 (the commands' --fps says otherwise)."
 )
 _SOLID = re.compile(rb"[^\x00-\x20]+")  # the tokens of token_spans
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))

@@ -23,7 +23,7 @@ from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
 from twistcore.export.replay import accepted_motion, correctable, replayed, uncorrected
-from twistcore.formats import read_clip
+from twistcore.formats import own_name, read_clip
 from twistcore.refinement import SURE_ENOUGH, applied_unasked
 from twistcore.report.clip_report import check_report, write_clip_report
 from twistcore.report.report_document import Report
@@ -41,7 +41,7 @@ def refine(arguments: argparse.Namespace) -> int:
     if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     if arguments.report:
-        check_report(arguments.report, clip.path.stem, clip)
+        check_report(arguments.report, own_name(clip.path), clip)
     found = detected(arguments, clip)
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(arguments.min_confidence, include_open=arguments.include_open)
@@ -51,7 +51,13 @@ def refine(arguments: argparse.Namespace) -> int:
     if arguments.report:
         written = None if is_stream(arguments.output) else arguments.output
         report = Report(
-            clip, chains, review.state, refined, analysis=found.analysis, written=written
+            clip,
+            chains,
+            review.state,
+            refined,
+            own_name(clip.path),
+            analysis=found.analysis,
+            written=written,
         )
         write_clip_report(arguments.report, report)
     count = told_of(correctable(clip.motion, chains, applied), found, "corrected")

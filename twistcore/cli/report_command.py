@@ -8,7 +8,7 @@ from pathlib import Path
 from twistcore.cli.output import tell_problems
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
-from twistcore.formats import read_clip
+from twistcore.formats import own_name, read_clip
 from twistcore.progress import clip_counter
 from twistcore.report.clip_report import check_report, write_clip_report
 from twistcore.report.folder_report import write_folder_report
@@ -44,9 +44,10 @@ def _of_session(arguments: argparse.Namespace) -> int:
     session = read_session(arguments.what)
     clip = read_clip(arguments.clip or Path(session.clip), fps=session.fps)
     chains = chains_of(session, clip)
-    check_report(arguments.output, clip.path.stem, clip)
+    name = own_name(clip.path)
+    check_report(arguments.output, name, clip)
     refined = accepted_motion(clip, chains, session.state)
-    made = Report(clip, chains, session.state, refined)
+    made = Report(clip, chains, session.state, refined, name)
     page, *_ = write_clip_report(arguments.output, made, pictures=not arguments.no_pictures)
     print(f"{page}: {len(session.state.intervals)} intervals")
     return 0

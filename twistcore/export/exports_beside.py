@@ -73,6 +73,23 @@ def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
     return found
 
 
+def clip_of_session(session: Path) -> str:
+    """The file name of the clip that a session says it is of, '' where it says none."""
+    with suppress(OSError):
+        status = session.stat()
+        if stat.S_ISREG(status.st_mode):
+            return _read_clip(session, status.st_mtime_ns, status.st_size)
+    return ""
+
+
+@lru_cache(maxsize=10_000)
+def _read_clip(session: Path, modified: int, size: int) -> str:
+    del modified, size
+    with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+        return PurePath(json.loads(session.read_bytes())["clip"]).name
+    return ""
+
+
 def _documents_of(name: str, stem: str) -> Iterator[str]:
     """Names of what may tell of an export.
 

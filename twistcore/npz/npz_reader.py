@@ -19,6 +19,7 @@ from twistcore.rotation import Array
 
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
 _ASSUMED_FPS = 30.0
+_ASSUMED = f"{_ASSUMED_FPS:g} frames a second are assumed (the commands' --fps says otherwise)"
 _FRAMES = 1_000_000  # hours of motion
 # Poses as estimators name them, which another command reads.
 _ELSEWHERE = (
@@ -144,9 +145,9 @@ def _frame_time(archive: Archive, warnings: list[str]) -> float:
             rate = float(found.reshape(-1)[0])
             if np.isfinite(rate) and rate > 0.0 and SHORTEST <= 1.0 / rate <= LONGEST:
                 return 1.0 / rate
-        warnings.append(f"{name} is not usable; {_ASSUMED_FPS:g} frames a second are assumed.")
+        warnings.append(f"{name} is not usable; {_ASSUMED}.")
         return 1.0 / _ASSUMED_FPS
-    warnings.append(f"No frame rate; {_ASSUMED_FPS:g} frames a second are assumed.")
+    warnings.append(f"No frame rate; {_ASSUMED}.")
     return 1.0 / _ASSUMED_FPS
 
 

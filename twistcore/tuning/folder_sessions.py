@@ -11,6 +11,7 @@ from pathlib import Path, PurePath
 from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
 from twistcore.file_marks import file_mark
+from twistcore.formats import own_name
 from twistcore.review import Session, read_session
 
 _SESSION = ".twist.json"  # as the program names them; a person may choose another name
@@ -94,8 +95,8 @@ def _meant_for(path: Path) -> Path | None:
     said_clip = path.parent / PurePath(str(said.get("clip", ""))).name
     if _is_file(said_clip):
         return said_clip
-    stem = path.name.removesuffix(_SESSION)
-    return next((clip for clip in clips_in(path.parent) if clip.stem == stem), path.parent)
+    name = path.name.removesuffix(_SESSION)
+    return next((clip for clip in clips_in(path.parent) if own_name(clip) == name), path.parent)
 
 
 def _is_file(path: Path) -> bool:
