@@ -60,18 +60,25 @@ def test_what_cannot_be_is_refused_in_a_line(session, tmp_path, capsys, place):
 
 
 def test_the_page_of_another_clip_of_this_stem_is_not_replaced(session, tmp_path, capsys):
-    """A capture in two formats has two clips of one stem; refine refuses before it writes, too."""
-    other = amc_files.written(tmp_path, True).rename(tmp_path / "take.amc")
+    """Another format has a name of its own; where names agree, refine refuses before it writes."""
+    amc = amc_files.written(tmp_path, True).rename(tmp_path / "take.amc")
+    (tmp_path / "capitals").mkdir()
+    bvh = tmp_path / "capitals" / "take.BVH"
+    bvh.write_bytes(CLIP.data + b"\n")
     assert report(session, "-o", tmp_path / "out") == 0
     before = {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()}
     capsys.readouterr()
-    words = ["refine", other, "-o", tmp_path / "r.amc", "--report", tmp_path / "out"]
+    words = ["refine", bvh, "-o", tmp_path / "r.bvh", "--report", tmp_path / "out"]
     assert main([str(w) for w in words]) == 2
     told = capsys.readouterr().err
-    assert "report of take.amc, but there is that of take.bvh" in told
+    assert "report of take.BVH, but there is that of take.bvh" in told
     assert len(told.splitlines()) == 1
-    assert not (tmp_path / "r.amc").exists()
+    assert not (tmp_path / "r.bvh").exists()
     assert {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()} == before
+    words = ["refine", amc, "-o", tmp_path / "r.amc", "--report", tmp_path / "out"]
+    assert main([str(w) for w in words]) == 0
+    assert (tmp_path / "out" / "take.amc.report.html").exists()
+    assert before.items() <= {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()}.items()
 
 
 def test_a_new_version_of_a_clip_and_a_renamed_one_replace_their_page(session, tmp_path):

@@ -13,6 +13,7 @@ from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import TwistError
 from twistcore.export.markers import blender_markers
 from twistcore.file_marks import file_mark
+from twistcore.formats import own_name
 from twistcore.report.clip_page import clip_page, pictures_of
 from twistcore.report.report_document import SCHEMA, Report, intervals_csv, report_to_json
 
@@ -24,7 +25,7 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
     the SHA-256 of the other three and of what was written with it. Raises TwistError as
     :func:`check_report`.
     """
-    name = report.name or report.clip.path.stem
+    name = report.name or own_name(report.clip.path)
     check_report(folder, name, None if report.name else report.clip)
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)
@@ -44,8 +45,8 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
 def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     """TwistError where a file of somebody else, or another clip's, lies in a report's place.
 
-    clip: whose report it is to be, where `name` is its stem: clips in several formats share one. A
-    clip of the same name with other bytes is a new version of the one that was reported.
+    clip: whose report it is to be, where `name` is its own. A clip of the same name with other
+    bytes is a new version of the one that was reported.
     """
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
