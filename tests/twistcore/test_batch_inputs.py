@@ -2,6 +2,7 @@
 
 import io
 import os
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from tests.twistcore.batch_folders import clips
+from tests.twistcore.batch_folders import COMMAND, clips, environment
 from twistcore.batch.batch_run import run_batch
 from twistcore.batch.clip_task import process
 from twistcore.batch.inputs import Source, find_inputs, renamed
@@ -142,3 +143,21 @@ def test_a_name_that_is_no_unicode(tmp_path):
     with Manifest.open(tmp_path / "o") as manifest:
         record = manifest.record(str(odd))
     assert (tmp_path / "o" / record.corrected).exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no such files")
+def test_a_fifo_is_never_opened(tmp_path, monkeypatch):
+    """Who opens one waits for its writer: it is listed, the first time and the next."""
+    clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 1, 40)
+    for name in ("p.bvh", "p.npz", "p.amc"):
+        os.mkfifo(tmp_path / "in" / name)
+    (tmp_path / "in" / "other").mkdir()
+    os.mkfifo(tmp_path / "in" / "other" / "manifest.sqlite")
+    words = [*COMMAND, "in", "-o", "o", "--workers", "1"]
+    for said in ("1 clips done, 0 known, 3 failed", "0 clips done, 1 known, 3 failed"):
+        ran = subprocess.run(
+            words, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=60
+        )
+        assert ran.returncode == 1, ran.stderr
+        assert said in ran.stdout
+        assert ran.stderr.count("expected a file") == 3

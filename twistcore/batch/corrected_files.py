@@ -54,7 +54,8 @@ def is_intact(folder: Path, row: ClipRow) -> bool:
     try:
         if signature_of(path)[0] == row.corrected_signature:
             return True
-        return bool(row.corrected) and file_sha256(path) == row.corrected_sha256
+        known = bool(row.corrected) and path.is_file()
+        return known and file_sha256(path) == row.corrected_sha256
     except OSError:
         return False
 

@@ -165,7 +165,7 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
 
 def _other(path: str) -> bool:
     """Whether what has a clip's name holds something else: bodies' shapes lie beside AMASS's."""
-    if not path.lower().endswith(".npz"):
+    if not path.lower().endswith(".npz") or not os.path.isfile(path):  # noqa: PTH113
         return False
     from twistcore.formats import is_other_data  # numpy
 

@@ -101,7 +101,8 @@ def _of_other_name(
 
 
 def _sha256(source: Source) -> str:
+    path = Path(source.path)
     try:
-        return file_sha256(Path(source.path))
+        return file_sha256(path) if path.is_file() else ""  # to open a FIFO would wait
     except OSError:  # who processes it says so
         return ""
