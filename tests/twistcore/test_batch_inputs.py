@@ -46,6 +46,10 @@ def test_folders_files_and_patterns(folder):
     assert names("a/x.bvh", "b/x.bvh", "b/notes.txt") == ["a/x.bvh", "b/notes.txt", "b/x.bvh"]
     assert names("*/x.bvh") == ["a/x.bvh", "b/x.bvh"]
     assert names("**/x.bvh") == ["a/deep/x.bvh", "a/x.bvh", "b/x.bvh"]
+    assert names("**/deep/*") == ["a/deep/x.bvh"]
+    assert names("a/**/d*p/**/x.bvh") == ["deep/x.bvh"]
+    assert names("a/**") == names("a/**/*.[bB]*") == names("a")
+    assert names("a/**/[x]*") == ["deep/x.bvh", "x.bvh"]
     assert names("a", "b") == ["b/x.bvh", "deep/x.bvh", "folder.bvh/z.bvh", "x.bvh", "y.BVH"]
     assert names("a", "a/x.bvh", "./a/../a") == names("a")  # nothing twice
 
@@ -92,6 +96,26 @@ def test_what_a_batch_has_written_is_no_input(folder):
     with pytest.raises(TwistError, match="outside"):
         find_inputs([str(out / "corrected")], out)
     assert names(str(out / "corrected")) == [made[0].name]  # unless it is asked for
+
+
+PATTERNS = ("in/**/*.bvh", "in/**", "in/*/**/*.bvh", "*/**/clip*", "in/**/[c]lip_00.bv?")
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_a_pattern_over_folders_takes_what_a_folder_does(tmp_path, monkeypatch, pattern):
+    """No clip by way of links, round and round, and none that another batch has written."""
+    monkeypatch.chdir(tmp_path)
+    clips(tmp_path / "in" / "d" / "e", ASSETS / "walk_injected.bvh", 1, 40)
+    run_batch(
+        tmp_path / "in" / "out",
+        find_inputs(["in"]).sources,
+        Parameters(refine=True),
+        lambda tasks, _: each(process, tasks, 1),
+    )
+    Path("in/d/up").symlink_to("..")
+    Path("in/again").symlink_to("d/e")
+    name = "in/d/e/clip_00.bvh" if pattern.startswith("*") else "d/e/clip_00.bvh"
+    assert names(pattern) == [name]
 
 
 def test_a_name_that_was_given_stays(folder):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import glob
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatch
 from pathlib import Path, PurePosixPath
 
 from twistcore.batch.clip_task import signature_of
@@ -47,7 +48,7 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 
     A word is a file (of any suffix), a folder (its clips, and those of all folders below, but for
     hidden ones and for folders that a batch has written), a pattern with *, ? or [ ], in which **
-    goes over folders, '@FILE' for a list with a word a line, '@-' or '-' for one on standard input,
+    goes over folders with the same exceptions, '@FILE' for a list with a word a line, '@-' or '-' for one on standard input,
     or a URL of a file or folder. without: a folder that is left out, where it lies below another.
     TwistError where something in that is named itself, a list cannot be read, or there is no clip
     at all.
@@ -121,8 +122,10 @@ def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Sour
         files.append(word)
 
 
-def _below(root: Path, without: Path | None) -> Iterator[Source]:
-    """The clips of a folder and of all below; links to folders are not followed."""
+def _below(
+    root: Path, without: Path | None, fits: Callable[[str], bool] = lambda _name: True
+) -> Iterator[Source]:
+    """The clips of a folder and of all below whose names fit; links to folders are not followed."""
     skipped = None if without is None else os.path.realpath(without)
     folders = [str(root)]
     while folders:
@@ -141,9 +144,10 @@ def _below(root: Path, without: Path | None) -> Iterator[Source]:
                 continue
             if entry.is_dir(follow_symlinks=False):
                 below.append(entry.path)
-            elif is_clip_name(entry.name) and not entry.is_dir() and not _other(entry.path):
+            elif is_clip_name(entry.name) and not entry.is_dir():
                 name = os.path.relpath(entry.path, root).replace(os.sep, "/")
-                yield _looked_at(entry.path, name)
+                if fits(name) and not _other(entry.path):
+                    yield _looked_at(entry.path, name)
         folders += reversed(below)
 
 
@@ -152,15 +156,40 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
     root = Path(os.path.abspath(Path(*parts[:at]) if at else "."))  # noqa: PTH100
-    for found in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207 of any folder
+    over = parts.index("**") if "**" in parts else len(parts)
+    rest = parts[over:]
+    if over == at:
+        hits = [str(root)]
+    else:
+        hits = sorted(glob.glob(str(Path(*parts[:over]))))  # noqa: PTH207 of any folder
+    for found in hits:
         path = Path(os.path.abspath(found))  # noqa: PTH100
         if path.is_dir():
-            if "**" not in parts:
-                for source in _below(path, without):
-                    name = (path.relative_to(root) / source.name).as_posix()
-                    yield replace(source, name=name)
+            if rest and _is_passed_over(path, root):
+                continue
+            for source in _below(path, without, lambda name: _fits(name.split("/"), rest)):
+                name = (path.relative_to(root) / source.name).as_posix()
+                yield replace(source, name=name)
+        elif rest:
+            continue
         elif is_clip_name(found) and not (without and _is_in(path, without)) and not _other(found):
             yield _looked_at(str(path), path.relative_to(root).as_posix())
+
+
+def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
+    """Whether folders and a file at the end fit the parts of a pattern; none of these fit all."""
+    if not parts:
+        return True
+    if parts[0] == "**":
+        return any(_fits(names[k:], parts[1:]) for k in range(len(names)))
+    fit = bool(names) and fnmatch(names[0], parts[0])
+    return fit and (_fits(names[1:], parts[1:]) if parts[1:] else len(names) == 1)
+
+
+def _is_passed_over(folder: Path, root: Path) -> bool:
+    """Whether a way from a folder down to another goes over a link or what a batch has written."""
+    way = [folder, *folder.parents]
+    return any(step.is_symlink() or is_batch_folder(step) for step in way[: way.index(root)])
 
 
 def _other(path: str) -> bool:
