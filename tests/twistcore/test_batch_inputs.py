@@ -67,6 +67,10 @@ def test_lists(folder, monkeypatch):
     assert names("@list") == ["a/x.bvh", "folder.bvh/z.bvh", "x.bvh"]
     monkeypatch.setattr("sys.stdin", io.StringIO("a/deep\na/gone.bvh\n"))
     assert names("-") == ["gone.bvh", "x.bvh"]  # whoever reads it says that it is not there
+    Path("list").write_bytes(b"\xef\xbb\xbfa/x.bvh\r\nb\r\n")  # as Windows writes one
+    assert names("@list") == ["a/x.bvh", "folder.bvh/z.bvh", "x.bvh"]
+    monkeypatch.setattr("sys.stdin", io.StringIO("\ufeffa/deep\r\na/y.BVH\r\n"))
+    assert names("-") == ["x.bvh", "y.BVH"]
     with pytest.raises(TwistError, match="nolist: cannot be read"):
         find_inputs(["@nolist"])
 

@@ -94,7 +94,7 @@ def _spelled_out(words: Iterable[str]) -> Iterator[str]:
             yield from _lines(sys.stdin.read())
         elif word.startswith("@"):
             try:
-                text = Path(word[1:]).read_text("utf-8", "surrogateescape")
+                text = Path(word[1:]).read_text("utf-8-sig", "surrogateescape")
             except OSError as error:
                 raise TwistError(f"{word[1:]}: cannot be read ({error.strerror})") from None
             yield from _lines(text)
@@ -103,7 +103,9 @@ def _spelled_out(words: Iterable[str]) -> Iterator[str]:
 
 
 def _lines(text: str) -> Iterator[str]:
-    return (line.strip() for line in text.splitlines() if line.strip())
+    """Not empty, without the mark that Windows puts in front of UTF-8."""
+    lines = text.removeprefix("\ufeff").removeprefix("\udcef\udcbb\udcbf").splitlines()
+    return (line.strip() for line in lines if line.strip())
 
 
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
