@@ -52,9 +52,10 @@ def _reader(path: str | Path) -> Callable[..., Clip]:
 def is_other_data(path: str | Path) -> bool:
     """Whether a file is an .npz without poses: a body's shape, say, as lie beside AMASS's clips.
 
-    Reads its directory; a damaged file is none, so that reading it says what is wrong.
+    Reads its directory; a damaged file is none, so that reading it says what is wrong, and no
+    device is, which to open might wait for good.
     """
-    if Path(path).suffix.lower() != ".npz":
+    if Path(path).suffix.lower() != ".npz" or not Path(path).is_file():
         return False
     names = names_in(Path(path))
     return names is not None and POSES not in names

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from tests.twistcore.batch_folders import clips
+from tests.twistcore.batch_folders import COMMAND, clips, environment
 from twistcore.batch import survey_folder
 from twistcore.batch.batch_run import run_batch
 from twistcore.batch.clip_task import process
@@ -47,6 +48,10 @@ def test_folders_files_and_patterns(folder):
     assert names("a/x.bvh", "b/x.bvh", "b/notes.txt") == ["a/x.bvh", "b/notes.txt", "b/x.bvh"]
     assert names("*/x.bvh") == ["a/x.bvh", "b/x.bvh"]
     assert names("**/x.bvh") == ["a/deep/x.bvh", "a/x.bvh", "b/x.bvh"]
+    assert names("**/deep/*") == ["a/deep/x.bvh"]
+    assert names("a/**/d*p/**/x.bvh") == ["deep/x.bvh"]
+    assert names("a/**") == names("a/**/*.[bB]*") == names("a")
+    assert names("a/**/[x]*") == ["deep/x.bvh", "x.bvh"]
     assert names("a", "b") == ["b/x.bvh", "deep/x.bvh", "folder.bvh/z.bvh", "x.bvh", "y.BVH"]
     assert names("a", "a/x.bvh", "./a/../a") == names("a")  # nothing twice
 
@@ -64,6 +69,10 @@ def test_lists(folder, monkeypatch):
     assert names("@list") == ["a/x.bvh", "folder.bvh/z.bvh", "x.bvh"]
     monkeypatch.setattr("sys.stdin", io.StringIO("a/deep\na/gone.bvh\n"))
     assert names("-") == ["gone.bvh", "x.bvh"]  # whoever reads it says that it is not there
+    Path("list").write_bytes(b"\xef\xbb\xbfa/x.bvh\r\nb\r\n")  # as Windows writes one
+    assert names("@list") == ["a/x.bvh", "folder.bvh/z.bvh", "x.bvh"]
+    monkeypatch.setattr("sys.stdin", io.StringIO("\ufeffa/deep\r\na/y.BVH\r\n"))
+    assert names("-") == ["x.bvh", "y.BVH"]
     with pytest.raises(TwistError, match="nolist: cannot be read"):
         find_inputs(["@nolist"])
 
@@ -148,6 +157,26 @@ def test_a_batch_over_reviewed_clips_says_what_it_did_not_take(tmp_path, capsys)
     assert [one.path for one in survey_folder(clip.parent)] == [clip]
 
 
+PATTERNS = ("in/**/*.bvh", "in/**", "in/*/**/*.bvh", "*/**/clip*", "in/**/[c]lip_00.bv?")
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_a_pattern_over_folders_takes_what_a_folder_does(tmp_path, monkeypatch, pattern):
+    """No clip by way of links, round and round, and none that another batch has written."""
+    monkeypatch.chdir(tmp_path)
+    clips(tmp_path / "in" / "d" / "e", ASSETS / "walk_injected.bvh", 1, 40)
+    run_batch(
+        tmp_path / "in" / "out",
+        find_inputs(["in"]).sources,
+        Parameters(refine=True),
+        lambda tasks, _: each(process, tasks, 1),
+    )
+    Path("in/d/up").symlink_to("..")
+    Path("in/again").symlink_to("d/e")
+    name = "in/d/e/clip_00.bvh" if pattern.startswith("*") else "d/e/clip_00.bvh"
+    assert names(pattern) == [name]
+
+
 def test_a_name_that_was_given_stays(folder):
     first = renamed(find_inputs(["b"]).sources, {})
     given = {source.path: source.name for source in first}
@@ -208,3 +237,21 @@ def test_a_name_that_is_no_unicode(tmp_path):
     with Manifest.open(tmp_path / "o") as manifest:
         record = manifest.record(str(odd))
     assert (tmp_path / "o" / record.corrected).exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no such files")
+def test_a_fifo_is_never_opened(tmp_path, monkeypatch):
+    """Who opens one waits for its writer: it is listed, the first time and the next."""
+    clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 1, 40)
+    for name in ("p.bvh", "p.npz", "p.amc"):
+        os.mkfifo(tmp_path / "in" / name)
+    (tmp_path / "in" / "other").mkdir()
+    os.mkfifo(tmp_path / "in" / "other" / "manifest.sqlite")
+    words = [*COMMAND, "in", "-o", "o", "--workers", "1"]
+    for said in ("1 clips done, 0 known, 3 failed", "0 clips done, 1 known, 3 failed"):
+        ran = subprocess.run(
+            words, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=60
+        )
+        assert ran.returncode == 1, ran.stderr
+        assert said in ran.stdout
+        assert ran.stderr.count("expected a file") == 3

@@ -4,6 +4,7 @@ import os
 import re
 from contextlib import contextmanager
 from dataclasses import replace
+from urllib.parse import unquote_to_bytes
 
 import pytest
 
@@ -116,6 +117,16 @@ def test_no_name_leads_out_of_the_report(tmp_path, kick, name):
     assert (tmp_path / "report" / page_of(name)).parent.joinpath(link).resolve() == (
         tmp_path / "report" / "index.html"
     )
+
+
+@pytest.mark.skipif(os.name != "posix", reason="bytes in names")
+def test_a_name_that_is_no_utf8_has_a_page_and_a_link_to_it(tmp_path, kick):
+    name = os.fsdecode(b"caf\xe9/caf\xe9 1.bvh")
+    assert written(tmp_path, [replace(kick, name=name), failed("f" + name, "no")]).pages == 1
+    index = (tmp_path / "report" / "index.html").read_bytes()
+    address = re.search(rb'href="(clips/[^"]*)"', index)[1]
+    assert (tmp_path / "report" / os.fsdecode(unquote_to_bytes(address))).exists()
+    assert b"caf\\udce9 1.bvh" in index
 
 
 def test_only_the_worst_have_pages_where_so_many_are_asked_for(tmp_path, kick):

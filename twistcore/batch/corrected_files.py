@@ -55,7 +55,8 @@ def is_intact(folder: Path, row: ClipRow) -> bool:
     try:
         if signature_of(path)[0] == row.corrected_signature:
             return True
-        return bool(row.corrected) and sha256_of(path) == row.corrected_sha256
+        known = bool(row.corrected) and path.is_file()
+        return known and sha256_of(path) == row.corrected_sha256
     except OSError:
         return False
 

@@ -6,8 +6,9 @@ import glob
 import os
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatch
 from pathlib import Path, PurePosixPath
 
 from twistcore.batch.clip_task import signature_of
@@ -50,11 +51,12 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 
     A word is a file (of any suffix), a folder (its clips, and those of all folders below, but for
     hidden ones and for folders that a batch has written), a pattern with *, ? or [ ], in which **
-    goes over folders, '@FILE' for a list with a word a line, '@-' or '-' for one on standard input,
-    or a URL of a file or folder. Of a folder or a pattern on this machine those are left out that
-    are exports of others of it: :func:`exports_beside.exports_among`. without: a folder that is
-    left out, where it lies below another. TwistError where something in that is named itself, a
-    list cannot be read, or there is no clip at all.
+    goes over folders with the same exceptions, '@FILE' for a list with a word a line, '@-' or
+    '-' for one on standard input, or a URL of a file or folder. Of a folder or a pattern on this
+    machine those are left out that are exports of others of it:
+    :func:`exports_beside.exports_among`. without: a folder that is left out, where it lies below
+    another. TwistError where something in that is named itself, a list cannot be read, or there is
+    no clip at all.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
@@ -101,7 +103,7 @@ def _spelled_out(words: Iterable[str]) -> Iterator[str]:
             yield from _lines(sys.stdin.read())
         elif word.startswith("@"):
             try:
-                text = Path(word[1:]).read_text("utf-8", "surrogateescape")
+                text = Path(word[1:]).read_text("utf-8-sig", "surrogateescape")
             except OSError as error:
                 raise TwistError(f"{word[1:]}: cannot be read ({error.strerror})") from None
             yield from _lines(text)
@@ -110,7 +112,9 @@ def _spelled_out(words: Iterable[str]) -> Iterator[str]:
 
 
 def _lines(text: str) -> Iterator[str]:
-    return (line.strip() for line in text.splitlines() if line.strip())
+    """Not empty, without the mark that Windows puts in front of UTF-8."""
+    lines = text.removeprefix("\ufeff").removeprefix("\udcef\udcbb\udcbf").splitlines()
+    return (line.strip() for line in lines if line.strip())
 
 
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
@@ -129,8 +133,10 @@ def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Sour
         files.append(word)
 
 
-def _below(root: Path, without: Path | None) -> Iterator[Source]:
-    """The clips of a folder and of all below; links to folders are not followed."""
+def _below(
+    root: Path, without: Path | None, fits: Callable[[str], bool] = lambda _name: True
+) -> Iterator[Source]:
+    """The clips of a folder and of all below whose names fit; links to folders are not followed."""
     skipped = None if without is None else os.path.realpath(without)
     folders = [str(root)]
     while folders:
@@ -149,9 +155,10 @@ def _below(root: Path, without: Path | None) -> Iterator[Source]:
                 continue
             if entry.is_dir(follow_symlinks=False):
                 below.append(entry.path)
-            elif is_clip_name(entry.name) and not entry.is_dir() and not _other(entry.path):
+            elif is_clip_name(entry.name) and not entry.is_dir():
                 name = os.path.relpath(entry.path, root).replace(os.sep, "/")
-                yield _looked_at(entry.path, name)
+                if fits(name) and not _other(entry.path):
+                    yield _looked_at(entry.path, name)
         folders += reversed(below)
 
 
@@ -160,20 +167,45 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
     root = Path(os.path.abspath(Path(*parts[:at]) if at else "."))  # noqa: PTH100
-    for found in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207 of any folder
+    over = parts.index("**") if "**" in parts else len(parts)
+    rest = parts[over:]
+    if over == at:
+        hits = [str(root)]
+    else:
+        hits = sorted(glob.glob(str(Path(*parts[:over]))))  # noqa: PTH207 of any folder
+    for found in hits:
         path = Path(os.path.abspath(found))  # noqa: PTH100
         if path.is_dir():
-            if "**" not in parts:
-                for source in _below(path, without):
-                    name = (path.relative_to(root) / source.name).as_posix()
-                    yield replace(source, name=name)
+            if rest and _is_passed_over(path, root):
+                continue
+            for source in _below(path, without, lambda name: _fits(name.split("/"), rest)):
+                name = (path.relative_to(root) / source.name).as_posix()
+                yield replace(source, name=name)
+        elif rest:
+            continue
         elif is_clip_name(found) and not (without and _is_in(path, without)) and not _other(found):
             yield _looked_at(str(path), path.relative_to(root).as_posix())
 
 
+def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
+    """Whether folders and a file at the end fit the parts of a pattern; none of these fit all."""
+    if not parts:
+        return True
+    if parts[0] == "**":
+        return any(_fits(names[k:], parts[1:]) for k in range(len(names)))
+    fit = bool(names) and fnmatch(names[0], parts[0])
+    return fit and (_fits(names[1:], parts[1:]) if parts[1:] else len(names) == 1)
+
+
+def _is_passed_over(folder: Path, root: Path) -> bool:
+    """Whether a way from a folder down to another goes over a link or what a batch has written."""
+    way = [folder, *folder.parents]
+    return any(step.is_symlink() or is_batch_folder(step) for step in way[: way.index(root)])
+
+
 def _other(path: str) -> bool:
     """Whether what has a clip's name holds something else: bodies' shapes lie beside AMASS's."""
-    if not path.lower().endswith(".npz"):
+    if not path.lower().endswith(".npz") or not os.path.isfile(path):  # noqa: PTH113
         return False
     from twistcore.formats import is_other_data  # numpy
 

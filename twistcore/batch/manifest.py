@@ -151,6 +151,8 @@ _UNCORRECTED = (
 def is_batch_folder(path: Path | str) -> bool:
     """Whether a folder has a manifest of ours; reads a hundred bytes at most."""
     try:
+        if not (Path(path) / FILE).is_file():  # to open a FIFO would wait for its writer
+            return False
         with (Path(path) / FILE).open("rb") as file:
             head = file.read(100)
     except OSError:

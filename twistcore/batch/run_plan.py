@@ -102,7 +102,8 @@ def _of_other_name(
 
 
 def _sha256(source: Source) -> str:
+    path = Path(source.path)
     try:
-        return sha256_of(Path(source.path))
+        return sha256_of(path) if path.is_file() else ""  # to open a FIFO would wait
     except OSError:  # who processes it says so
         return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -65,4 +66,4 @@ def _rate(number: float) -> str:
 
 def _href(path: str) -> str:
     """A relative path as an address."""
-    return quote(path)
+    return quote(os.fsencode(path))  # bytes that are no UTF-8 as they are on the disk
