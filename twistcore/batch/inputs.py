@@ -48,8 +48,9 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 
     A word is a file (of any suffix), a folder (its clips, and those of all folders below, but for
     hidden ones and for folders that a batch has written), a pattern with *, ? or [ ], in which **
-    goes over folders with the same exceptions, '@FILE' for a list with a word a line, '@-' or '-' for one on standard input,
-    or a URL of a file or folder. without: a folder that is left out, where it lies below another.
+    goes over folders with the same exceptions, '@FILE' for a list with a word a line, '@-' or
+    '-' for one on standard input, or a URL of a file or folder. without: a folder that is left out,
+    where it lies below another.
     TwistError where something in that is named itself, a list cannot be read, or there is no clip
     at all.
     """
