@@ -64,10 +64,13 @@ def test_a_rule_that_holds_says_nothing(text):
         ("total.severity>1", 5.5 / 4),
         ("failed>0", 1),
         ("total.failed>0", 1),
+        ("unchecked>=1", 1),
     ],
 )
 def test_a_rule_over_the_run(text, value):
-    (found,) = broken([parse_rule(text)], [CLIP, BAD, CLEAN, record("w.bvh", state="waiting")])
+    empty = done("e.bvh", frames=0, result={"unchecked": "no chain"})
+    records = [CLIP, BAD, CLEAN, record("w.bvh", state="waiting"), empty]
+    (found,) = broken([parse_rule(text)], records)
     assert (found.clip, found.value) == ("", pytest.approx(value))
 
 
@@ -88,6 +91,7 @@ def test_frames_that_lie_in_two_intervals_are_counted_once():
         ("severity=>5", "a number"),
         ("severity[limb-flip]>5", "expected no filter of severity"),
         ("failed[limb-flip]>0", "expected no filter of failed"),
+        ("unchecked[limb-flip]>0", "expected no filter of unchecked"),
         ("count[]>0", "found ''"),
         ("count[flip]>0", "found 'flip'"),
         ("count[confidence>high]>0", "found 'confidence>high'"),

@@ -13,6 +13,7 @@ from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped,
 from twistcore.amc import read_amc
 from twistcore.analysis import analyse
 from twistcore.clip import write_clip
+from twistcore.detection import Interval
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.export.replay import accepted_motion
 from twistcore.formats import read_clip
@@ -157,3 +158,14 @@ def test_the_legend_of_the_curves_has_every_band():
     assert re.findall(r'class="band (\w+)"', legend) == [
         "accepted", "undecided", "rejected", "seen"
     ]  # fmt: skip
+
+
+def test_of_an_error_that_sets_in_softly_the_page_shows_what_the_window_shows():
+    """Its largest angle: the median of a ramp depends on how far its ends are counted in."""
+    chain = CHAINS[0]
+    ramp = np.radians(np.concatenate([np.linspace(0.0, 40.0, 30), np.linspace(40.0, 0.0, 31)]))
+    found = [Interval(chain.name, 40, 101, ramp)]
+    report = reviewed(CLIP, CHAINS, found, [])
+    page = clip_page(report_to_json(report), report)
+    assert np.degrees(found[0].delta) == pytest.approx(20.0, abs=1.0)
+    assert '<td class="n">+40.00°</td>' in page

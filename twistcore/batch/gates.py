@@ -24,6 +24,7 @@ WHAT      severity   mean error a frame, degrees, over all chains
           affected   frames with an error that can be taken out, in percent: affected>2%;
                      of lone jumps only where [lone-jump] asks for them
           failed     clips that could not be processed, of the whole run: failed>0
+          unchecked  clips in which nothing could be looked at: no chain, too few frames
 FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
           a kind (counter-twist, limb-flip, lone-jump; of several, any), confidence OP NUMBER
 OP        >  >=  <  <=  ==
@@ -44,7 +45,8 @@ _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
     "<": operator.lt,
 }
 _OF_INTERVALS = ("count", "degrees", "affected")
-_WHAT = ("severity", *_OF_INTERVALS, "failed")
+_OF_CLIPS = ("failed", "unchecked")  # counted over the run
+_WHAT = ("severity", *_OF_INTERVALS, *_OF_CLIPS)
 _KINDS = {kind.value.replace(" ", "-"): kind for kind in Kind}
 _OP = "|".join(map(re.escape, _OPERATORS))
 _RULE = re.compile(
@@ -132,7 +134,7 @@ def parse_rule(text: str) -> Rule:
     return Rule(
         text.strip(),
         what,
-        total or what == "failed",
+        total or what in _OF_CLIPS,
         frozenset(kinds),
         tuple(confidence),
         found["op"],
@@ -166,6 +168,7 @@ class _Total:
     """What has come together over a run."""
 
     failed: int = 0
+    unchecked: int = 0
     count: int = 0
     degrees: float = 0.0
     frames: int = 0
@@ -175,6 +178,7 @@ class _Total:
     def add(self, rule: Rule, result: Mapping[str, Any]) -> None:
         sizes = list(_sizes(rule, result))
         self.count += len(sizes)
+        self.unchecked += bool(result["unchecked"])
         self.degrees = max(self.degrees, *sizes, 0.0)
         self.frames += result["frames"]
         self.affected += _affected(rule, result)
@@ -184,6 +188,7 @@ class _Total:
         frames = max(self.frames, 1)
         values = {
             "failed": self.failed,
+            "unchecked": self.unchecked,
             "count": self.count,
             "degrees": self.degrees,
             "affected": 100.0 * self.affected / frames,

@@ -60,6 +60,7 @@ def batch(arguments: argparse.Namespace) -> int:
         skipped = arguments.refine and _tell_uncorrected(
             folder, {source.path for source in inputs.sources}
         )
+        _tell_unchecked(folder, {source.path for source in inputs.sources})
         broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
     if summary.stopped:
         left = f"{summary.left} clips to go; the same command goes on"
@@ -84,6 +85,16 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
                 for sentence in sentences:
                     print(f"{name}: {sentence}", file=sys.stderr)
     return told
+
+
+def _tell_unchecked(folder: Path, sources: Collection[str]) -> None:
+    """Say in how many clips nothing could be looked at, and why in the first."""
+    with Manifest.open(folder) as manifest:
+        found = [one for one in manifest.glances() if one.unchecked and one.source in sources]
+    if found:
+        count = f"{len(found)} clip{'' if len(found) == 1 else 's'}"
+        first = f"{found[0].name}: {found[0].unchecked}"
+        print(f"nothing could be looked at in {count}: {first}", file=sys.stderr)
 
 
 def _exports(count: int) -> str:

@@ -171,6 +171,7 @@ def _decisions(
             "reason": one.reason,
             "edited": one.edited,
             "by_hand": one.by_hand,
+            "shown_deg": float(np.degrees(one.interval.shown)),
             "correctable": one.interval.repairable and one.id not in report.stuck,
             "lone": not one.interval.repairable,
             "somebody": bool(one.reviewer or one.decided_at or one.note or one.reason),
