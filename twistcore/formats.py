@@ -9,7 +9,7 @@ from twistcore.amc import read_amc
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
 from twistcore.clip_suffixes import CLIP_SUFFIXES, clip_suffix
-from twistcore.errors import AmcError
+from twistcore.errors import AmcError, ClipError
 from twistcore.npz import read_npz
 from twistcore.npz.archive import names_in
 from twistcore.npz.npz_clip import POSES
@@ -70,4 +70,6 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell = nobody
     """
     if Path(path).suffix.lower() == ".asf":
         raise AmcError(str(path), "expected a clip, found a skeleton without motion; open its .amc")
+    if Path(path).is_dir():
+        raise ClipError(str(path), "expected a clip, found a folder; `batch` takes folders")
     return _reader(path)(path, fps=fps, tell=tell)

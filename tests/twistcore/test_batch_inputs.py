@@ -255,3 +255,17 @@ def test_a_fifo_is_never_opened(tmp_path, monkeypatch):
         assert ran.returncode == 1, ran.stderr
         assert said in ran.stdout
         assert ran.stderr.count("expected a file") == 3
+
+
+def test_too_little_memory_to_begin_with_is_refused(tmp_path, capsys):
+    words = ["batch", str(ASSETS / "walk.bvh"), "-o", str(tmp_path / "o"), "--memory-limit", "20"]
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code == 2
+    assert "expected at least 256 MiB, found '20'" in capsys.readouterr().err
+    assert not (tmp_path / "o").exists()
+
+
+def test_a_folder_where_a_clip_is_wanted_is_told_what_takes_folders(tmp_path, capsys):
+    assert main(["detect", str(tmp_path)]) == 2
+    assert "expected a clip, found a folder; `batch` takes folders" in capsys.readouterr().err

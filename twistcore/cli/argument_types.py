@@ -12,6 +12,8 @@ from twistcore.atomic import STANDARD_OUTPUT
 if TYPE_CHECKING:
     from twistcore.detection import Kind
 
+_LEAST_MIB = 256  # with less numpy cannot be loaded, or a short clip not be analysed
+
 
 class Parser(argparse.ArgumentParser):
     """One line where the words are wrong, without the usage."""
@@ -68,6 +70,13 @@ def positive(text: str) -> float:
         value = math.nan
     if not (math.isfinite(value) and value > 0.0):
         raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
+    return value
+
+
+def mebibytes(text: str) -> float:
+    """So many that Python and its libraries have room."""
+    if (value := positive(text)) < _LEAST_MIB:
+        raise argparse.ArgumentTypeError(f"expected at least {_LEAST_MIB} MiB, found {text!r}")
     return value
 
 

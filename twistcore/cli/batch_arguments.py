@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from twistcore.batch.parameters import DEFAULT_METHOD
-from twistcore.cli.argument_types import count, kinds, positive, target
+from twistcore.cli.argument_types import count, kinds, mebibytes, positive, target
 
 BATCH = "batch"
 
@@ -63,9 +63,9 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--memory-limit",
-        type=positive,
+        type=mebibytes,
         metavar="MIB",
-        help="a clip may take beyond 12 times its size; default 1430",
+        help="a clip may take beyond 12 times its size; default 1430, 256 at least",
     )
     _detection(parser)
     parser.add_argument("--refine", action="store_true", help="also write corrected clips")

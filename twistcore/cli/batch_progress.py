@@ -22,8 +22,8 @@ class Progress:
         self.begin = self.said = time.monotonic()
         self.bar: Any = None
         if plan.known or plan.failed:
-            known = plan.known + len(plan.failed)
-            print(f"{known} clips are known, {self.total} to do", file=sys.stderr)
+            bad = f", {len(plan.failed)} known to fail" if plan.failed else ""
+            print(f"{plan.known} clips are known{bad}, {self.total} to do", file=sys.stderr)
         if sys.stderr.isatty():
             from tqdm import tqdm
 
