@@ -192,8 +192,8 @@ def test_the_report_tells_the_turn_the_speed_and_that_it_was_seen(tmp_path):
     assert float(rows["1"]["speed_deg_s"]) == seen["speed_deg_s"]
     assert (rows["1"]["decision"], rows[str(twist["id"])]["speed_deg_s"]) == ("seen", "")
     text = page.read_text("utf-8")
-    assert f"<td>lone jump of LeftFoot, {seen['speed_deg_s']:,.0f}°/s</td>" in text
-    assert f'<td class="n">{seen["delta_deg"]:+.2f}°</td>' in text
+    turn = f"{seen['delta_deg']:+.2f}° at {seen['speed_deg_s']:,.0f}°/s"
+    assert f"<td>lone jump of LeftFoot, {turn}</td>" in text
     assert '<td class="seen">seen</td>' in text
     assert "<b>1</b> lone jump seen<" in text
     told = f"LeftLeg lone jump {np.degrees(jump.size):+.1f}° seen"
