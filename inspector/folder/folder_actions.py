@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from PySide6.QtCore import QCoreApplication, QProcess
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QMainWindow
 
 from inspector.folder.clip_table import clip_table
 from inspector.folder.queue import FolderQueue
@@ -32,7 +32,7 @@ class FolderActions:
     listed: Callable[[], Iterable[QueuedClip]]
     bar: MessageBar
     save: Callable[[], object]
-    window: QWidget
+    window: QMainWindow
     _report: QProcess | None = field(default=None, init=False)
 
     def save_clip_table(self) -> None:
@@ -98,7 +98,9 @@ class FolderActions:
         report.deleteLater()
         if code in (0, 1):
             left = " Some clips could not be drawn; the page lists them." if code else ""
-            self.bar.show_message(f"{folder / 'report' / 'index.html'} was written.{left}", False)
+            told = f"{folder / 'report' / 'index.html'} was written.{left}"
+            self.bar.show_message(told, False)
+            self.window.statusBar().showMessage(told, 10_000)  # the bar may be asking something
         else:
             last = said.splitlines()[-1] if said else "the process ended without a word"
             self.bar.show_message(f"No report: {last}", True)

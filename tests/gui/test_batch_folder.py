@@ -144,3 +144,16 @@ def test_a_rescan_keeps_what_is_known_of_a_review(queue, outdir):
 def test_clips_of_one_name_are_told_apart(queue, outdir):
     queue.open(outdir)
     assert len({clip.title for clip in queue.ordered}) == 3
+
+
+def test_the_report_of_a_batch_is_written_with_what_was_decided(qtbot, show_window, outdir):
+    window = show_window(Settings(theme="light", turn_ms=0, reviewer="Ada"))
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(outdir)
+    qtbot.waitUntil(lambda: window.document.interval is not None, timeout=10_000)
+    act(window, "accept")  # not saved: the report has it all the same
+    act(window, "write_report")
+    index = outdir / "report" / "index.html"
+    status = window.statusBar()
+    qtbot.waitUntil(lambda: str(index) in status.currentMessage(), timeout=60_000)
+    assert "Ada" in (outdir / "report" / "clips" / "a.bvh.html").read_text("utf-8")
