@@ -13,6 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
+from inspector.folder.queue import FolderQueue
 from inspector.session.document import Document
 from inspector.session.opening import analyse
 from inspector.session.settings import Settings
@@ -52,6 +53,16 @@ def pytest_generate_tests(metafunc):
         test = "" if "one_program" in metafunc.fixturenames else metafunc.function.__name__
         looks = looks_of(metafunc.module, test)
         metafunc.parametrize("look", looks, ids=str, scope="module")
+
+
+@pytest.fixture
+def queue(qtbot):
+    """Clips of a folder, without a window."""
+    queue = FolderQueue(workers=2)
+    yield queue
+    queue.close()
+    queue.deleteLater()
+    qtbot.wait(20)
 
 
 @pytest.fixture(autouse=True)

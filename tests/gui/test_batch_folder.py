@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from inspector.folder.clip_table import clip_table
-from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import ClipState
 from inspector.session.settings import Settings
 from tests.gui.folders import put_errors
@@ -28,15 +27,6 @@ def outdir(tmp_path):
     clips = [str(tmp_path / name) for name in ("one", "two")]
     assert main(["batch", *clips, "-o", str(tmp_path / "out"), "--workers", "1"]) == 1
     return tmp_path / "out"
-
-
-@pytest.fixture
-def queue(qtbot):
-    queue = FolderQueue(workers=1)
-    yield queue
-    queue.close()
-    queue.deleteLater()
-    qtbot.wait(20)
 
 
 def test_what_the_batch_found_is_listed_without_another_look(queue, outdir):

@@ -21,15 +21,6 @@ from tests.gui.windows import act, export, open_clip
 from twistcore.export.exports_beside import exports_among
 
 
-@pytest.fixture
-def queue(qtbot):
-    queue = FolderQueue(workers=2)
-    yield queue
-    queue.close()
-    queue.deleteLater()
-    qtbot.wait(20)
-
-
 def test_the_worst_comes_first_and_the_bad_are_marked(qtbot, queue, tmp_path):
     truth = {f"{k}.bvh": put_errors(tmp_path / f"{k}.bvh", k) for k in (1, 3, 6, 9)}
     shutil.copy(ASSETS / "walk.bvh", tmp_path / "clean.bvh")
