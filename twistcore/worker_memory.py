@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 SPARE = 1_500_000_000  # bytes for Python and its libraries
@@ -12,20 +13,27 @@ OF_FILE = 12  # times the file's size for reading and analysing it
 _OWN = Path("/proc/self")
 
 
-def limit_memory(size: int, spare: int = SPARE) -> None:
+@contextlib.contextmanager
+def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
     """Let this process take `spare` and some times the bytes of a file more than it has by now.
 
     Past that there is a MemoryError instead of a machine that swaps. Of the address space, so that
-    it is no measure of what is really used. Nothing happens on other systems.
+    it is no measure of what is really used. The limit before comes back afterwards: this may be no
+    process of its own. Nothing happens on other systems.
     """
     if sys.platform != "linux":
+        yield
         return
     import resource
 
     limit = spare + OF_FILE * size + _pages(0) * resource.getpagesize()
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     if hard == resource.RLIM_INFINITY or limit < hard:
         resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
 def forget_peak() -> None:

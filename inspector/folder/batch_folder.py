@@ -18,9 +18,10 @@ from twistcore.batch.batch_run import LOCK
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.decisions import decisions_of
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
+from twistcore.batch.parameters import DEFAULT_METHOD
 from twistcore.errors import TwistError
 from twistcore.file_lock import is_held
-from twistcore.file_marks import sha256_of
+from twistcore.file_marks import file_mark
 from twistcore.tuning import Profile
 
 # Options that the window does not take over, by the parameter.
@@ -70,8 +71,11 @@ class BatchFolder(QObject):
             return None
         tau: Mapping[str, float] = {}
         if given["tau_deg"] is not None or given["profile_rad"] is not None:
-            with suppress(TwistError), Manifest.open(self.folder) as manifest:
-                tau = (manifest.record(glance.source).result or {}).get("tau_deg", {})
+            try:
+                with Manifest.open(self.folder) as manifest:
+                    tau = (manifest.record(glance.source).result or {}).get("tau_deg", {})
+            except TwistError as error:
+                self.failed.emit(str(error))
         return Profile({k: math.radians(v) for k, v in tau.items()}, given["method"])
 
     def _queued(self, glance: ClipGlance) -> QueuedClip:
@@ -141,7 +145,7 @@ def _in_words(given: Mapping[str, Any]) -> str:
         told.append(f"τ {given['tau_deg']:g}°")
     if given.get("profile_rad") is not None:
         told.append("τ of a profile")
-    if given.get("method", "consistency") != "consistency":
+    if given.get("method", DEFAULT_METHOD) != DEFAULT_METHOD:
         told.append(f"detector {given['method']}")
     if elsewhere := [option for name, option in _ELSEWHERE.items() if given.get(name)]:
         told.append(f"{', '.join(elsewhere)}, without which clips are analysed here")
@@ -153,5 +157,5 @@ def _is_same(path: Path, glance: ClipGlance) -> bool:
     with suppress(OSError):
         if glance.signature:
             return signature_of(path)[0] == glance.signature
-        return sha256_of(path) == glance.sha256
+        return file_mark(path) == glance.sha256
     return False

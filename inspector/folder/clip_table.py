@@ -13,7 +13,7 @@ _COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {
     "clip": lambda c: c.label or c.path.name,
     "folder": lambda c: str(c.path.parent),
     "state": lambda c: "not checked" if c.unchecked else str(c.state),
-    "severity_deg": lambda c: round(c.severity, 6) if c.state == ClipState.READY else "",
+    "severity": lambda c: round(c.severity, 6) if c.state == ClipState.READY else "",
     "intervals": lambda c: c.counts[1] if c.decided or c.state == ClipState.READY else "",
     "decided": lambda c: c.counts[0],
     "exported_as": lambda c: c.exported,

@@ -95,8 +95,9 @@ class FolderActions:
         if report is None:
             return
         said = bytes(report.readAllStandardError().data()).decode("utf-8", "replace").strip()
+        done = bool(report.readAllStandardOutput().data())  # nothing is said before all is written
         report.deleteLater()
-        if code in (0, 1):
+        if code in (0, 1) and done:
             left = " Some clips could not be drawn; the page lists them." if code else ""
             told = f"{folder / 'report' / 'index.html'} was written.{left}"
             self.bar.show_message(told, False)

@@ -9,7 +9,7 @@ from pathlib import Path
 from inspector.session.rig_profiles import kept_rig
 from twistcore.batch import survey
 from twistcore.errors import TwistError
-from twistcore.worker_memory import limit_memory
+from twistcore.worker_memory import limited_memory
 
 
 def work(pipe: Connection) -> None:
@@ -20,8 +20,9 @@ def work(pipe: Connection) -> None:
         except EOFError:
             return
         try:
-            _limit_memory(path)
-            pipe.send(survey(path, profile, lambda motion: kept_rig(motion)[0]))
+            with limited_memory(_size(path)):
+                found = survey(path, profile, lambda motion: kept_rig(motion)[0])
+            pipe.send(found)
         except TwistError as error:
             pipe.send(str(error))
         except MemoryError:
@@ -30,6 +31,7 @@ def work(pipe: Connection) -> None:
             pipe.send(f"{path.name}: {type(error).__name__}: {error}")
 
 
-def _limit_memory(path: Path) -> None:
+def _size(path: Path) -> int:
     with suppress(OSError):  # whoever reads it says what is wrong
-        limit_memory(path.stat().st_size)
+        return path.stat().st_size
+    return 0

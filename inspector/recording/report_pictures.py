@@ -36,7 +36,7 @@ _MARGIN = 1.6  # round the limb: so much that one sees whose it is
 _EYE = 0.35  # of the figure's height, above the ground
 
 
-class Studio:
+class OffscreenRenderer:
     """A picture off the screen, in which one figure after the other stands."""
 
     def __init__(self, size: tuple[int, int]) -> None:
@@ -121,9 +121,9 @@ def _named(figure: Figure, pair: Pair) -> Chain:
 def main(folder: Path) -> None:
     """Draw what the files in a folder ask for, and put the pictures beside them."""
     size, figures = read_job(folder)
-    studio = Studio(size)
+    renderer = OffscreenRenderer(size)
     for number, figure in enumerate(figures):
-        for pair, which, picture in studio.pictures(figure):
+        for pair, which, picture in renderer.pictures(figure):
             writer = vtkJPEGWriter()
             writer.SetInputConnection(picture.GetOutputPort())
             writer.SetQuality(_QUALITY)

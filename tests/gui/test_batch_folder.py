@@ -78,8 +78,8 @@ def test_the_table_has_every_clip_that_is_listed(queue, outdir):
     rows = list(csv.DictReader(io.StringIO(clip_table(queue.ordered))))
     assert [row["clip"] for row in rows] == ["a.bvh", "two/a.bvh", "broken.bvh"]
     assert [row["state"] for row in rows] == ["ready", "ready", "failed"]
-    assert float(rows[0]["severity_deg"]) > float(rows[1]["severity_deg"])
-    assert rows[2]["severity_deg"] == rows[2]["intervals"] == ""
+    assert float(rows[0]["severity"]) > float(rows[1]["severity"])
+    assert rows[2]["severity"] == rows[2]["intervals"] == ""
     assert "broken.bvh" in rows[2]["reason"]
 
 

@@ -14,7 +14,7 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore.batch_folders import COMMAND, KILL, ROOT, clips, environment
 from twistcore.batch.batch_run import run_batch
-from twistcore.batch.clip_task import process
+from twistcore.batch.clip_task import Task, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
@@ -201,3 +201,12 @@ def test_a_scheduler_that_is_killed_ends_the_run_and_another_goes_on(scheduler, 
     summary = finished(folder, out)
     assert (summary.known, summary.done) == (len(before), len(made) - len(before))
     assert summary.done > 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has such a limit")
+def test_who_carries_a_task_out_is_left_without_a_limit():
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    assert process(Task("nowhere.bvh", "nowhere.bvh", 0, Parameters())).reason
+    assert resource.getrlimit(resource.RLIMIT_AS) == before

@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
 from twistcore.file_marks import sha256_of
-from twistcore.worker_memory import SPARE, forget_peak, limit_memory, peak_memory
+from twistcore.worker_memory import SPARE, forget_peak, limited_memory, peak_memory
 
 Bytes: TypeAlias = bytes  # an outcome has a number of them by that name
 
@@ -71,8 +71,8 @@ def process(task: Task) -> Outcome:
     forget_peak()
     found: dict[str, Any] = {}
     try:
-        limit_memory(task.size, task.memory)
-        found |= _carried_out(task)
+        with limited_memory(task.size, task.memory):
+            found |= _carried_out(task)
     except FileNotFoundError:
         found |= {"reason": f"{task.source}: there is no such file", "again": True, "unseen": True}
     except OSError as error:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 import platformdirs
 
 from twistcore.atomic import write_atomically
+from twistcore.batch.batch_run import LOCK
 from twistcore.batch.manifest import FILE
 from twistcore.batch.remote_files import find_remote, read_remote, write_remote
+from twistcore.errors import TwistError
+from twistcore.file_lock import is_held
 from twistcore.file_marks import sha256_of
 
-_BROUGHT = ".brought.json"  # SHA-256 of what lies at the URL, by path below it
+_UPLOADED = ".uploaded.json"  # SHA-256 of what lies at the URL, by path below it
 
 
 @contextmanager
@@ -33,39 +36,63 @@ def working_folder(output: str) -> Iterator[Path]:
     name = hashlib.sha256(url.encode()).hexdigest()[:16]
     folder = Path(platformdirs.user_cache_dir("twist-inspector")) / "batch" / name
     folder.mkdir(parents=True, exist_ok=True)
-    if not (folder / FILE).exists():
-        _fetch(url, folder)
+    if not is_held(folder / LOCK):  # else the run there is told so, and changes nothing
+        _take_over(url, folder)
     try:
         yield folder
     finally:
-        _bring(folder, url)
+        if not is_held(folder / LOCK):
+            _upload(folder, url)
 
 
-def _fetch(url: str, folder: Path) -> None:
-    """What a run before this one left there, if there was one; the manifest last, too."""
+def _take_over(url: str, folder: Path) -> None:
+    """Begin with what lies at the URL, which another machine may have gone on with.
+
+    TwistError where that and the folder here were both changed since the last time.
+    """
     there = {name: path for path, name, _ in find_remote(url, may_be_none=True)}
     if FILE not in there:
         return
-    brought = {}
+    if (folder / FILE).exists():
+        mark = hashlib.sha256(read_remote(there[FILE])).hexdigest()
+        own, last = sha256_of(folder / FILE), _uploaded(folder).get(FILE)
+        if mark in (own, last):
+            return
+        if own != last:
+            raise TwistError(
+                f"{url}: another machine has written there since a run here was stopped; "
+                f"remove {folder} to go on from there"
+            )
+    _download(there, folder)
+
+
+def _download(there: Mapping[str, str], folder: Path) -> None:
+    """What a run left at a URL, paths there by name; the manifest last, too."""
+    uploaded = {}
     for name in sorted(there, key=lambda name: name == FILE):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, read_remote(there[name]))
-        brought[name] = sha256_of(path)
-    write_atomically(folder / _BROUGHT, json.dumps(brought).encode())
+        uploaded[name] = sha256_of(path)
+    write_atomically(folder / _UPLOADED, json.dumps(uploaded).encode())
 
 
-def _bring(folder: Path, url: str) -> None:
-    listing = folder / _BROUGHT
-    brought = json.loads(listing.read_text("utf-8")) if listing.exists() else {}
+def _uploaded(folder: Path) -> dict[str, str]:
+    listing = folder / _UPLOADED
+    found: dict[str, str] = json.loads(listing.read_text("utf-8")) if listing.exists() else {}
+    return found
+
+
+def _upload(folder: Path, url: str) -> None:
+    listing, uploaded = folder / _UPLOADED, _uploaded(folder)
     files = {p.relative_to(folder).as_posix(): p for p in folder.rglob("*") if p.is_file()}
     mine = [n for n in files if not any(part.startswith(".") for part in Path(n).parts)]
     try:
         for name in sorted(mine, key=lambda name: (name == FILE, name)):
             if name.startswith("manifest.") and name != FILE:
                 continue  # the lock and the journal are of this machine
-            if (mark := sha256_of(files[name])) != brought.get(name):
+            if (mark := sha256_of(files[name])) != uploaded.get(name):
                 write_remote(f"{url}/{name}", files[name].read_bytes())
-                brought[name] = mark
+                uploaded[name] = mark
     finally:
-        write_atomically(listing, json.dumps(brought).encode())
+        write_atomically(listing, json.dumps(uploaded).encode())

@@ -78,7 +78,7 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
         row["affected_percent"] = percent_affected(result["affected_frames"], result["frames"])
         row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}
         row["left"] = None if result["left"] is None else len(result["left"])
-        left = "; ".join(result.get("uncorrected") or ())  # earlier results have no such key
+        left = "; ".join(result.get("uncorrected") or ())
         row["reason"] = record.reason or result["unchecked"] or left
     return row
 
