@@ -4,7 +4,8 @@
 Takes a Python ≥ 3.11 with its shared library, on Linux `binutils`, and some 3 GB of disk. The wheel
 is built and installed with the window's packages into an environment of its own under
 packaging/build; PyInstaller gathers them into packaging/dist/twist-inspector, which is packed
-beside it. A bundle runs on systems with the builder's glibc or a newer one, so build on the oldest meant.
+beside it. A bundle runs on systems with the glibc of its builder or a newer one, so build on the
+oldest meant.
 """
 
 from __future__ import annotations
