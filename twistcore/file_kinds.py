@@ -36,7 +36,10 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
     (b"glTF", FileKind("a glTF file (binary)", _CONVERT)),
     (b"BLENDER", FileKind("a Blender file", _CONVERT)),
     (b"PK\x05\x06", FileKind("an empty ZIP archive")),
-    (b"\x93NUMPY", FileKind("a single array of numpy (.npy)", "save its arrays by name with numpy.savez")),
+    (
+        b"\x93NUMPY",
+        FileKind("a single array of numpy (.npy)", "save its arrays by name with numpy.savez"),
+    ),
     (b"\x1f\x8b", FileKind("a gzip archive", _UNPACK)),
     (b"\xfd7zXZ\x00", FileKind("an xz archive", _UNPACK)),
     (b"BZh", FileKind("a bzip2 archive", _UNPACK)),
@@ -62,10 +65,7 @@ def kind_of(head: bytes) -> FileKind | None:
     for beginning, kind in _BEGINNINGS:
         if head.startswith(beginning):
             return kind
-    for tell in (_zip, _film, _c3d, _text):
-        if kind := tell(head):
-            return kind
-    return None
+    return _zip(head) or _film(head) or _c3d(head) or _text(head)
 
 
 def found_instead(head: bytes, *expected: FileKind) -> str | None:

@@ -73,7 +73,7 @@ def test_what_is_no_bvh_is_named_in_one_sentence(tmp_path, data, words):
 def test_a_bvh_of_another_name_is_told_its_own(tmp_path, name, said):
     path = tmp_path / name
     path.write_bytes((ASSETS / "walk.bvh").read_bytes())
-    with pytest.raises(TwistError, match="this is a BVH file; give it a name that ends in .bvh"):
+    with pytest.raises(TwistError, match=r"this is a BVH file; give it a name that ends in \.bvh"):
         read_clip(path)
     path.write_bytes(b"%PDF-1.7")
     with pytest.raises(TwistError, match=f"{said} this is a PDF document"):
