@@ -139,7 +139,7 @@ def _refined_to_json(
     notes: Sequence[str],
     problems: Sequence[str],
 ) -> dict[str, Any]:
-    motion, taken = found.analysis.motion, set(done)
+    motion, taken = found.analysis.motion, {_place(i) for i in done}
     intervals = zip(intervals_to_json(found), found, strict=True)
     return {
         "schema": "twistcore.refine/1",
@@ -154,10 +154,15 @@ def _refined_to_json(
         "include_open": arguments.include_open,
         "repairable": sum(i.repairable for i in found),
         "corrected": len(taken),
-        "intervals": [entry | {"corrected": i in taken} for entry, i in intervals],
+        "intervals": [entry | {"corrected": _place(i) in taken} for entry, i in intervals],
         "notes": list(notes),
         "problems": list(problems),
     }
+
+
+def _place(interval: Interval) -> tuple[str, str, int, int]:
+    """What tells it from others of its clip, where it has been sent through a review."""
+    return interval.chain, interval.kind.value, interval.start, interval.stop
 
 
 def _applied_to_json(
