@@ -101,7 +101,7 @@ def test_help_and_version_load_no_numpy(words):
 import sys
 from twistcore.cli import main
 try:
-    main({words!r})
+    main({words.split()!r})
 except SystemExit:
     pass
 sys.exit(any(name in sys.modules for name in ("numpy", "scipy", "tqdm", "shtab")))
