@@ -190,6 +190,7 @@ def test_nothing_that_a_terminal_obeys_is_left(text):
         assert shown(text) == text
 
 
+@pytest.mark.skipif(os.name != "posix", reason="Windows allows no such names")
 def test_names_that_would_steer_a_terminal_are_shown_escaped(capsys, tmp_path):
     folder = tmp_path / "a\x1b]0;x\x07b"
     folder.mkdir()

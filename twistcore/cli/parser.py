@@ -196,7 +196,7 @@ def _studying(subparsers: Subparsers) -> None:
     tune.add_argument("-o", "--output", type=target, required=True, metavar="PROFILE.toml")
     tune.add_argument("--method", choices=METHODS, default=DEFAULT_METHOD)
     add_rig(tune)
-    tune.add_argument("--seeds", type=count, metavar="N", help="default 3; not with --verdicts")
+    tune.add_argument("--seeds", type=limit, metavar="N", help="default 3; not with --verdicts")
     tune.add_argument(
         "--verdicts", action="store_true", help="from the sessions beside a folder's clips"
     )
