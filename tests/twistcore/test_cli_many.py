@@ -138,6 +138,16 @@ def test_a_document_stands_for_what_would_be_remarked(capsys, tmp_path):
     assert (code, text, err) == (2, "", "--json: expected nothing else on standard output\n")
 
 
+def test_a_report_that_gives_way_to_one_of_the_same_name_is_told(capsys, tmp_path):
+    words = ["--method", "paper", "--report", tmp_path / "r", "-o", tmp_path / "o.bvh"]
+    for folder, source, told in (("a", WALK, False), ("a", WALK, False), ("b", DIRTY, True)):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        clip = shutil.copy(source, tmp_path / folder / "walk.bvh")
+        code, _, err = run(capsys, "refine", clip, *words)
+        said = "the report of a walk.bvh with other bytes was replaced" in err
+        assert (code, said) == (0, told)
+
+
 def test_what_apply_and_inject_did_is_a_document(capsys, tmp_path):
     clip, session = read_bvh(DIRTY), tmp_path / "walk.twist.json"
     review = Review.of(analyse(clip).detect("paper"))

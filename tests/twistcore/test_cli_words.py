@@ -15,8 +15,7 @@ from tests.twistcore.test_cli import run
 from twistcore.analysis import ALL_KINDS
 from twistcore.cli.arguments.argument_types import KINDS, METHODS, kinds
 from twistcore.cli.arguments.command_examples import EXAMPLES
-from twistcore.cli.completion import SHELLS
-from twistcore.cli.parser import PROGRAMS, commands_of, make_parser
+from twistcore.cli.parser import PROGRAMS, SHELLS, commands_of, make_parser
 from twistcore.detection import DETECTORS
 from twistcore.export import scene_script
 from twistcore.refinement import SURE_ENOUGH

@@ -7,26 +7,16 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from twistcore.cli.arguments import argument_types
+from twistcore.cli.parser import commands_of, make_parser
 from twistcore.errors import TwistError
 
-SHELLS = ("bash", "zsh", "fish", "tcsh")
 _FILES = (Path, argument_types.target, argument_types.readable)
-
-
-def add_completion(subparsers: argparse._SubParsersAction[Any]) -> None:
-    """The command's words."""
-    parser = subparsers.add_parser("completion", help="print what a shell completes words by")
-    parser.add_argument("shell", choices=SHELLS)
-    parser.set_defaults(run=completion)
 
 
 def completion(arguments: argparse.Namespace) -> int:
     """Print the script."""
-    from twistcore.cli.parser import commands_of, make_parser  # which lists this command
-
     try:
         import shtab
     except ImportError:

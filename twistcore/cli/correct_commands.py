@@ -41,7 +41,7 @@ from twistcore.export.replay import (
 )
 from twistcore.formats import own_name
 from twistcore.refinement import SURE_ENOUGH, applied_unasked
-from twistcore.report.clip_report import check_report, write_clip_report
+from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
 from twistcore.report.report_document import Report
 from twistcore.review import Review
 from twistcore.review.model import SEEN
@@ -77,6 +77,9 @@ def refine(arguments: argparse.Namespace) -> int:
             analysis=found.analysis,
             written=written,
         )
+        if reports_other_bytes(arguments.report, own_name(clip.path), clip):
+            there = f"of a {clip.name} with other bytes"
+            notes.append(f"{arguments.report}: note: the report {there} was replaced")
         with step(f"  {arguments.report}: report written"):
             write_clip_report(arguments.report, report)
     done = correctable(clip.motion, chains, applied)

@@ -41,11 +41,11 @@ from twistcore.cli.arguments.common_arguments import (
     deferred,
 )
 from twistcore.cli.arguments.quamo_arguments import add_quamo
-from twistcore.cli.completion import add_completion
 from twistcore.cli.convert_command import add_convert
 from twistcore.version import __version__
 
 Subparsers: TypeAlias = "argparse._SubParsersAction[Any]"  # as add_subparsers makes them
+SHELLS = ("bash", "zsh", "fish", "tcsh")  # that `completion` writes for
 PROGRAMS = ("blender", "maya", "motionbuilder")  # that `export --script` writes for
 
 
@@ -64,7 +64,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_quamo(subparsers.add_parser("quamo", help="tracking of jittery motion, after review"))
     _export(subparsers)
     add_convert(subparsers)
-    add_completion(subparsers)
+    _completion(subparsers)
     for words, leaf in commands_of(parser):
         leaf.formatter_class = argparse.RawDescriptionHelpFormatter
         leaf.epilog = "\n".join([*([f"{leaf.epilog}"] if leaf.epilog else []), epilog(words)])
@@ -269,3 +269,9 @@ def _export(subparsers: Subparsers) -> None:
         "--dry-run", action="store_true", help="let the script only tell what it would key"
     )
     parser.set_defaults(run=deferred("export_command", "export"))
+
+
+def _completion(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser("completion", help="print what a shell completes words by")
+    parser.add_argument("shell", choices=SHELLS)
+    parser.set_defaults(run=deferred("completion", "completion"))
