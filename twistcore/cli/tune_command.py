@@ -172,13 +172,15 @@ def _minutes(curves: ByChain) -> float:
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
     """A line a chain; in brackets the band of its FSR."""
     width = max([20, *(len(shown(name)) for name in curves)])
-    yield _Line(f"{'chain':<{width}} {'τ':>9} {'noise':>9} {'FSR':>20} {'alarms/min':>11}", True)
+    yield _Line(
+        f"{'chain':<{width}} {'τ':>9} {'noise':>9} {'FSR':>20} {'false alarms/min':>17}", True
+    )
     for name, curve in curves.items():
         tau = curve.suggested(*wanted)
         cost, noise = curve.cost(tau), math.degrees(curve.floor)
         yield _Line(
             f"{shown(name):<{width}} {math.degrees(tau):>8.2f}° {noise:>8.3f}° "
-            f"{fsr_words(cost, 2):>20} {cost.rate:>11.2f}"
+            f"{fsr_words(cost, 2):>20} {cost.rate:>17.2f}"
         )
 
 
