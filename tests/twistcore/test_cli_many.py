@@ -113,6 +113,15 @@ def test_standard_input_is_a_clip(capsys, stdin):
         assert (code, err) == (2, "-: expected standard input once\n")
 
 
+def test_standard_input_is_corrected_as_the_file_is(capsys, tmp_path, stdin):
+    outs = tmp_path / "a.bvh", tmp_path / "b.bvh"
+    stdin(DIRTY.read_bytes())
+    document = run_json(capsys, "refine", "-", "-o", outs[0], "--method", "paper")[1]
+    assert (document["clip"], document["corrected"]) == ("-", 8)
+    assert run(capsys, "refine", DIRTY, "-o", outs[1], "--method", "paper")[0] == 0
+    assert outs[0].read_bytes() == outs[1].read_bytes()
+
+
 def test_a_file_called_minus_is_named_with_its_folder(capsys, tmp_path, monkeypatch, stdin):
     monkeypatch.chdir(tmp_path)
     shutil.copy(WALK, tmp_path / "-")

@@ -87,7 +87,7 @@ def refine(arguments: argparse.Namespace) -> int:
     remark(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
     problems, beside = uncorrected(clip, chains, applied)
     if not found.analysis.chains_and_limbs:
-        problems = (*problems, no_chain(arguments.clip))
+        problems = (*problems, no_chain(clip_name(arguments.clip)))
     notes += beside
     if arguments.json:
         print_json(_refined_to_json(arguments, found, done, notes, problems))
@@ -146,7 +146,7 @@ def _refined_to_json(
     intervals = zip(intervals_to_json(found), found, strict=True)
     return {
         "schema": "twistcore.refine/1",
-        "clip": str(arguments.clip),
+        "clip": clip_name(arguments.clip),
         "output": str(arguments.output),
         "report": str(arguments.report) if arguments.report else None,
         "frames": motion.frames,

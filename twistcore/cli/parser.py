@@ -126,7 +126,7 @@ def _looking(subparsers: Subparsers) -> None:
 
 def _correcting(subparsers: Subparsers) -> None:
     refine = subparsers.add_parser("refine", help="write a corrected clip")
-    add_clip(refine)
+    refine.add_argument("clip", type=readable, metavar="CLIP", help="'-': a BVH on standard input")
     add_output(refine)
     add_detection(refine)
     refine.add_argument(

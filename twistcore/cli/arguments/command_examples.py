@@ -21,7 +21,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "refine": (
         "twistcore refine walk.bvh -o walk.clean.bvh --report report",
-        "twistcore refine walk.bvh -o - --min-confidence 0.9 > walk.clean.bvh",
+        "twistcore refine - -o - --min-confidence 0.9 < walk.bvh > walk.clean.bvh",
     ),
     "apply": (
         "twistcore apply walk.twist.json walk.bvh -o walk.clean.bvh",
