@@ -29,6 +29,17 @@ def clips_in(
     return sorted(path for path in named if _is_clip(path))
 
 
+def no_files_in(folder: Path) -> dict[str, Path]:
+    """What bears a clip's name in a folder, or below it, and is a FIFO, a socket or a device."""
+    named = (path for path in folder.rglob("*") if path.suffix.lower() in CLIP_SUFFIXES)
+    odd = (path for path in sorted(named) if path.exists() and not _is_file_or_folder(path))
+    return {path.relative_to(folder).as_posix(): path for path in odd}
+
+
+def _is_file_or_folder(path: Path) -> bool:
+    return path.is_file() or path.is_dir()
+
+
 def clips_by_name(folder: Path, *, suffixes: Sequence[str] = CLIP_SUFFIXES) -> dict[str, Path]:
     """The clips of a folder and of those below it, by their path in it with '/' between.
 

@@ -89,8 +89,9 @@ def test_flips_have_a_kind_a_limb_and_an_end(capsys, monkeypatch):
     explained = run_json(capsys, "detect", DIRTY, "--tau", "175", "--explain")[1]
     assert explained["intervals"][-1]["evidence"] == EVIDENCE
     told = run(capsys, "detect", DIRTY, "--tau", "175", "--explain")[1].splitlines()
-    assert told[0].split()[0] == "LeftUpLeg-LeftFoot"
-    assert told[0].endswith("0.97  limb flip, end carried")
+    assert told[0].split() == ["chain", "start", "–", "stop", "δ", "confidence"]
+    assert told[1].split()[0] == "LeftUpLeg-LeftFoot"
+    assert told[1].endswith("0.97  limb flip, end carried")
     assert told[-4:] == [
         "RightUpLeg-RightFoot     100 – 108       +170.00°  0.97  limb flip, end kept",
         "    reading cheaper behind, off line 12.5°, closes yes, spread –",

@@ -54,13 +54,13 @@ def real(tmp_path_factory):
     import contextlib
     import io
 
-    def printed(*words):
-        with contextlib.redirect_stdout(io.StringIO()) as stream:
-            assert main(words) == 0
-        return json.loads(stream.getvalue())
+    def printed(*words, code=0):
+        said = io.StringIO()  # what could not be processed, beside the document
+        with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(said):
+            assert main([str(word) for word in words]) == code
+        return json.loads(out.getvalue())
 
-    with contextlib.redirect_stdout(io.StringIO()):
-        main(["refine", dirty, "-o", out, "--method", "paper"])
+    refined = printed("refine", dirty, "-o", out, "--method", "paper", "--json")
     bad = folder / "flipped.bvh"
     write_clip(CLIP, flipped(CLIP.motion, flip()), bad)
     worse = folder / "worse.bvh"
@@ -77,11 +77,60 @@ def real(tmp_path_factory):
         printed("diff", dirty, str(bad), "--json"),
         folder_difference(folder, dirty, bad),
         *session_documents(dirty, folder),
+        refined,
+        *documents_of_many(folder, printed),
+        *documents_of_sessions(folder, printed),
+        *documents_of_tuning(folder, printed),
         *exercise_documents(folder),
         *benchmark_documents(folder),
         *quamo_documents(folder, printed),
     ]
     return {d["schema"]: d for d in documents}
+
+
+def documents_of_many(folder, printed):
+    one, none = ASSETS / "walk_injected.bvh", folder / "none.bvh"
+    only = ("--chain", "LeftForeArm", "--json")
+    made = ("-o", folder / "made.bvh", "--truth", folder / "made.json", "--seed", "1")
+    return (
+        printed("info", one, none, "--json", code=1),
+        printed("detect", one, none, "--method", "paper", *only, code=1),
+        printed("signals", one, none, *only, code=1),
+        printed("inject", ASSETS / "walk.bvh", *made, "--json"),
+    )
+
+
+def documents_of_sessions(folder, printed):
+    import shutil
+
+    from twistcore.analysis import detect
+    from twistcore.bvh import read_bvh
+    from twistcore.review import Review, write_session
+
+    captures = folder / "captures"
+    captures.mkdir()
+    for name in ("05_01", "05_02"):  # accepted by a person: enough to learn τ from
+        path = shutil.copy(ASSETS / "walk_injected.bvh", captures / f"{name}.bvh")
+        clip = read_bvh(path)
+        state = Review.of(detect(clip)).state
+        said = {"decision": Decision.ACCEPTED, "decided_at": "2026-01-01T00:00:00+00:00"}
+        judged = [replace(one, **said) for one in state.intervals]
+        write_session(captures / f"{name}.twist.json", clip, state.with_intervals(judged))
+    shutil.copy(ASSETS / "walk.bvh", captures / "alone.bvh")
+    first = captures / "05_01.twist.json", captures / "05_01.bvh"
+    every = ("apply", captures, captures, "-o", folder / "applied", "--workers", "1", "--json")
+    return (
+        printed("apply", *first, "-o", folder / "applied.bvh", "--json"),
+        printed(*every),
+    )
+
+
+def documents_of_tuning(folder, printed):
+    walk, out = ASSETS / "walk.bvh", ("-o", folder / "rig.toml", "--workers", "1", "--json")
+    return (
+        printed("tune", walk, "--method", "paper", "--seeds", "1", *out),
+        printed("tune", folder / "captures", "--verdicts", *out),
+    )
 
 
 def folder_difference(folder, dirty, bad):

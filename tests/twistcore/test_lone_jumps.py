@@ -132,7 +132,7 @@ def test_the_command_tells_the_speed_and_the_limit(tmp_path, capsys):
     path = tmp_path / "spun.bvh"
     write_motion(spun("LeftFoot", 100, 110, 140.0), path)
     assert main(["detect", str(path)]) == 0
-    said = capsys.readouterr().out.splitlines()
+    said = capsys.readouterr().out.splitlines()[1:]
     assert "LeftFoot" in said[0]
     assert "lone jump, " in said[0]
     assert "°/s where no body does 7,500" in said[0]

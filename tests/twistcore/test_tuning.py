@@ -229,6 +229,23 @@ def test_tune_leaves_out_what_a_session_leaves_out(reviewed, tmp_path, capsys):
     assert "its session is of another version of it" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"method": "consistency"', '"method": "guess"', "expected consistency or paper, found"),
+        ('"chain": "', '"chain": "Tail', "its session names a chain 'Tail"),
+    ],
+)
+def test_tune_refuses_a_session_of_what_is_not_there(reviewed, tmp_path, capsys, old, new, said):
+    path, _ = reviewed
+    session, out = path.with_name("w.twist.json"), tmp_path / "p.toml"
+    session.write_text(session.read_text().replace(old, new))
+    words = ["tune", str(path), "-o", str(out), "--seeds", "0", "--workers", "1", "--sessions"]
+    assert main(words) == 2
+    assert f"w.bvh: {said}" in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_tune_guesses_nothing_where_a_session_cannot_be_read(reviewed, tmp_path, capsys):
     path, _ = reviewed
     session, out = path.with_name("w.twist.json"), tmp_path / "p.toml"
@@ -236,7 +253,8 @@ def test_tune_guesses_nothing_where_a_session_cannot_be_read(reviewed, tmp_path,
     whole = session.read_text()
     session.write_text(whole.replace('"left_out"', '"left_out": "all", "_"'))
     assert main(["tune", str(path), *words]) == 2
-    assert "w.twist.json: " in capsys.readouterr().err
+    said = "left_out, a list of [start, stop], is missing or of the wrong kind"
+    assert f"w.twist.json: {said}\n" in capsys.readouterr().err
     shutil.copy(ASSETS / "kick.bvh", tmp_path / "k.bvh")
     assert main(["tune", str(tmp_path), *words]) == 1
     told = capsys.readouterr().err

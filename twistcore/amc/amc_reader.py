@@ -15,6 +15,7 @@ from twistcore.bvh.header import shown
 from twistcore.bvh.numbers import LARGEST, BadNumberError, number, read_numbers
 from twistcore.clip import LONGEST, SHORTEST, ClipWarning
 from twistcore.errors import AmcError
+from twistcore.file_kinds import AMC, found_instead
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 
@@ -38,6 +39,8 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
     path = Path(path)
     try:
         data = path.read_bytes()
+        if instead := found_instead(data, AMC):
+            raise AmcError(str(path), instead)
         asf = find_asf(path)
     except FileNotFoundError:
         raise AmcError(str(path), "expected an AMC file, but there is no such file") from None

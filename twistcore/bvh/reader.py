@@ -15,6 +15,7 @@ from twistcore.bvh.numbers import LARGEST, BadNumberError, Numbers, read_numbers
 from twistcore.clip import LONGEST, SHORTEST, ClipWarning
 from twistcore.clip_suffixes import clip_suffix
 from twistcore.errors import BvhError
+from twistcore.file_kinds import BVH, found_instead
 from twistcore.progress import Tell, nobody
 
 _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
@@ -59,6 +60,8 @@ def parse_bvh(
     name = str(path)
     if not data or data.isspace():
         raise BvhError(name, "expected HIERARCHY, but the file is empty", line=1, column=1)
+    if instead := found_instead(data, BVH):
+        raise BvhError(name, instead)
     found = _MOTION.search(data)
     header = data[: found.start()] if found else data
     text = header.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="surrogateescape")

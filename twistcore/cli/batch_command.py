@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -20,9 +19,9 @@ from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.remote_folder import working_folder
 from twistcore.cli.batch_progress import begin
+from twistcore.cli.output import counter, note, problem, refuse_overwrite, remark
 from twistcore.errors import TwistError
 from twistcore.processes import each
-from twistcore.progress import clip_counter
 from twistcore.worker_memory import SPARE
 
 _FILES = ("jsonl", "parquet", "csv", "junit")
@@ -40,8 +39,6 @@ def batch(arguments: argparse.Namespace) -> int:
     inputs = find_inputs(words, without=own)
     targets = [getattr(arguments, name) for name in _FILES if getattr(arguments, name)]
     if targets:
-        from twistcore.cli.output import refuse_overwrite  # numpy
-
         local = [Path(source.path) for source in inputs.sources if "://" not in source.path]
         refuse_overwrite(targets, local)
     with working_folder(arguments.output) as folder:
@@ -55,8 +52,8 @@ def batch(arguments: argparse.Namespace) -> int:
                 part=arguments.shard,
                 begin=begin,
             )
-        for problem in (*inputs.problems, *summary.failed):
-            print(problem, file=sys.stderr)
+        for sentence in (*inputs.problems, *summary.failed):
+            problem(sentence)
         skipped = arguments.refine and _tell_uncorrected(
             folder, {source.path for source in inputs.sources}
         )
@@ -64,10 +61,10 @@ def batch(arguments: argparse.Namespace) -> int:
         broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
     if summary.stopped:
         left = f"{summary.left} clips to go; the same command goes on"
-        print(f"{summary.stopped}: {left}", file=sys.stderr)
+        problem(f"{summary.stopped}: {left}")
     counts = f"{summary.done} clips done, {summary.known} known, {len(summary.failed)} failed"
     exports = f"; {_exports(inputs.exports)} not taken" if inputs.exports else ""
-    print(f"{arguments.output}: {counts}{exports}")
+    remark(f"{arguments.output}: {counts}{exports}")
     if summary.stopped == "stopped":
         return 130
     if summary.unreadable and not summary.done + summary.known + summary.left:
@@ -83,7 +80,7 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
             if source in sources:
                 told = True
                 for sentence in sentences:
-                    print(f"{name}: {sentence}", file=sys.stderr)
+                    problem(f"{name}: {sentence}")
     return told
 
 
@@ -94,7 +91,7 @@ def _tell_unchecked(folder: Path, sources: Collection[str]) -> None:
     if found:
         count = f"{len(found)} clip{'' if len(found) == 1 else 's'}"
         first = f"{found[0].name}: {found[0].unchecked}"
-        print(f"nothing could be looked at in {count}: {first}", file=sys.stderr)
+        note(f"nothing could be looked at in {count}: {first}")
 
 
 def _exports(count: int) -> str:
@@ -117,7 +114,7 @@ def _written(
             broken = broken_of(rules, records())
             _write_files(arguments, records, rules, broken)
     for one in broken:
-        print(one, file=sys.stderr)
+        problem(one)
     if arguments.report:
         return _reported(arguments, folder, broken) or bool(broken)
     return bool(broken)
@@ -127,9 +124,9 @@ def _reported(arguments: argparse.Namespace, folder: Path, broken: Sequence[Any]
     """Write the report of the whole folder; whether a page of it could not be made as it should."""
     write = import_module("twistcore.report.folder_report").write_folder_report
     workers = arguments.workers or os.cpu_count() or 1
-    report = write(folder, folder / "report", workers=workers, broken=broken, counter=clip_counter)
-    for problem in report.problems:
-        print(problem, file=sys.stderr)
+    report = write(folder, folder / "report", workers=workers, broken=broken, counter=counter)
+    for sentence in report.problems:
+        problem(sentence)
     return bool(report.problems)
 
 
@@ -169,10 +166,9 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
 
         found = read_profile(arguments.profile)
         if found.method not in ("", arguments.method):
-            print(
+            note(
                 f"{arguments.profile}: note: tuned for detector {found.method}, "
-                f"used with {arguments.method}",
-                file=sys.stderr,
+                f"used with {arguments.method}"
             )
         profile = dict(found.tau)
     if arguments.rig:

@@ -9,6 +9,7 @@ from typing import Any
 
 from twistcore.batch.inputs import Source
 from twistcore.batch.run_plan import Plan
+from twistcore.cli.output import is_quiet, progress
 
 _EVERY_S = 10.0  # between lines, but for the twentieths of the way
 
@@ -23,8 +24,8 @@ class Progress:
         self.bar: Any = None
         if plan.known or plan.failed:
             bad = f", {len(plan.failed)} known to fail" if plan.failed else ""
-            print(f"{plan.known} clips are known{bad}, {self.total} to do", file=sys.stderr)
-        if sys.stderr.isatty():
+            progress(f"{plan.known} clips are known{bad}, {self.total} to do")
+        if sys.stderr.isatty() and not is_quiet():
             from tqdm import tqdm
 
             self.bar = tqdm(total=self.total, unit="clip", file=sys.stderr)
@@ -45,10 +46,8 @@ class Progress:
         if self.done == self.total or twentieth or now - self.said > _EVERY_S:
             self.said = now
             rate = self.done / max(now - self.begin, 1e-9)
-            print(
-                f"{self.done}/{self.total} {source.name}, {rate:.3g} clips/s, {self.left()} left",
-                file=sys.stderr,
-                flush=True,
+            progress(
+                f"{self.done}/{self.total} {source.name}, {rate:.3g} clips/s, {self.left()} left"
             )
 
     def left(self) -> str:

@@ -6,14 +6,13 @@ import argparse
 import hashlib
 import json
 import os
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import platformdirs
 
 from twistcore.atomic import is_stream, write_atomically
-from twistcore.cli.output import refuse_overwrite, tell_problems
+from twistcore.cli.output import counter, problem, refuse_overwrite, say_all, tell_problems
 from twistcore.detection import DETECTORS
 from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import TwistError
@@ -42,20 +41,18 @@ def benchmark(arguments: argparse.Namespace) -> int:
         workers=arguments.workers or os.cpu_count() or 1,
         partial=partial_path(folder, arguments.json, settings),
         resume=arguments.resume,
+        counter=counter,
     )
     source = folder.resolve().name
-    print(benchmark_to_markdown(summary, settings, source), end="")
+    say_all(benchmark_to_markdown(summary, settings, source))
     if arguments.json:
         document = benchmark_to_json(summary, settings, source)
         write_atomically(arguments.json, json_bytes(document))
     if arguments.csv:
         write_atomically(arguments.csv, encoded(rows_to_csv(make_rows(summary, settings))))
-    code = tell_problems([problem for _, problem in summary.problems], summary.clips)
+    code = tell_problems([sentence for _, sentence in summary.problems], summary.clips)
     if summary.missing:
-        print(
-            f"stopped with {summary.missing} of {len(clips)} clips to go; --resume continues",
-            file=sys.stderr,
-        )
+        problem(f"stopped with {summary.missing} of {len(clips)} clips to go; --resume continues")
         return 130
     return code
 

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from twistcore.atomic import is_standard_output
-from twistcore.cli.argument_types import Parser
-from twistcore.cli.batch_arguments import BATCH, add_batch
+from twistcore.cli.output import Voice, problem, speaking, step
+from twistcore.cli.parser import make_parser
 from twistcore.errors import TwistError
 
 
@@ -21,21 +21,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without θ or → is no reason to fail
-    arguments = _parser(sys.argv[1:] if argv is None else argv).parse_args(argv)
+    arguments = make_parser().parse_args(argv)
+    document = getattr(arguments, "json", None) is True
+    voice = Voice(arguments.quiet, arguments.verbose, document)
     try:
-        code = _run(arguments)
+        with speaking(voice), step(arguments.command):
+            code = _run(arguments)
         sys.stdout.flush()  # a reader that has gone is noticed here, not at the interpreter's end
     except TwistError as error:
-        print(" ".join(str(error).splitlines()), file=sys.stderr)
+        problem(" ".join(str(error).splitlines()))
         return 2
     except BrokenPipeError:  # the reader of a pipe has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        print(f"{error.filename or 'file'}: {error.strerror}", file=sys.stderr)
+        problem(f"{error.filename or 'file'}: {error.strerror}")
         return 2
     except KeyboardInterrupt:
-        print("stopped", file=sys.stderr)
+        problem("stopped")
         return 130
     return code
 
@@ -48,14 +51,3 @@ def _run(arguments: argparse.Namespace) -> int:
         raise TwistError("--json: expected nothing else on standard output")
     with contextlib.redirect_stdout(sys.stderr):
         return int(arguments.run(arguments))
-
-
-def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
-    """That of all commands; of `batch`, whose processes load the rest, that of itself alone."""
-    if list(argv[:1]) != [BATCH]:
-        from twistcore.cli.parser import make_parser  # numpy, scipy
-
-        return make_parser()
-    parser = Parser(prog="twistcore")
-    add_batch(parser.add_subparsers(parser_class=Parser).add_parser(BATCH))
-    return parser

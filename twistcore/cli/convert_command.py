@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
 from twistcore.atomic import is_stream
-from twistcore.cli.argument_types import positive, target
-from twistcore.cli.output import refuse_overwrite
+from twistcore.cli.arguments.argument_types import positive, rate, target
+from twistcore.cli.output import note as tell_note
+from twistcore.cli.output import refuse_overwrite, remark
 from twistcore.errors import TwistError
 
 
@@ -25,7 +25,7 @@ def add_convert(subparsers: argparse._SubParsersAction[Any]) -> None:
     )
     parser.add_argument("--take", metavar="NAME", help="which of several")
     parser.add_argument("--armature", metavar="NAME", help="which of several")
-    parser.add_argument("--fps", type=positive, help="instead of the scene's rate")
+    parser.add_argument("--fps", type=rate, help="instead of the scene's rate")
     parser.add_argument(
         "--unit", type=positive, metavar="METRES", help="of one unit of OUT; FBX 0.01, else 1"
     )
@@ -60,11 +60,11 @@ def convert(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{source}: {error}") from None
     write_motion(found.motion, output)
     take = f", take {scene.take}" if scene.take else ""
-    print(
+    remark(
         f"{output}: {found.motion.frames} frames at {found.motion.fps:g} fps, "
         f"{len(found.motion.skeleton)} joints of {scene.figure}{take}; Y up, "
         f"one unit is {unit:g} m; Blender {scene.blender}"
     )
     for note in found.notes:
-        print(f"{output}: note: {note}", file=sys.stderr)
+        tell_note(f"{output}: note: {note}")
     return 0

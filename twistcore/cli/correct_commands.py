@@ -3,29 +3,45 @@
 from __future__ import annotations
 
 import argparse
-import sys
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Collection, Iterable, Sequence
+from typing import Any
 
+from twistcore.analysis import Detection
 from twistcore.atomic import is_stream
-from twistcore.chain import Chain
-from twistcore.cli.detect_commands import detected
+from twistcore.cli.clip_inputs import clip_name, detected, open_clip
 from twistcore.cli.folder_commands import apply_folder, diff_folders
-from twistcore.cli.output import (
+from twistcore.cli.interval_words import (
+    jump_sentences,
     lone_jumps,
-    print_json,
-    refuse_overwrite,
-    tell_jumps,
-    tell_no_chain,
+    no_chain,
     told_of,
 )
-from twistcore.clip import Clip, check_ending, write_clip
+from twistcore.cli.output import (
+    note,
+    print_json,
+    problem,
+    refuse_overwrite,
+    remark,
+    say,
+    shown,
+    step,
+)
+from twistcore.clip import check_ending, write_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
-from twistcore.export.replay import accepted_motion, correctable, replayed, uncorrected
-from twistcore.formats import own_name, read_clip
+from twistcore.export.detection_json import intervals_to_json, tau_to_json
+from twistcore.export.replay import (
+    Replay,
+    accepted_motion,
+    correctable,
+    replayed,
+    uncorrected,
+)
+from twistcore.formats import own_name
 from twistcore.refinement import SURE_ENOUGH, applied_unasked
-from twistcore.report.clip_report import check_report, write_clip_report
+from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
 from twistcore.report.report_document import Report
 from twistcore.review import Review
 from twistcore.review.model import SEEN
@@ -33,7 +49,7 @@ from twistcore.review.model import SEEN
 
 def refine(arguments: argparse.Namespace) -> int:
     """Write a corrected clip, and a report if asked."""
-    clip = read_clip(arguments.clip, fps=arguments.fps)
+    clip = open_clip(arguments.clip, fps=arguments.fps)
     check_ending(clip, arguments.output)
     refuse_overwrite(
         [arguments.output], [p for p in (arguments.clip, arguments.profile, arguments.rig) if p]
@@ -46,8 +62,10 @@ def refine(arguments: argparse.Namespace) -> int:
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(arguments.min_confidence, include_open=arguments.include_open)
     applied = review.accepted
-    refined = accepted_motion(clip, chains, review.state)
-    tell_jumps(arguments.output, write_clip(clip, refined, arguments.output))
+    with step(f"  {clip.path}: corrected"):
+        refined = accepted_motion(clip, chains, review.state)
+    with step(f"  {arguments.output}: written"):
+        notes = jump_sentences(arguments.output, write_clip(clip, refined, arguments.output))
     if arguments.report:
         written = None if is_stream(arguments.output) else arguments.output
         report = Report(
@@ -59,11 +77,21 @@ def refine(arguments: argparse.Namespace) -> int:
             analysis=found.analysis,
             written=written,
         )
-        write_clip_report(arguments.report, report)
-    count = told_of(correctable(clip.motion, chains, applied), found, "corrected")
-    print(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
-    skipped = _tell_uncorrected(clip, chains, applied)
-    return int(skipped or bool(tell_no_chain(arguments.clip, found.analysis.chains_and_limbs)))
+        if reports_other_bytes(arguments.report, own_name(clip.path), clip):
+            there = f"of a {clip.name} with other bytes"
+            notes.append(f"{arguments.report}: note: the report {there} was replaced")
+        with step(f"  {arguments.report}: report written"):
+            write_clip_report(arguments.report, report)
+    done = correctable(clip.motion, chains, applied)
+    count = told_of(done, found, "corrected")
+    remark(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
+    problems, beside = uncorrected(clip, chains, applied)
+    if not found.analysis.chains_and_limbs:
+        problems = (*problems, no_chain(clip_name(arguments.clip)))
+    notes += beside
+    if arguments.json:
+        print_json(_refined_to_json(arguments, found, done, notes, problems))
+    return _tell(notes, problems)
 
 
 def apply(arguments: argparse.Namespace) -> int:
@@ -73,13 +101,17 @@ def apply(arguments: argparse.Namespace) -> int:
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
     replay = replayed(arguments.session, arguments.clip)
     clip, chains, session = replay.clip, replay.chains, replay.session
-    tell_jumps(arguments.output, write_clip(clip, replay.motion, arguments.output))
+    notes = jump_sentences(arguments.output, write_clip(clip, replay.motion, arguments.output))
     chosen, judged = session.state.chosen(), session.state.intervals
     done = correctable(clip.motion, chains, chosen)
     count = told_of(done, [j.interval for j in judged], "applied")
     seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
-    print(f"{arguments.output}: {count}{seen}")
-    return int(_tell_uncorrected(clip, chains, chosen))
+    remark(f"{arguments.output}: {count}{seen}")
+    problems, beside = uncorrected(clip, chains, chosen)
+    notes += beside
+    if arguments.json:
+        print_json(_applied_to_json(arguments, replay, done, notes, problems))
+    return _tell(notes, problems)
 
 
 def _too_unsure(arguments: argparse.Namespace, found: Iterable[Interval]) -> str:
@@ -94,31 +126,106 @@ def _least(asked: float | None) -> float:
     return SURE_ENOUGH if asked is None else asked
 
 
-def _tell_uncorrected(clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]) -> bool:
-    """Say what could not be corrected, or not without moving a helper joint; True if skipped."""
-    left, beside = uncorrected(clip, chains, chosen)
-    for sentence in (*left, *beside):
-        print(sentence, file=sys.stderr)
-    return bool(left)
+def _tell(notes: Iterable[str], problems: Collection[str]) -> int:
+    """Say what should be known, and what could not be done; 1 where there is such."""
+    for sentence in problems:
+        problem(sentence)
+    for sentence in notes:
+        note(sentence)
+    return int(bool(problems))
+
+
+def _refined_to_json(
+    arguments: argparse.Namespace,
+    found: Detection,
+    done: Collection[Interval],
+    notes: Sequence[str],
+    problems: Sequence[str],
+) -> dict[str, Any]:
+    motion, taken = found.analysis.motion, {_place(i) for i in done}
+    intervals = zip(intervals_to_json(found), found, strict=True)
+    return {
+        "schema": "twistcore.refine/1",
+        "clip": clip_name(arguments.clip),
+        "output": str(arguments.output),
+        "report": str(arguments.report) if arguments.report else None,
+        "frames": motion.frames,
+        "fps": motion.fps,
+        "method": found.method,
+        "tau_deg": tau_to_json(found),
+        "min_confidence": _least(arguments.min_confidence),
+        "include_open": arguments.include_open,
+        "repairable": sum(i.repairable for i in found),
+        "corrected": len(taken),
+        "intervals": [entry | {"corrected": _place(i) in taken} for entry, i in intervals],
+        "notes": list(notes),
+        "problems": list(problems),
+    }
+
+
+def _place(interval: Interval) -> tuple[str, str, int, int]:
+    """What tells it from others of its clip, where it has been sent through a review."""
+    return interval.chain, interval.kind.value, interval.start, interval.stop
+
+
+def _applied_to_json(
+    arguments: argparse.Namespace,
+    replay: Replay,
+    done: Collection[Interval],
+    notes: Sequence[str],
+    problems: Sequence[str],
+) -> dict[str, Any]:
+    state, taken = replay.session.state, set(done)
+    return {
+        "schema": "twistcore.apply/1",
+        "session": str(arguments.session),
+        "clip": str(arguments.clip),
+        "output": str(arguments.output),
+        "method": state.method,
+        "tracked": state.tracking is not None,
+        "repairable": sum(j.interval.repairable for j in state.intervals),
+        "applied": len(taken),
+        "intervals": [
+            {
+                "id": j.id,
+                "chain": j.interval.chain,
+                "start": j.interval.start,
+                "stop": j.interval.stop,
+                "delta_deg": math.degrees(j.interval.delta),
+                "kind": j.interval.kind.value,
+                "decision": str(j.decision),
+                "applied": j.interval in taken,
+            }
+            for j in state.intervals
+        ],
+        "notes": list(notes),
+        "problems": list(problems),
+    }
 
 
 def diff(arguments: argparse.Namespace) -> int:
     """Print what differs between two clips, or the clips of two folders."""
     if arguments.a.is_dir() or arguments.b.is_dir():
         return diff_folders(arguments)
-    a, b = read_clip(arguments.a), read_clip(arguments.b)
+    names = clip_name(arguments.a), clip_name(arguments.b)
+    if names == ("-", "-"):
+        raise TwistError("-: expected standard input once")
+    a, b = open_clip(arguments.a), open_clip(arguments.b)
     try:
         difference = compare(a.motion, b.motion)
     except ClipMismatchError as error:
-        raise ClipMismatchError(f"{arguments.a}, {arguments.b}: {error}") from None
+        raise ClipMismatchError(f"{', '.join(names)}: {error}") from None
     if arguments.json:
-        print_json(difference_to_json(difference, str(arguments.a), str(arguments.b)))
+        print_json(difference_to_json(difference, *names))
         return 0
+    width = max([24, *(len(shown(j.joint)) for j in difference.joints)])
+    if difference.joints:
+        say(f"{'joint':<{width}} {'start':>7} – {'stop':<7} rotation differs", head=True)
     for j in difference.joints:
-        print(f"{j.joint:<24} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
+        say(f"{shown(j.joint):<{width}} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
     for m in difference.moved:
-        print(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
-    print(
+        say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
+    say(
         f"{len({j.joint for j in difference.joints})} joints rotate otherwise, in "
         f"{difference.frames} frames; joints move by at most "
         f"{difference.max_position_of_height:.1e} of the height"

@@ -1,49 +1,69 @@
-"""`twistcore info | detect | signals`: what is in a clip and what is wrong with it."""
+"""`twistcore info | detect`: what is in clips and what is wrong with it."""
 
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import math
-import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from twistcore.analysis import ClipAnalysis, Detection, analyse
-from twistcore.atomic import write_atomically
+from twistcore.analysis import Detection
 from twistcore.chain import Chain, uncorrectable_joints
-from twistcore.cli.output import by_kind, print_json, refuse_overwrite, tell_no_chain
+from twistcore.cli.clip_inputs import (
+    analysed,
+    clip_name,
+    detected,
+    failed_to_json,
+    look_at,
+    open_clip,
+)
+from twistcore.cli.interval_words import by_kind, tell_no_chain
+from twistcore.cli.output import count_of, print_json, say, shown, tell_problems
 from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
-from twistcore.encoding import encoded
-from twistcore.errors import TwistError
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
-from twistcore.formats import read_clip
 from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
 from twistcore.review.soft_onset import soft_onset
-from twistcore.rig import AS_FOUND, Rig, read_rig
-from twistcore.tuning import read_profile
 from twistcore.why_not import peaks_without_interval
 
-_SIGNAL_COLUMNS = (
-    "chain", "frame", "theta_p_deg", "theta_c_deg", "dtheta_p_deg", "dtheta_c_deg", "m_deg",
-    "swing_reliability", "azimuth_reliability",
-)  # fmt: skip
+Document = dict[str, Any]
+
+_NAME = 20  # columns for a chain's name, or more
 
 
 def info(arguments: argparse.Namespace) -> int:
-    """What a clip holds."""
-    clip = read_clip(arguments.clip, fps=arguments.fps)
+    """What clips hold: one in full, of several a row each."""
+    found, failed = look_at(arguments.clips, partial(_info_of, arguments))
+    several = len(arguments.clips) > 1
+    documents = [document for document, _ in found]
+    if documents and arguments.json:
+        print_json(_together("twistcore.infos/1", documents, failed) if several else documents[0])
+    elif several and documents:
+        _say_rows(documents)
+    elif documents:
+        _say_info(*found[0])
+    return tell_problems([why for _, why in failed], len(found))
+
+
+def _together(
+    schema: str, documents: Sequence[Document], failed: Sequence[tuple[str, str]]
+) -> Document:
+    """The documents of several clips as one."""
+    return {"schema": schema, "clips": list(documents), "failed": failed_to_json(failed)}
+
+
+def _info_of(arguments: argparse.Namespace, path: Path) -> tuple[Document, set[str]]:
+    """The document, and limbs that are correctable where their end was carried alone."""
+    clip = open_clip(path, fps=arguments.fps)
     analysis = analysed(arguments, clip)
     motion, chains = clip.motion, analysis.chains
-    document: dict[str, Any] = {
+    document: Document = {
         "schema": "twistcore.info/1",
-        "clip": str(arguments.clip),
+        "clip": clip_name(path),
         "format": clip.format,
         "sha256": clip.sha256,
         "frames": motion.frames,
@@ -62,27 +82,45 @@ def info(arguments: argparse.Namespace) -> int:
             *(w for chain in chains for w in chain.warnings),
         ],
     }
-    if arguments.json:
-        print_json(document)
-        return 0
-    print(f"{arguments.clip}: {motion.frames} frames at {motion.fps:.6g} fps, ", end="")
-    print(f"{len(motion.skeleton)} joints, {clip.columns} channels")
     every = [x for x in analysis.limbs if not uncorrectable_joints(motion, x, carried=True)]
-    partly = {x.name for x in every if uncorrectable_joints(motion, x)}
-    for entry in (*document["chains"], *document["limbs"]):
+    return document, {x.name for x in every if uncorrectable_joints(motion, x)}
+
+
+def _say_info(document: Document, partly: set[str]) -> None:
+    size = f"{document['frames']} frames at {document['fps']:.6g} fps"
+    joints = f"{len(document['joints'])} joints, {document['channels']} channels"
+    say(f"{document['clip']}: {size}, {joints}")
+    entries = (*document["chains"], *document["limbs"])
+    if entries:
+        say(f"  {'chain or limb':<16} joints", head=True)
+    for entry in entries:
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
         if entry.get("limb") in partly:
             note = f"   correctable where its end was carried, not where kept: {', '.join(u)}"
-        joints = [entry[k] for k in ("parent", "child", "end") if k in entry]
-        print(f"  {entry['label']:<16} {' → '.join(joints)}{note}")
-    if not chains:
-        print("  no chain of parent, child and grandchild")
+        names = [entry[k] for k in ("parent", "child", "end") if k in entry]
+        say(f"  {entry['label']:<16} {' → '.join(names)}{note}")
+    if not document["chains"]:
+        say("  no chain of parent, child and grandchild")
     for warning in document["warnings"]:
-        print(f"  note: {warning}")
-    return 0
+        say(f"  note: {warning}")
 
 
-def _chain_to_json(clip: Clip, chain: Chain) -> dict[str, Any]:
+def _say_rows(documents: Sequence[Document]) -> None:
+    """A row a clip; the last column is last, since names are long."""
+    say(
+        f"{'frames':>8} {'fps':>8} {'seconds':>9} {'joints':>6} {'channels':>8} {'chains':>6} "
+        f"{'limbs':>5} {'notes':>5}  clip",
+        head=True,
+    )
+    for d in documents:
+        say(
+            f"{d['frames']:>8} {d['fps']:>8.6g} {d['seconds']:>9.2f} {len(d['joints']):>6} "
+            f"{d['channels']:>8} {len(d['chains']):>6} {len(d['limbs']):>5} "
+            f"{len(d['warnings']):>5}  {d['clip']}"
+        )
+
+
+def _chain_to_json(clip: Clip, chain: Chain) -> Document:
     """A chain, or a limb: its last joint is its end, and nothing hangs off its axis."""
     names, limb = clip.motion.skeleton.names, isinstance(chain, Limb)
     entry = {
@@ -97,30 +135,62 @@ def _chain_to_json(clip: Clip, chain: Chain) -> dict[str, Any]:
 
 
 def detect(arguments: argparse.Namespace) -> int:
-    """Find intervals."""
-    clip = read_clip(arguments.clip, fps=arguments.fps)
+    """Find intervals; of several clips each under its name."""
+    several = len(arguments.clips) > 1
+    found, failed = look_at(arguments.clips, partial(_detect_in, arguments, several=several))
+    total = sum(intervals for intervals, *_ in found)
+    if found and arguments.json:
+        documents = [document for *_, document in found]
+        every = _together("twistcore.detections/1", documents, failed)
+        print_json(every if several else documents[0])
+    elif found and several:
+        say(f"{count_of(len(found), 'clip')}, {count_of(total, 'interval')}", head=True)
+    code = tell_problems([why for _, why in failed], len(found))
+    mute = max((mute for _, mute, _ in found), default=0)
+    over = int(arguments.fail_over is not None and total > arguments.fail_over)
+    return max(code, mute, over)
+
+
+def _detect_in(
+    arguments: argparse.Namespace, path: Path, *, several: bool
+) -> tuple[int, int, Document]:
+    """How many intervals, 1 where there is no chain, and the document, if that is wanted.
+
+    Text is said at once.
+    """
+    clip = open_clip(path, fps=arguments.fps)
     found = detected(arguments, clip)
+    name, document = clip_name(path), Document()
     if arguments.json:
-        print_json(_detection_to_json(arguments, clip, found))
+        document = _detection_to_json(name, found, explain=arguments.explain)
     else:
-        for i in found:
-            name, degrees = i.joint or i.chain, math.degrees(i.shown)
-            print(
-                f"{name:<20} {i.start:>7} – {i.stop:<7} {degrees:>+9.2f}°"
-                f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
-                f"{'  open' if i.open else ''}{_kind(i)}"
-            )
-            if arguments.explain:
-                _explain(i)
-        if arguments.explain:
-            _explain_peaks(found)
-        where = f"{len(found.chains)} chains"
-        if found.limbs and not found.chains:
-            where = f"{len(found.limbs)} limb{'' if len(found.limbs) == 1 else 's'}"
-        print(f"{len(found)} interval{'' if len(found) == 1 else 's'} in {where}{by_kind(found)}")
-    if tell_no_chain(arguments.clip, found.analysis.chains_and_limbs):
-        return 1
-    return int(arguments.fail_over is not None and len(found) > arguments.fail_over)
+        if several:
+            say(name, head=True)
+        _say_intervals(found, explain=arguments.explain)
+        if several:
+            say()
+    return len(found), tell_no_chain(name, found.analysis.chains_and_limbs), document
+
+
+def _say_intervals(found: Detection, *, explain: bool) -> None:
+    width = max([_NAME, *(len(shown(i.joint or i.chain)) for i in found)])
+    if len(found):
+        say(f"{'chain':<{width}} {'start':>7} – {'stop':<7} {'δ':>10}  confidence", head=True)
+    for i in found:
+        name, degrees = shown(i.joint or i.chain), math.degrees(i.shown)
+        say(
+            f"{name:<{width}} {i.start:>7} – {i.stop:<7} {degrees:>+9.2f}°"
+            f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
+            f"{'  open' if i.open else ''}{_kind(i)}"
+        )
+        if explain:
+            _explain(i)
+    if explain:
+        _explain_peaks(found)
+    where = f"{len(found.chains)} chains"
+    if found.limbs and not found.chains:
+        where = count_of(len(found.limbs), "limb")
+    say(f"{count_of(len(found), 'interval')} in {where}{by_kind(found)}")
 
 
 def _kind(interval: Interval) -> str:
@@ -137,21 +207,21 @@ def _kind(interval: Interval) -> str:
 def _explain(interval: Interval) -> None:
     evidence = interval.evidence or {}
     if told := soft_onset(interval):
-        print(f"    {told}, gain {evidence['gain']:.1f}".replace("−", "-"))
+        say(f"    {told}, gain {evidence['gain']:.1f}".replace("−", "-"))
         return
     if interval.kind != Kind.COUNTER_TWIST or "transition" in evidence:
         for line in _in_words(evidence):
-            print(f"    {line}")
+            say(f"    {line}")
         return
     for edge in evidence.get("edges", ()):
-        print(
+        say(
             f"    frames {edge['start']}–{edge['stop']}: x {edge['residual_x_deg']:+.2f}° against "
             f"y {edge['residual_y_deg']:+.2f}°, agreement {edge['agreement']:.2f}, "
             f"jump {edge['jump_deg']:+.2f}° ± {edge['sigma_deg']:.3f}°"
         )
     if (share := evidence.get("child_follows", 1.0)) < 1.0:
-        print(f"    the child turns back by {share:.0%} of it")
-    print(f"    left over {math.degrees(interval.residual):+.3f}°")
+        say(f"    the child turns back by {share:.0%} of it")
+    say(f"    left over {math.degrees(interval.residual):+.3f}°")
 
 
 def _explain_peaks(found: Detection) -> None:
@@ -159,12 +229,12 @@ def _explain_peaks(found: Detection) -> None:
     for chain in found.chains_and_limbs:
         if reasons := peaks_without_interval(found, chain.name):
             count = f"{len(reasons)} peak{'' if len(reasons) == 1 else 's'}"
-            print(f"{chain.name:<20} {count} past τ without an interval")
+            say(f"{chain.name:<20} {count} past τ without an interval")
             for reason in reasons:
-                print(f"    {reason.text}")
+                say(f"    {reason.text}")
 
 
-def _peaks_to_json(found: Detection) -> list[dict[str, Any]]:
+def _peaks_to_json(found: Detection) -> list[Document]:
     names = found.analysis.motion.skeleton.names
     entries = []
     for chain in found.chains_and_limbs:
@@ -194,66 +264,15 @@ def _shown(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else "–" if value is None else str(value)
 
 
-def _detection_to_json(
-    arguments: argparse.Namespace, clip: Clip, found: Detection
-) -> dict[str, Any]:
+def _detection_to_json(name: str, found: Detection, *, explain: bool) -> Document:
+    motion = found.analysis.motion
     document = {
         "schema": "twistcore.detection/1",
-        "clip": str(arguments.clip),
-        "frames": clip.motion.frames,
-        "fps": clip.motion.fps,
+        "clip": name,
+        "frames": motion.frames,
+        "fps": motion.fps,
         "method": found.method,
         "tau_deg": tau_to_json(found),
-        "intervals": intervals_to_json(found, explain=arguments.explain),
+        "intervals": intervals_to_json(found, explain=explain),
     }
-    return document | {"peaks": _peaks_to_json(found)} if arguments.explain else document
-
-
-def signals(arguments: argparse.Namespace) -> int:
-    """Signals as CSV: one line a chain and frame, degrees."""
-    refuse_overwrite([arguments.csv], [p for p in (arguments.clip, arguments.rig) if p])
-    clip = read_clip(arguments.clip, fps=arguments.fps)
-    analysis = analysed(arguments, clip)
-    if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
-        raise TwistError(f"{arguments.clip}: expected a chain, found the limb {named[0].name}")
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(_SIGNAL_COLUMNS)
-    for name, s in analysis.signals.items():
-        angles = np.degrees([s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c, s.strength]).T
-        shares = np.stack([s.swing_reliability, s.azimuth_reliability], axis=1)
-        for frame, row in enumerate(np.hstack([angles, shares]).tolist()):
-            writer.writerow([name, frame, *(f"{v:.6f}" for v in row)])
-    write_atomically(arguments.csv, encoded(out.getvalue()))
-    return tell_no_chain(arguments.clip, analysis.chains)
-
-
-def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
-    """The clip with the chains of --rig, or those of them that --chain names."""
-    rig = chosen_rig(arguments)
-    try:
-        rig.chains(clip.motion)
-    except TwistError as error:
-        raise TwistError(f"{arguments.rig}: {error}, as {arguments.clip} has it") from None
-    return analyse(clip, getattr(arguments, "chain", None), rig)
-
-
-def chosen_rig(arguments: argparse.Namespace) -> Rig:
-    """That of --rig."""
-    return read_rig(arguments.rig) if arguments.rig else AS_FOUND
-
-
-def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
-    """The intervals by --chain, --kinds, --method, --tau and --profile, which goes before --tau."""
-    analysis, method, kinds = analysed(arguments, clip), arguments.method, arguments.kinds
-    if not arguments.profile:
-        return analysis.detect(method, kinds=kinds, tau_radians=arguments.tau)
-    profile = read_profile(arguments.profile)
-    if profile.method not in ("", method):
-        print(
-            f"{arguments.profile}: note: tuned for detector {profile.method}, used with {method}",
-            file=sys.stderr,
-        )
-    given = {} if arguments.tau is None else {c.name: arguments.tau for c in analysis.chains}
-    given |= profile.of(analysis.chains_and_limbs)
-    return analysis.detect(method, kinds=kinds, tau_radians=given)
+    return document | {"peaks": _peaks_to_json(found)} if explain else document

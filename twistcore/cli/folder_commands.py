@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from twistcore.atomic import same_file
-from twistcore.cli.output import print_json, tell_jumps, tell_problems
+from twistcore.cli.interval_words import jump_sentences, tell_jumps
+from twistcore.cli.output import (
+    count_of,
+    counter,
+    note,
+    print_json,
+    remark,
+    say,
+    tell_problems,
+)
 from twistcore.errors import TwistError
 from twistcore.export.folder_compare import (
     FolderDifference,
@@ -18,6 +28,7 @@ from twistcore.export.folder_compare import (
     largest_degrees,
 )
 from twistcore.export.folder_replay import (
+    Pairs,
     Replayed,
     note_written,
     pair_sessions,
@@ -25,7 +36,6 @@ from twistcore.export.folder_replay import (
     replay_into,
 )
 from twistcore.processes import each, reason
-from twistcore.progress import clip_counter
 
 
 def apply_folder(arguments: argparse.Namespace) -> int:
@@ -38,7 +48,7 @@ def apply_folder(arguments: argparse.Namespace) -> int:
     own = read_written(output)
     problems, through = list(found.problems), dict[str, Replayed]()
     work = partial(replay_into, output, own)
-    with clip_counter(len(found.pairs)) as tell:
+    with counter(len(found.pairs)) as tell:
         for pair, result in each(work, found.pairs, _workers(arguments)):
             if isinstance(result, Exception):
                 problems.append(reason(pair.session, result))
@@ -48,22 +58,47 @@ def apply_folder(arguments: argparse.Namespace) -> int:
                     note_written(output, pair.name, result.sha256)
             tell(pair.name)
     for path in found.older:
-        print(f"{path}: note: its clip has a later session", file=sys.stderr)
+        note(f"{path}: note: its clip has a later session")
     for name in sorted(through):
         _tell_replayed(output / name, through[name])
     problems += [sentence for name in sorted(through) for sentence in through[name].left]
+    problems.sort()
+    if arguments.json:
+        print_json(_applied_to_json(arguments, found, through, problems))
     applied = sum(one.applied for one in through.values())
-    alone = f"; {_count(len(found.alone), 'clip')} without a session" if found.alone else ""
-    print(
-        f"{output}: {_count(applied, 'interval')} applied in {_count(len(through), 'clip')}{alone}"
-    )
-    return tell_problems(sorted(problems), len(through))
+    alone = f"; {count_of(len(found.alone), 'clip')} without a session" if found.alone else ""
+    where = count_of(len(through), "clip")
+    remark(f"{output}: {count_of(applied, 'interval')} applied in {where}{alone}")
+    return tell_problems(problems, len(through))
+
+
+def _applied_to_json(
+    arguments: argparse.Namespace,
+    found: Pairs,
+    through: Mapping[str, Replayed],
+    problems: Sequence[str],
+) -> dict[str, Any]:
+    clips = []
+    for name, one in sorted(through.items()):
+        notes = [*jump_sentences(arguments.output / name, one.jumps), *one.beside]
+        counts = {"repairable": one.repairable, "applied": one.applied, "new": one.new}
+        clips.append({"clip": name, "sha256": one.sha256, **counts, "notes": notes})
+    return {
+        "schema": "twistcore.apply_folder/1",
+        "sessions": str(arguments.session),
+        "clips": str(arguments.clip),
+        "output": str(arguments.output),
+        "written": clips,
+        "without_session": list(found.alone),
+        "older_sessions": list(map(str, found.older)),
+        "problems": list(problems),
+    }
 
 
 def diff_folders(arguments: argparse.Namespace) -> int:
     """Print what differs between two folders of clips; 1 where two could not be compared."""
     a, b = _folders(arguments.a, arguments.b)
-    found = compare_folders(a, b, workers=_workers(arguments), counter=clip_counter)
+    found = compare_folders(a, b, workers=_workers(arguments), counter=counter)
     if arguments.json:
         print_json(folder_difference_to_json(found, str(arguments.a), str(arguments.b)))
     else:
@@ -80,34 +115,30 @@ def _folders(*paths: Path) -> tuple[Path, ...]:
 
 def _tell_replayed(path: Path, one: Replayed) -> None:
     kept = "" if one.new else ", was there already"
-    print(f"{path}: {one.applied} of {one.repairable} intervals applied{kept}")
+    remark(f"{path}: {one.applied} of {one.repairable} intervals applied{kept}")
     tell_jumps(path, one.jumps)
     for sentence in one.beside:
-        print(sentence, file=sys.stderr)
+        note(sentence)
 
 
 def _tell_difference(found: FolderDifference, a: Path, b: Path) -> None:
     for folder, names in ((a, found.only_a), (b, found.only_b)):
         for name in names:
-            print(f"{name}: only in {folder}")
+            say(f"{name}: only in {folder}")
     for name, difference in found.different.items():
         joints = {j.joint for j in difference.joints}
-        print(
-            f"{name}: {_count(len(joints), 'joint')} in {_count(difference.frames, 'frame')}, "
+        say(
+            f"{name}: {count_of(len(joints), 'joint')} in {count_of(difference.frames, 'frame')}, "
             f"up to {largest_degrees(difference):.3f}°; joints move by at most "
             f"{difference.max_position_of_height:.1e} of the height"
         )
     for name in found.same_motion:
-        print(f"{name}: other bytes, the same motion")
-    print(
-        f"{_count(found.compared, 'clip')} compared: {len(found.identical)} identical, "
+        say(f"{name}: other bytes, the same motion")
+    say(
+        f"{count_of(found.compared, 'clip')} compared: {len(found.identical)} identical, "
         f"{len(found.same_motion)} of the same motion, {len(found.different)} different; "
         f"{len(found.only_a)} only in {a}, {len(found.only_b)} only in {b}"
     )
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _workers(arguments: argparse.Namespace) -> int:

@@ -1,20 +1,139 @@
-"""What commands say and where they write: JSON, problems, and outputs that replace nothing."""
+"""What commands say and where, and outputs that replace nothing.
+
+Loads neither numpy nor scipy. Everything that is printed goes through :func:`shown`.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
+import re
 import sys
-from collections import Counter
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from twistcore.atomic import destination, is_stream, same_file
-from twistcore.chain import Chain
-from twistcore.clip import ChannelJump
-from twistcore.detection import Interval, Kind
 from twistcore.encoding import json_text
 from twistcore.errors import TwistError
+from twistcore.progress import TellName, clip_counter, uncounted
+
+# What a terminal obeys instead of showing it: control and escape characters, line ends of Unicode,
+# marks that turn the direction of writing; and bytes of a name that are no UTF-8.
+_OBEYED = re.compile(
+    "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
+_BOLD, _YELLOW, _RED = "1", "33", "31"
+
+
+@dataclass(frozen=True)
+class Voice:
+    """How much is said: quiet leaves results and errors, verbose adds steps and their times.
+
+    document: a JSON document stands for what would be remarked on standard output.
+    """
+
+    quiet: bool = False
+    verbose: bool = False
+    document: bool = False
+
+
+_USUAL = Voice()
+_voices = [_USUAL]  # the last counts; not by thread: progress is told from others, too
+
+
+@contextlib.contextmanager
+def speaking(voice: Voice) -> Iterator[None]:
+    """Say so much meanwhile."""
+    _voices.append(voice)
+    try:
+        yield
+    finally:
+        _voices.pop()
+
+
+def is_quiet() -> bool:
+    """Whether only results and errors are wanted."""
+    return _voices[-1].quiet
+
+
+def shown(text: object) -> str:
+    r"""A text as a terminal may have it: what it would obey is escaped, as `\x1b`."""
+    return _OBEYED.sub(lambda found: repr(found[0])[1:-1], str(text))
+
+
+# -- a line each -----------------------------------------------------------------------------------
+
+
+def say(text: str = "", *, head: bool = False) -> None:
+    """A line of the result, on standard output; head: of a table or a section."""
+    _line(text, sys.stdout, _BOLD if head else "")
+
+
+def say_all(text: str) -> None:
+    """A result of several lines."""
+    for line in text.removesuffix("\n").split("\n"):
+        say(line)
+
+
+def remark(text: str) -> None:
+    """What was done, on standard output."""
+    if not (is_quiet() or _voices[-1].document):
+        _line(text, sys.stdout)
+
+
+def progress(text: str) -> None:
+    """How far it is, on standard error."""
+    if not is_quiet():
+        _line(text, sys.stderr)
+
+
+def note(text: object) -> None:
+    """What a person should know, on standard error."""
+    if not is_quiet():
+        _line(text, sys.stderr, _YELLOW)
+
+
+def problem(text: object) -> None:
+    """What could not be done, on standard error."""
+    _line(text, sys.stderr, _RED)
+
+
+@contextlib.contextmanager
+def step(text: str) -> Iterator[None]:
+    """Say on standard error how long it took, where that is asked for."""
+    begin = time.perf_counter()
+    yield
+    if _voices[-1].verbose:
+        _line(f"{text}: {time.perf_counter() - begin:.2f} s", sys.stderr)
+
+
+@contextlib.contextmanager
+def counter(total: int, done: int = 0) -> Iterator[TellName]:
+    """To be called with the name of every clip that is through; silent where that is asked for."""
+    with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
+        yield lambda name: tell(shown(name))
+
+
+def _line(text: object, stream: IO[str], colour: str = "") -> None:
+    line = shown(text)
+    print(f"\x1b[{colour}m{line}\x1b[0m" if colour and _colours(stream) else line, file=stream)
+    if stream is sys.stderr:
+        stream.flush()
+
+
+def _colours(stream: IO[str]) -> bool:
+    """Whether it is a terminal that knows colours, and nobody asked for none (no-color.org)."""
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return False
+    knows = os.name == "posix" or bool(os.environ.get("WT_SESSION") or os.environ.get("TERM"))
+    return knows and stream.isatty()
+
+
+# -- documents, problems, files --------------------------------------------------------------------
 
 
 def print_json(document: dict[str, Any]) -> None:
@@ -22,54 +141,20 @@ def print_json(document: dict[str, Any]) -> None:
     text = json_text(document)
     if (sys.stdout.encoding or "utf-8").lower() != "utf-8":
         text = json.dumps(json.loads(text), indent=1)  # what it cannot write, escaped
-    print(text)
-
-
-def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
-    """Say where a channel had to turn by more than 180° in one frame."""
-    for jump in jumps[:10]:
-        print(f"{output}: note: {jump}", file=sys.stderr)
-    if len(jumps) > 10:
-        print(f"{output}: note: {len(jumps) - 10} more such jumps", file=sys.stderr)
-
-
-def tell_no_chain(clip: Path, chains: Sequence[Chain]) -> int:
-    """1, with a sentence, where there was nothing to look at; else 0."""
-    if not chains:
-        print(f"{clip}: no chain of parent, child and grandchild", file=sys.stderr)
-    return int(not chains)
-
-
-def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
-    """' (2 counter-twists, 7 limb flips)' where these or others among them are not all twists."""
-    count = Counter(i.kind for i in intervals)
-    if not count or {*count, *(i.kind for i in among)} == {Kind.COUNTER_TWIST}:
-        return ""
-    words = (f"{count[k]} {k}{'' if count[k] == 1 else 's'}" for k in Kind if count[k])
-    return f" ({', '.join(words)})"
-
-
-def told_of(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
-    """'5 of 7 intervals corrected (5 limb flips)', of those in which there is anything to take out.
-
-    applied: those of them of which it was taken out; verb: what was done, 'corrected'.
-    """
-    every = tuple(every)
-    repairable = sum(i.repairable for i in every)
-    return f"{len(applied)} of {repairable} intervals {verb}{by_kind(applied, every)}"
-
-
-def lone_jumps(intervals: Iterable[Interval], mark: str = "") -> str:
-    """', 6 lone jumps' where there are any; mark: what is said of them."""
-    count = sum(not i.repairable for i in intervals)
-    return f", {count} {Kind.LONE_JUMP}{'' if count == 1 else 's'}{mark}" if count else ""
+    lines = (_OBEYED.sub(lambda found: f"\\u{ord(found[0]):04x}", x) for x in text.split("\n"))
+    print("\n".join(lines))
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:
     """List what could not be processed beside so many that could; the exit code."""
-    for problem in problems:
-        print(problem, file=sys.stderr)
+    for sentence in problems:
+        problem(sentence)
     return int(bool(problems)) if done else 2
+
+
+def count_of(number: int, what: str) -> str:
+    """'1 clip', '2 clips'."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:

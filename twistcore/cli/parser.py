@@ -1,33 +1,52 @@
-"""The words of the `twistcore` command, which are a contract."""
+"""The words of the `twistcore` command, which are a contract; numpy is loaded by none of them."""
 
 from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, TypeAlias
 
-from twistcore.analysis import ALL_KINDS
-from twistcore.cli import correct_commands, detect_commands, study_commands, tune_command
-from twistcore.cli.argument_types import (
+from twistcore.batch.parameters import DEFAULT_METHOD
+from twistcore.cli.arguments.argument_types import (
+    METHODS,
     Parser,
     count,
+    degrees,
     folder,
-    kinds,
+    limit,
     not_negative,
     number,
-    positive,
+    rate,
+    readable,
     seed,
+    share,
     target,
-    tau,
+    workers,
 )
-from twistcore.cli.batch_arguments import BATCH, add_batch
+from twistcore.cli.arguments.batch_arguments import BATCH, add_batch
+from twistcore.cli.arguments.command_examples import epilog
+from twistcore.cli.arguments.common_arguments import (
+    add_chains,
+    add_clip,
+    add_clips,
+    add_detection,
+    add_fps,
+    add_json,
+    add_output,
+    add_rig,
+    add_voice,
+    add_workers,
+    deferred,
+)
+from twistcore.cli.arguments.quamo_arguments import add_quamo
 from twistcore.cli.convert_command import add_convert
-from twistcore.cli.export_command import add_export
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
-from twistcore.refinement import SURE_ENOUGH
-from twistcore.synthesis import PROTOCOLS
 from twistcore.version import __version__
+
+Subparsers: TypeAlias = "argparse._SubParsersAction[Any]"  # as add_subparsers makes them
+SHELLS = ("bash", "zsh", "fish", "tcsh")  # that `completion` writes for
+PROGRAMS = ("blender", "maya", "motionbuilder")  # that `export --script` writes for
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -38,52 +57,98 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"twistcore {__version__}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
 
-    info = subparsers.add_parser("info", help="what is in a clip")
-    _clip(info)
-    _fps(info)
-    _rig(info)
-    _json(info)
-    info.set_defaults(run=detect_commands.info)
+    _looking(subparsers)
+    _correcting(subparsers)
+    _studying(subparsers)
+    add_batch(subparsers.add_parser(BATCH, help="many clips into a folder of results"))
+    add_quamo(subparsers.add_parser("quamo", help="tracking of jittery motion, after review"))
+    _export(subparsers)
+    add_convert(subparsers)
+    _completion(subparsers)
+    for words, leaf in commands_of(parser):
+        leaf.formatter_class = argparse.RawDescriptionHelpFormatter
+        leaf.epilog = "\n".join([*([f"{leaf.epilog}"] if leaf.epilog else []), epilog(words)])
+        add_voice(leaf)
+        leaf.set_defaults(command=leaf.prog)
+    return parser
+
+
+def commands_of(
+    parser: argparse.ArgumentParser, words: str = ""
+) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Every command with its own parser: 'detect', 'quamo refine'."""
+    groups = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    if not groups:
+        yield words, parser
+    for group in groups:
+        for name, below in group.choices.items():
+            yield from commands_of(below, f"{words} {name}".strip())
+
+
+def _looking(subparsers: Subparsers) -> None:
+    info = subparsers.add_parser("info", help="what is in clips")
+    add_clips(info)
+    add_fps(info)
+    add_rig(info)
+    add_json(info)
+    info.set_defaults(run=deferred("detect_commands", "info"))
 
     detect = subparsers.add_parser("detect", help="find the intervals of errors")
-    _clip(detect)
-    _detection(detect)
+    add_clips(detect)
+    add_detection(detect)
     detect.add_argument("--explain", action="store_true", help="say why each interval was found")
     detect.add_argument(
-        "--fail-over", type=int, metavar="N", help="exit 1 if more than N intervals are found"
+        "--fail-over",
+        type=limit,
+        metavar="N",
+        help="exit 1 if more than N intervals are found, in all clips together",
     )
-    _json(detect)
-    detect.set_defaults(run=detect_commands.detect)
+    add_json(detect)
+    detect.set_defaults(run=deferred("detect_commands", "detect"))
 
     signals = subparsers.add_parser("signals", help="θp, θc, their increments and m(t) as CSV")
-    _clip(signals)
-    _fps(signals)
-    signals.add_argument("--csv", type=target, required=True, metavar="FILE")
-    _chains(signals)
-    signals.set_defaults(run=detect_commands.signals)
+    add_clips(signals)
+    add_fps(signals)
+    signals.add_argument(
+        "--csv", type=target, metavar="FILE", help="of several clips: with a column of their names"
+    )
+    add_chains(signals)
+    add_json(signals)
+    signals.set_defaults(run=deferred("signals_command", "signals"))
 
+    diff = subparsers.add_parser("diff", help="what differs between two clips or folders")
+    diff.add_argument("a", type=readable, metavar="A", help="clip or folder; '-': standard input")
+    diff.add_argument("b", type=readable, metavar="B", help="clip or folder; '-': standard input")
+    add_json(diff)
+    add_workers(diff)
+    diff.set_defaults(run=deferred("correct_commands", "diff"))
+
+
+def _correcting(subparsers: Subparsers) -> None:
     refine = subparsers.add_parser("refine", help="write a corrected clip")
-    _clip(refine)
-    _output(refine)
-    _detection(refine)
+    refine.add_argument("clip", type=readable, metavar="CLIP", help="'-': a BVH on standard input")
+    add_output(refine)
+    add_detection(refine)
     refine.add_argument(
         "--min-confidence",
-        type=float,
+        type=share,
         metavar="X",
-        help=f"correct what has at least this; default {SURE_ENOUGH:g}, 0: whatever is closed",
+        help="correct what has at least this; default 0.5, 0: whatever is closed",
     )
     refine.add_argument(
         "--include-open", action="store_true", help="also correct intervals that are open"
     )
     refine.add_argument("--report", type=folder, metavar="DIR", help="also write a report")
-    refine.set_defaults(run=correct_commands.refine)
+    add_json(refine)
+    refine.set_defaults(run=deferred("correct_commands", "refine"))
 
     apply = subparsers.add_parser("apply", help="write what sessions have accepted")
     apply.add_argument("session", type=Path, metavar="SESSION|FOLDER")
     apply.add_argument("clip", type=Path, metavar="CLIP|FOLDER")
-    _output(apply)
-    _workers(apply)
-    apply.set_defaults(run=correct_commands.apply)
+    add_output(apply)
+    add_workers(apply)
+    add_json(apply)
+    apply.set_defaults(run=deferred("correct_commands", "apply"))
 
     report = subparsers.add_parser("report", help="pages of a review, or of a batch folder")
     report.add_argument("what", type=Path, metavar="SESSION|OUTDIR")
@@ -94,27 +159,25 @@ def make_parser() -> argparse.ArgumentParser:
         "--clip", type=Path, metavar="CLIP", help="of the session; default: where it was"
     )
     report.add_argument(
-        "--workers", type=count, default=1, metavar="N", help="processes; default 1"
+        "--workers", type=workers, default=1, metavar="N", help="processes; default 1"
     )
     report.add_argument(
         "--pages", type=count, metavar="N", help="of the N worst clips only; default all"
     )
     report.add_argument("--no-pictures", action="store_true", help="do without pictures of figures")
-    report.set_defaults(run=_report)
+    report.set_defaults(run=deferred("report_command", "report"))
 
+
+def _studying(subparsers: Subparsers) -> None:
     inject = subparsers.add_parser("inject", help="put known twist errors into a clip")
-    _clip(inject)
-    _output(inject)
+    add_clip(inject)
+    add_output(inject)
     inject.add_argument("--truth", type=target, required=True, metavar="TRUTH.json")
     inject.add_argument("--seed", type=seed, required=True, metavar="N")
-    inject.add_argument(
-        "--protocol",
-        default="P0",
-        metavar="NAME",
-        help="; ".join(f"{k}: {p.text}" for k, p in PROTOCOLS.items()).replace("%", "%%")
-        + "; joined by '+'",
-    )
-    inject.set_defaults(run=study_commands.inject_errors)
+    inject.add_argument("--protocol", default="P0", metavar="NAME", help="joined by '+'")
+    inject.late = _with_protocols
+    add_json(inject)
+    inject.set_defaults(run=deferred("study_commands", "inject_errors"))
 
     evaluate = subparsers.add_parser("evaluate", help="measure a refinement against the truth")
     for name, help_text in (
@@ -125,15 +188,15 @@ def make_parser() -> argparse.ArgumentParser:
         evaluate.add_argument(
             name, type=Path, required=True, nargs="+", metavar="FILE", help=help_text
         )
-    _json(evaluate)
-    evaluate.set_defaults(run=study_commands.evaluate)
+    add_json(evaluate)
+    evaluate.set_defaults(run=deferred("study_commands", "evaluate"))
 
     tune = subparsers.add_parser("tune", help="τ per joint, from injected errors or verdicts")
     tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
     tune.add_argument("-o", "--output", type=target, required=True, metavar="PROFILE.toml")
-    tune.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
-    _rig(tune)
-    tune.add_argument("--seeds", type=int, metavar="N", help="default 3; not with --verdicts")
+    tune.add_argument("--method", choices=METHODS, default=DEFAULT_METHOD)
+    add_rig(tune)
+    tune.add_argument("--seeds", type=limit, metavar="N", help="default 3; not with --verdicts")
     tune.add_argument(
         "--verdicts", action="store_true", help="from the sessions beside a folder's clips"
     )
@@ -151,10 +214,11 @@ def make_parser() -> argparse.ArgumentParser:
         help="of the errors that one false alarm a clip may cost; default 0.05",
     )
     tune.add_argument(
-        "--smallest", type=positive, metavar="DEGREES", help="of errors looked for; default 2"
+        "--smallest", type=degrees, metavar="DEGREES", help="of errors looked for; default 2"
     )
-    tune.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N")
-    tune.set_defaults(run=tune_command.tune)
+    tune.add_argument("--workers", type=workers, default=os.cpu_count() or 1, metavar="N")
+    add_json(tune)
+    tune.set_defaults(run=deferred("tune_command", "tune"))
 
     benchmark = subparsers.add_parser("benchmark", help="compare methods on errors put into clips")
     benchmark.add_argument("folder", type=Path, metavar="FOLDER")
@@ -165,197 +229,49 @@ def make_parser() -> argparse.ArgumentParser:
         "--methods", action="extend", nargs="+", metavar="NAME", help="default all"
     )
     benchmark.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
-    benchmark.add_argument("--seed", type=int, default=1, metavar="N", help="the first seed")
-    benchmark.add_argument("--workers", type=count, metavar="N", help="default all cores")
+    benchmark.add_argument("--seed", type=seed, default=1, metavar="N", help="the first seed")
+    benchmark.add_argument("--workers", type=workers, metavar="N", help="default all cores")
     benchmark.add_argument("--resume", action="store_true", help="continue an unfinished run")
     benchmark.add_argument("--json", type=target, metavar="FILE")
     benchmark.add_argument("--csv", type=target, metavar="FILE")
-    benchmark.set_defaults(run=_benchmark)
-
-    batch = subparsers.add_parser(BATCH, help="many clips into a folder of results")
-    add_batch(batch)
-
-    _quamo(subparsers.add_parser("quamo", help="tracking of jittery motion, after review"))
-
-    diff = subparsers.add_parser("diff", help="what differs between two clips or folders")
-    diff.add_argument("a", type=Path, metavar="A")
-    diff.add_argument("b", type=Path, metavar="B")
-    _json(diff)
-    _workers(diff)
-    diff.set_defaults(run=correct_commands.diff)
-
-    add_export(subparsers)
-    add_convert(subparsers)
-    return parser
+    benchmark.set_defaults(run=deferred("benchmark_command", "benchmark"))
 
 
-def _quamo(parser: argparse.ArgumentParser) -> None:
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
+def _with_protocols(inject: argparse.ArgumentParser) -> None:
+    """Put what every protocol is into the help."""
+    from twistcore.synthesis import PROTOCOLS  # numpy
 
-    refine = subparsers.add_parser("refine", help="track or smooth a clip and write it")
-    _clip(refine)
-    _output(refine)
-    refine.add_argument(
-        "--method",
-        choices=("quamo", "spline"),
-        default="quamo",
-        help="the tracker, or a smoothing spline: smoother, and sees the whole clip",
-    )
-    refine.add_argument(
-        "--cutoff", type=positive, metavar="HZ", help="of the spline: what keeps half; usual 4 to 6"
-    )
-    refine.add_argument("--gains", choices=("hand", "learned"), default="hand")
-    refine.add_argument("--weights", type=Path, metavar="FILE", help="instead of the shipped ones")
-    refine.add_argument(
-        "--joints", nargs="+", metavar="NAME", help="only these; default all that can be written"
-    )
-    refine.add_argument(
-        "--causal", action="store_true", help="frame by frame; default both ways, without lag"
-    )
-    refine.add_argument(
-        "--root-position",
-        action=argparse.BooleanOptionalAction,
-        help="whether to track the root's place; default yes, or if --joints names the root",
-    )
-    for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
-        refine.add_argument(name, type=number, metavar="X", help=f"hand gain {what}")
-    _fps(refine)
-    refine.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
-    refine.add_argument("--template", type=Path, metavar="BVH", help="lengths for a file of poses")
-    refine.add_argument(
-        "--up", choices=("y", "z", "-y"), help="of a file of poses (--up=-y); default: as it stands"
-    )
-    refine.add_argument("--person", metavar="ID", help="whom to take from a file of poses")
-    refine.set_defaults(run=_quamo_command("refine"))
-
-    noise = subparsers.add_parser("noise", help="put synthetic noise into a clip")
-    _clip(noise)
-    _output(noise)
-    noise.add_argument("--level", choices=("A", "B"), default="A")
-    noise.add_argument("--systematic", action="store_true", help="half of the bias stands still")
-    noise.add_argument("--bursts", type=not_negative, default=0.0, metavar="X", help="a minute")
-    noise.add_argument("--seed", type=seed, default=0, metavar="N")
-    noise.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
-    _json(noise)
-    noise.set_defaults(run=_quamo_command("noise"))
-
-    for name, what in (
-        ("evaluate", "learned and hand gains beside baselines on held-out subjects"),
-        ("ablation", "steps of the method, representations, integration"),
-    ):
-        study = subparsers.add_parser(name, help=what)
-        study.add_argument("folder", type=Path, metavar="FOLDER")
-        study.add_argument("--weights", type=Path, metavar="DIR", help="default: as shipped")
-        study.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
-        study.add_argument("--seed", type=seed, default=0, metavar="N", help="the first seed")
-        _json(study)
-        study.set_defaults(run=_quamo_command(name))
-
-    train = subparsers.add_parser("train", help="train the networks (PyTorch)")
-    train.add_argument("folder", type=Path, metavar="FOLDER")
-    train.add_argument("-o", "--output", type=folder, required=True, metavar="DIR")
-    train.add_argument(
-        "--hold-out", nargs="+", metavar="SUBJECT", help="one network each; 'none' for all clips"
-    )
-    train.add_argument("--variant", choices=("pd", "bias", "s3", "full"), default="full")
-    train.add_argument("--epochs", type=count, metavar="N")
-    train.add_argument("--width", type=count, metavar="N", help="units of a hidden layer")
-    train.add_argument("--seed", type=seed, default=0, metavar="N")
-    train.add_argument("--compile", action="store_true", help="fuse the step; needs a C++ compiler")
-    train.set_defaults(run=_quamo_command("train"))
+    texts = "; ".join(f"{name}: {p.text}" for name, p in PROTOCOLS.items()).replace("%", "%%")
+    action = next(a for a in inject._actions if a.dest == "protocol")
+    action.help = f"{texts}; joined by '+'"
 
 
-# -- commands whose libraries load slowly: imported when they are called ---------------------------
-
-
-def _benchmark(arguments: argparse.Namespace) -> int:
-    from twistcore.cli.benchmark_command import benchmark  # scipy.signal
-
-    return benchmark(arguments)
-
-
-def _report(arguments: argparse.Namespace) -> int:
-    from twistcore.cli.report_command import report  # many rooms at once
-
-    return report(arguments)
-
-
-def _quamo_command(name: str) -> Callable[[argparse.Namespace], int]:
-    def run(arguments: argparse.Namespace) -> int:
-        if name == "refine":
-            from twistcore.cli.quamo_commands import refine  # scipy.linalg
-
-            return refine(arguments)
-        from twistcore.cli import quamo_study_commands  # scipy.ndimage
-
-        return int(getattr(quamo_study_commands, name)(arguments))
-
-    return run
-
-
-# -- words that several commands have --------------------------------------------------------------
-
-
-def _clip(parser: argparse.ArgumentParser) -> None:
+def _export(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser("export", help="keys for the scene that a clip came from")
+    parser.add_argument("session", type=Path, metavar="SESSION")
     parser.add_argument("clip", type=Path, metavar="CLIP")
-
-
-def _fps(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--fps", type=positive, default=None, help="instead of the file's rate")
-
-
-def _output(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-o", "--output", type=target, required=True, metavar="OUT", help="'-': standard output"
+        "--script",
+        choices=PROGRAMS,
+        required=True,
+        help="a script that keys the accepted intervals on the scene's joints (docs/pipelines.md)",
     )
-
-
-def _workers(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-o", "--output", type=target, required=True, metavar="FILE.py")
     parser.add_argument(
-        "--workers",
-        type=count,
-        metavar="N",
-        help="processes, where it is folders; default all cores",
+        "--namespace", metavar="NAME", help="of the scene's joints; '': take off the clip's own"
     )
-
-
-def _json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
-
-
-def _chains(parser: argparse.ArgumentParser) -> None:
-    _rig(parser)
+    parser.add_argument("--take", metavar="NAME", help="in which to key; in Blender the action")
+    parser.add_argument("--fps", type=rate, help="the scene's rate; default the clip's")
     parser.add_argument(
-        "--chain",
-        action="append",
-        metavar="NAME",
-        help="only this chain, with the limb that it begins, or this limb (again for more)",
-    )
-
-
-def _rig(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--rig", type=Path, metavar="FILE", help="chains added and removed, TOML (docs/formats.md)"
-    )
-
-
-def _detection(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
-    parser.add_argument(
-        "--tau", type=tau, default=None, metavar="auto|DEG", help="of all chains; limbs keep auto"
+        "--start", type=number, help="the scene's frame of frame 0; default 0, in Blender 1"
     )
     parser.add_argument(
-        "--profile",
-        type=Path,
-        metavar="FILE",
-        help="τ per joint or limb, TOML; --tau is for joints it does not name",
+        "--dry-run", action="store_true", help="let the script only tell what it would key"
     )
-    parser.add_argument(
-        "--kinds",
-        type=kinds,
-        default=ALL_KINDS,
-        metavar="LIST",
-        help=f"of errors to look for: {', '.join(k.replace(' ', '-') for k in Kind)}; default all",
-    )
-    _fps(parser)
-    _chains(parser)
+    parser.set_defaults(run=deferred("export_command", "export"))
+
+
+def _completion(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser("completion", help="print what a shell completes words by")
+    parser.add_argument("shell", choices=SHELLS)
+    parser.set_defaults(run=deferred("completion", "completion"))

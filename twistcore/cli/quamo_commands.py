@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -14,7 +13,8 @@ from numpy.typing import NDArray
 from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
-from twistcore.cli.output import refuse_overwrite, tell_jumps
+from twistcore.cli.interval_words import tell_jumps
+from twistcore.cli.output import note, refuse_overwrite, remark
 from twistcore.clip import Clip, write_clip
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
@@ -83,7 +83,7 @@ def refine(arguments: argparse.Namespace) -> int:
     if not spline:
         _warn_of_lost(arguments, found, motion.skeleton.names)
     name = motion.skeleton.names[placed] if placed is not None else ""
-    print(
+    remark(
         f"{arguments.output}: {len(joints)} joint{'' if len(joints) == 1 else 's'}"
         f"{f' and the place of {name}' if place else ''} "
         f"{_told(arguments, gains, cutoff)}"
@@ -92,17 +92,17 @@ def refine(arguments: argparse.Namespace) -> int:
     for names, what in ((() if arguments.joints else turning, ""), (moving, "the place of ")):
         if names:
             left = "was left as it is" if len(names) == 1 else "were left as they are"
-            print(f"  {what}{_listed(names)} {left}")
+            remark(f"  {what}{_listed(names)} {left}")
     way = _way(arguments.causal, gains, motion.frame_time, place=place)
-    print(f"  {_SPLINE_WAY if spline else way}")
+    remark(f"  {_SPLINE_WAY if spline else way}")
     if first:
-        print(f"  frames before {first} are no capture and were left as they are")
+        remark(f"  frames before {first} are no capture and were left as they are")
     if not arguments.causal and (cut := _cut_words(motion, first)):
-        print(f"  {cut}: nothing was smoothed across")
+        remark(f"  {cut}: nothing was smoothed across")
     given, made = (m.sliced(first, m.frames) for m in (motion, made))
     if measured := quality_before_and_after(given, made, unit):
         before, after = measured
-        print(
+        remark(
             f"  jitter {before.jitter:.2f} → {after.jitter:.2f} mm/frame³ at 25 Hz, foot slide "
             f"{before.foot_slide:.1f} → {after.foot_slide:.1f} %, deviation from the input "
             f"{after.deviation:.1f} mm (no error: there is no truth to compare with)"
@@ -121,7 +121,7 @@ def _read(arguments: argparse.Namespace) -> Clip:
             person=arguments.person,
         )
         for warning in clip.warnings:
-            print(f"{arguments.clip}: {warning}", file=sys.stderr)
+            note(f"{arguments.clip}: {warning}")
         return clip
     for name in ("template", "up", "person"):
         if getattr(arguments, name) is not None:
@@ -202,7 +202,7 @@ def _warn_of_lost(arguments: argparse.Namespace, found: Tracked, names: Sequence
     if apart := apart_sentence(found.apart, names):
         said.append(apart)
     for sentence in said:
-        print(f"{arguments.clip}: {sentence}", file=sys.stderr)
+        note(f"{arguments.clip}: {sentence}")
 
 
 def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:
@@ -211,9 +211,8 @@ def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:
     if not chains:
         return
     if count := len(detect(clip, chains)):
-        print(
+        note(
             f"{clip.path}: {'an interval' if count == 1 else f'{count} intervals'} of twist errors "
             "found in these joints; tracking smears their edges and does not remove them: detect "
             "and refine first",
-            file=sys.stderr,
         )

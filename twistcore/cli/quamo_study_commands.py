@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,7 +12,16 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.bvh import read_bvh
-from twistcore.cli.output import print_json, refuse_overwrite, tell_jumps, tell_problems
+from twistcore.cli.interval_words import tell_jumps
+from twistcore.cli.output import (
+    note,
+    print_json,
+    progress,
+    refuse_overwrite,
+    remark,
+    say_all,
+    tell_problems,
+)
 from twistcore.clip import write_clip
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
@@ -68,7 +76,7 @@ def noise(arguments: argparse.Namespace) -> int:
             }
         )
         return 0
-    print(
+    remark(
         f"{arguments.output}: synthetic noise, level {arguments.level}, seed {arguments.seed}: "
         f"MPJPE {measured.mpjpe:.1f} mm, Accel {measured.accel:.1f} mm/frame² at 25 Hz"
     )
@@ -101,18 +109,17 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
     weights = arguments.weights or WEIGHTS
     networks = {v: _held_out_networks(weights, v, sequences) for v in variants}
     if not any(networks.values()):
-        print(
+        note(
             f"{weights}: no network of a held-out subject, so no row of learned gains; expected "
             f"--weights FOLDER with {weights_name('full', HELD_OUT[0])} and the like, which are "
-            "in assets/quamo of the source and in no installed program",
-            file=sys.stderr,
+            "in assets/quamo of the source and in no installed program"
         )
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
-    report = make(sequences, networks, seeds, partial(print, file=sys.stderr))
+    report = make(sequences, networks, seeds, progress)
     if arguments.json:
         print_json(report.document)
     else:
-        print(report.markdown, end="")
+        say_all(report.markdown)
     return code
 
 
@@ -153,7 +160,7 @@ def train(arguments: argparse.Namespace) -> int:
     for subject in subjects:
         path = arguments.output / weights_name(arguments.variant, subject, arguments.seed)
         if path.exists():
-            print(f"{path}: is there already")
+            note(f"{path}: is there already")
             continue
         used = [s for s in sequences if s.subject != subject]
         begin = time.perf_counter()
@@ -162,10 +169,14 @@ def train(arguments: argparse.Namespace) -> int:
             settings,
             checkpoint=path.with_suffix(".checkpoint"),
             compiled=arguments.compile,
-            tell=partial(print, f"{path.stem}:", file=sys.stderr, flush=True),
+            tell=partial(_told, path.stem),
         )
         minutes = (time.perf_counter() - begin) / 60.0
-        note = json.dumps({"clips": [s.name for s in used], "settings": vars(settings)})
-        write_network(replace(network, note=note), path)
-        print(f"{path}: {len(used)} clips, {settings.epochs} epochs, {minutes:.1f} minutes")
+        made_of = json.dumps({"clips": [s.name for s in used], "settings": vars(settings)})
+        write_network(replace(network, note=made_of), path)
+        remark(f"{path}: {len(used)} clips, {settings.epochs} epochs, {minutes:.1f} minutes")
     return code
+
+
+def _told(name: str, sentence: str) -> None:
+    progress(f"{name}: {sentence}")

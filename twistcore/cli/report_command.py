@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from twistcore.cli.output import tell_problems
+from twistcore.cli.output import count_of, counter, remark, tell_problems
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.formats import own_name, read_clip
-from twistcore.progress import clip_counter
 from twistcore.report.clip_report import check_report, write_clip_report
 from twistcore.report.folder_report import write_folder_report
 from twistcore.report.report_document import Report
@@ -34,9 +33,9 @@ def _of_folder(arguments: argparse.Namespace) -> int:
         workers=arguments.workers,
         pictures=not arguments.no_pictures,
         most_pages=arguments.pages,
-        counter=clip_counter,
+        counter=counter,
     )
-    print(f"{written.index}: {written.pages} page{'' if written.pages == 1 else 's'} of clips")
+    remark(f"{written.index}: {count_of(written.pages, 'page')} of clips")
     return tell_problems(written.problems, done=1)
 
 
@@ -49,5 +48,5 @@ def _of_session(arguments: argparse.Namespace) -> int:
     refined = accepted_motion(clip, chains, session.state)
     made = Report(clip, chains, session.state, refined, name)
     page, *_ = write_clip_report(arguments.output, made, pictures=not arguments.no_pictures)
-    print(f"{page}: {len(session.state.intervals)} intervals")
+    remark(f"{page}: {len(session.state.intervals)} intervals")
     return 0

@@ -6,12 +6,18 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from twistcore.bvh import parse_bvh, read_bvh, thinned
 from twistcore.chain import find_chains, uncorrectable_joints
-from twistcore.cli.output import print_json, refuse_overwrite, tell_problems
+from twistcore.cli.output import (
+    print_json,
+    problem,
+    refuse_overwrite,
+    remark,
+    say_all,
+    tell_problems,
+)
 from twistcore.clip import rewritten, write_clip
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.limb import find_limbs
@@ -61,12 +67,29 @@ def inject_errors(arguments: argparse.Namespace) -> int:
         arguments.clip.name, protocol.name, arguments.seed, motion.frames, motion.fps, errors
     )
     write_truth(arguments.truth, truth)
-    names = ", ".join(sorted({e.chain for e in errors}))
-    nothing = "no limb" if protocol.limb else "no chain"
-    print(f"{arguments.output}: {len(errors)} errors in {names or nothing}, ", end="")
-    print(f"protocol {protocol.name}, seed {arguments.seed}")
+    names = sorted({e.chain for e in errors})
+    where = ", ".join(names) or ("no limb" if protocol.limb else "no chain")
+    remark(
+        f"{arguments.output}: {len(errors)} errors in {where}, protocol {protocol.name}, "
+        f"seed {arguments.seed}"
+    )
+    if arguments.json:
+        print_json(
+            {
+                "schema": "twistcore.inject/1",
+                "clip": str(arguments.clip),
+                "output": str(arguments.output),
+                "truth": str(arguments.truth),
+                "protocol": protocol.name,
+                "seed": arguments.seed,
+                "frames": motion.frames,
+                "fps": motion.fps,
+                "errors": len(errors),
+                "chains": names,
+            }
+        )
     if not errors and not protocol.clean:
-        print(f"{arguments.clip}: too short for an error to be put in", file=sys.stderr)
+        problem(f"{arguments.clip}: too short for an error to be put in")
         return 1
     return 0
 
@@ -89,7 +112,7 @@ def evaluate(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(evaluation_to_json(table))
     else:
-        print(evaluation_to_text(table))
+        say_all(evaluation_to_text(table))
     return code
 
 

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
-from twistcore.cli.output import refuse_overwrite, tell_problems
+from twistcore.cli.output import (
+    print_json,
+    progress,
+    refuse_overwrite,
+    say,
+    shown,
+    tell_problems,
+)
 from twistcore.clip_files import clips_in
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
@@ -21,7 +28,7 @@ from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.cost_words import DETECTORS as DETECTOR_NAMES
 from twistcore.tuning.cost_words import fsr_words
 from twistcore.tuning.folder_sessions import FolderSessions, sessions_in
-from twistcore.tuning.learned_profile import learned_profile
+from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS
 from twistcore.tuning.verdicts_of import JudgedClip, count, judged_in
@@ -67,7 +74,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         else:
             found[path] = result
             with_session = ", with its session" * (path in sessions.of)
-            print(f"{path.name}: done{with_session}", file=sys.stderr)
+            progress(f"{path.name}: done{with_session}")
     code = tell_problems(problems, len(found))
     if not found:
         return code
@@ -78,9 +85,54 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     write_profile(arguments.output, profile, source.name, arguments.method)
     minutes = sum(_minutes(clip[arguments.method]) for clip in found.values())
     both = _of_both(together, minutes, wanted) if arguments.both else _of_one(curves, wanted)
+    if arguments.json:
+        given = {"seeds": seeds, "clips": sorted(map(str, found)), "problems": problems}
+        print_json(_tuned_to_json(arguments, together, wanted, given))
+        return code
     for line in both:
-        print(line)
+        say(line.text, head=line.head)
     return code
+
+
+class _Line(NamedTuple):
+    text: str
+    head: bool = False
+
+
+def _tuned_to_json(
+    arguments: argparse.Namespace,
+    together: Mapping[str, ByChain],
+    wanted: tuple[float, float],
+    given: Mapping[str, Any],
+) -> dict[str, Any]:
+    """τ and its costs by chain, of every detector that was asked for."""
+    price, smallest = wanted
+    chains = []
+    for method in sorted(together):
+        for name, curve in together[method].items():
+            tau = curve.suggested(*wanted)
+            cost = curve.cost(tau)
+            numbers = {
+                "tau_deg": math.degrees(tau),
+                "automatic_tau_deg": math.degrees(curve.automatic),
+                "noise_deg": math.degrees(curve.floor),
+                "fsr_percent": 100.0 * cost.fsr,
+                "fsr_low_percent": 100.0 * cost.low,
+                "fsr_high_percent": 100.0 * cost.high,
+                "false_alarms_per_minute": cost.rate,
+            }
+            known = {k: v if math.isfinite(v) else None for k, v in numbers.items()}
+            chains.append({"chain": name, "method": method, **known})
+    return {
+        "schema": "twistcore.tune/1",
+        "source": str(arguments.source),
+        "output": str(arguments.output),
+        "method": arguments.method,
+        "alarm_price": price,
+        "smallest_deg": math.degrees(smallest),
+        **given,
+        "chains": chains,
+    }
 
 
 def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
@@ -117,34 +169,38 @@ def _minutes(curves: ByChain) -> float:
     return max(curve.minutes for curve in curves.values())
 
 
-def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[str]:
+def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
     """A line a chain; in brackets the band of its FSR."""
+    width = max([20, *(len(shown(name)) for name in curves)])
+    yield _Line(
+        f"{'chain':<{width}} {'τ':>9} {'noise':>9} {'FSR':>20} {'false alarms/min':>17}", True
+    )
     for name, curve in curves.items():
         tau = curve.suggested(*wanted)
         cost, noise = curve.cost(tau), math.degrees(curve.floor)
-        yield (
-            f"{name:<20} τ {math.degrees(tau):6.2f}°   noise {noise:6.3f}°   "
-            f"FSR {fsr_words(cost, 2):>18}   {cost.rate:.2f} false alarms a minute"
+        yield _Line(
+            f"{shown(name):<{width}} {math.degrees(tau):>8.2f}° {noise:>8.3f}° "
+            f"{fsr_words(cost, 2):>20} {cost.rate:>17.2f}"
         )
 
 
 def _of_both(
     together: Mapping[str, ByChain], minutes: float, wanted: tuple[float, float]
-) -> Iterator[str]:
+) -> Iterator[_Line]:
     """Two lines a chain, at the suggested and the automatic τ, and at the end two of all chains.
 
     minutes: of all clips, whose chains may be others in each.
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
-    width = max(map(len, [*names, _ALL])) + 2
+    width = max(map(len, [*map(shown, names), _ALL])) + 2
     heads = (f"{DETECTOR_NAMES[m]:<42}" for m in methods)
-    yield f"{'':<{width}}{'':<11}{''.join(heads)}".rstrip()
+    yield _Line(f"{'':<{width}}{'':<11}{''.join(heads)}".rstrip(), True)
     columns = f"{'τ':>8}{'FSR % (95 %)':>18}{'alarms/min':>12}    "
-    yield f"{'chain':<{width}}{'':<11}{columns * len(methods)}".rstrip()
+    yield _Line(f"{'chain':<{width}}{'':<11}{columns * len(methods)}".rstrip(), True)
     for name in (*names, _ALL):
         for kind in ("suggested", "automatic"):
-            line = f"{name if kind == 'suggested' else '':<{width}}{kind:<11}"
+            line = f"{shown(name) if kind == 'suggested' else '':<{width}}{kind:<11}"
             for m in methods:
                 chosen = [
                     (c, c.suggested(*wanted) if kind == "suggested" else c.automatic)
@@ -154,7 +210,7 @@ def _of_both(
                 cost = cost_of_all(chosen, minutes if name == _ALL else None)
                 tau = "" if name == _ALL else f"{math.degrees(chosen[0][1]):.2f}°"
                 line += f"{tau:>8}{fsr_words(cost, unit=''):>18}{cost.rate:>12.2f}    "
-            yield line.rstrip()
+            yield _Line(line.rstrip())
 
 
 def _refuse_rig(arguments: argparse.Namespace) -> None:
@@ -200,14 +256,16 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
     code = tell_problems(problems, len(clips))
     if not clips:
         return code
-    return _tell(arguments, sorted(clips, key=lambda c: c.name)) or code
+    return _tell(arguments, sorted(clips, key=lambda c: c.name), problems) or code
 
 
 def _judged(pairs: dict[Path, Path], clip: Path) -> JudgedClip:
     return judged_in(clip, pairs[clip])
 
 
-def _tell(arguments: argparse.Namespace, clips: Sequence[JudgedClip]) -> int:
+def _tell(
+    arguments: argparse.Namespace, clips: Sequence[JudgedClip], problems: Sequence[str]
+) -> int:
     """Write and print the profile; TwistError where too little is decided for one."""
     found = common_tau(clips, *_wanted(arguments), seed=0)
     errors, natural = count(clips)
@@ -218,15 +276,49 @@ def _tell(arguments: argparse.Namespace, clips: Sequence[JudgedClip]) -> int:
         )
     learnt = learned_profile(clips, found)
     learnt.write(arguments.output, arguments.source.name)
-    print(f"{errors} accepted and {natural} rejected intervals in {len(clips)} clips")
+    sentences = [*found.words(), learnt.told_of_confidence()]
+    if arguments.json:
+        print_json(
+            {
+                "schema": "twistcore.tune_verdicts/1",
+                "source": str(arguments.source),
+                "output": str(arguments.output),
+                "method": arguments.method,
+                "performer": arguments.performer,
+                "clips": [clip.name for clip in clips],
+                "accepted": errors,
+                "rejected": natural,
+                "problems": list(problems),
+                "chains": [_learnt_to_json(learnt, name) for name in learnt.profile.tau],
+                "sentences": sentences,
+            }
+        )
+        return 0
+    say(f"{errors} accepted and {natural} rejected intervals in {len(clips)} clips")
+    width = max([20, *(len(shown(name)) for name in learnt.profile.tau)])
+    say(f"{'chain':<{width}} {'τ':>8} {'accepted':>9} {'rejected':>9}   between", head=True)
     for name, tau in learnt.profile.tau.items():
         r = learnt.reasons[name]
-        between = "" if math.isnan(r.low) else f"   ({r.low:.2f}–{r.high:.2f}°)"
+        between = "" if math.isnan(r.low) else f"   {r.low:.2f}–{r.high:.2f}°"
         own = "   its own" if name in learnt.apart else ""
-        print(
-            f"{name:<20} τ {math.degrees(tau):6.2f}°   {r.accepted:4d} accepted   "
-            f"{r.rejected:4d} rejected{between}{own}"
+        say(
+            f"{shown(name):<{width}} {math.degrees(tau):>7.2f}° {r.accepted:>9d} "
+            f"{r.rejected:>9d}{between}{own}"
         )
-    for sentence in (*found.words(), learnt.told_of_confidence()):
-        print(sentence)
+    for sentence in sentences:
+        say(sentence)
     return 0
+
+
+def _learnt_to_json(learnt: LearnedProfile, name: str) -> dict[str, Any]:
+    reasons = learnt.reasons[name]
+    low, high = (None if math.isnan(x) else x for x in (reasons.low, reasons.high))
+    return {
+        "chain": name,
+        "tau_deg": math.degrees(learnt.profile.tau[name]),
+        "accepted": reasons.accepted,
+        "rejected": reasons.rejected,
+        "tau_low_deg": low,
+        "tau_high_deg": high,
+        "own": name in learnt.apart,
+    }

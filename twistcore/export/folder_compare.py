@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from twistcore.clip_files import clips_by_name
+from twistcore.clip_files import clips_by_name, no_files_in
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.formats import read_clip
@@ -47,7 +47,12 @@ def compare_folders(
     of_a, of_b = clips_by_name(a), clips_by_name(b)
     both = sorted(of_a.keys() & of_b.keys())
     found: dict[str, Difference | None] = {}
-    failed: dict[str, str] = {}
+    odd = no_files_in(b) | no_files_in(a)  # to open a FIFO would wait for its writer
+    failed = {
+        name: f"{path}: expected a file, found a FIFO, a socket or a device"
+        for name, path in odd.items()
+    }
+    both = [name for name in both if name not in odd]
     with counter(len(both)) as tell:
         for name, result in each(partial(_compared, a, b), both, workers):
             if isinstance(result, Exception):
@@ -58,12 +63,12 @@ def compare_folders(
     different = {name: d for name in both if (d := found.get(name)) is not None}
     same = {name for name, difference in different.items() if _is_same(difference)}
     return FolderDifference(
-        only_a=tuple(sorted(of_a.keys() - of_b.keys())),
-        only_b=tuple(sorted(of_b.keys() - of_a.keys())),
+        only_a=tuple(sorted(of_a.keys() - of_b.keys() - odd.keys())),
+        only_b=tuple(sorted(of_b.keys() - of_a.keys() - odd.keys())),
         identical=tuple(name for name in both if name in found and found[name] is None),
         same_motion=tuple(name for name in both if name in same),
         different={name: d for name, d in different.items() if name not in same},
-        failed={name: failed[name] for name in both if name in failed},
+        failed={name: failed[name] for name in sorted(failed)},
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import NpzError
+from twistcore.file_kinds import NPZ, found_instead
 
 LARGEST = 1 << 31  # bytes that are taken into memory
 _NPY = ".npy"
@@ -141,7 +142,8 @@ def open_archive(path: Path, data: bytes) -> Archive:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             infos = archive.infolist()
     except Exception:
-        raise NpzError(f"{path}: expected an .npz of numpy") from None
+        instead = found_instead(data, NPZ)
+        raise NpzError(f"{path}: {instead or 'expected an .npz of numpy'}") from None
     named = {info.filename.removesuffix(_NPY): info for info in infos}
     if len(named) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two of one name")

@@ -75,6 +75,15 @@ def _other_clip(listing: Path, clip: Clip) -> str:
     return of if of != clip.name and mark != clip.sha256 else ""
 
 
+def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
+    """Whether the report there is of a clip of this name with other bytes.
+
+    That may be an earlier version of it, or a clip of another folder: nobody can tell.
+    """
+    mark = _listed(report_files(folder, name)[-1]).get("sha256")
+    return mark is not None and mark != clip.sha256
+
+
 def report_files(folder: Path, name: str) -> tuple[Path, ...]:
     """Where the files of a report are: HTML, CSV, markers, and the JSON that lists them."""
     endings = ("report.html", "intervals.csv", "markers.py", "report.json")

@@ -39,8 +39,14 @@ def joined(spans: Iterable[Span]) -> tuple[Span, ...]:
     return tuple(out)
 
 
+def _is_pair(entry: Any) -> bool:
+    return isinstance(entry, list | tuple) and len(entry) == 2
+
+
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
     """Spans as files list them; TypeError or ValueError where they are damaged."""
+    if not (isinstance(entries, list | tuple) and all(map(_is_pair, entries))):
+        raise ValueError("left_out, a list of [start, stop],")
     spans = tuple((start, stop) for start, stop in entries)
     for start, stop in spans:
         if not (type(start) is int and type(stop) is int and 0 <= start < stop):

@@ -18,6 +18,7 @@ from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
+from twistcore.file_kinds import JSON, SESSION, found_instead
 from twistcore.review.left_out import spans_from_json
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
 from twistcore.rig import AS_FOUND, rig_from_json, rig_to_json
@@ -112,6 +113,8 @@ def read_session_file(path: Path) -> tuple[Session, str]:
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     try:
+        if instead := found_instead(data, SESSION, JSON):
+            raise FormatError(instead)
         session = session_from_document(json.loads(data))
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from None

@@ -18,7 +18,7 @@ from twistcore.rig import AS_FOUND, Rig
 from twistcore.tuning.cleaning import AUDITOR, Verdicts, cleaned
 from twistcore.tuning.injected_curve import Span, tau_curve
 from twistcore.tuning.tau_curve import TauCurve
-from twistcore.tuning.verdicts_of import of_this_version, said_in
+from twistcore.tuning.verdicts_of import of_this_version, of_what_is_there, said_in
 
 SEEDS = 3
 
@@ -113,6 +113,7 @@ def clip_curves(
     if session is not None:
         kept = read_session(session)
         of_this_version(clip, kept)
+        of_what_is_there(clip, kept)
         rig, left_out = kept.state.rig, kept.state.left_out
         verdicts = said_in(kept.state)
     tuning = clip_tuning(

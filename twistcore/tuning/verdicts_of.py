@@ -19,7 +19,7 @@ import numpy as np
 from twistcore.analysis import ClipAnalysis, analyse
 from twistcore.chain import uncorrectable_joints
 from twistcore.clip import Clip
-from twistcore.detection import Analysis, Interval, Kind
+from twistcore.detection import DETECTORS, Analysis, Interval, Kind
 from twistcore.detection.prediction import Mask
 from twistcore.errors import TwistError
 from twistcore.formats import read_clip
@@ -263,6 +263,18 @@ def of_this_version(clip: Clip, session: Session) -> None:
     """Raise TwistError unless a session is of the clip as it is."""
     if session.sha256 != clip.sha256:
         raise TwistError(f"{clip.name}: its session is of another version of it")
+
+
+def of_what_is_there(clip: Clip, session: Session) -> None:
+    """Raise TwistError unless a session's detector is known and its intervals' chains are there."""
+    state = session.state
+    if state.method not in DETECTORS:
+        known = " or ".join(sorted(DETECTORS))
+        raise TwistError(f"{clip.name}: expected {known}, found {state.method!r} in its session")
+    there = {chain.name for chain in state.rig.chains(clip.motion)}
+    for name in (judged.interval.chain for judged in state.intervals):
+        if name not in there:
+            raise TwistError(f"{clip.name}: its session names a chain {name!r}, which is not there")
 
 
 def count(clips: Iterable[JudgedClip]) -> tuple[int, int]:

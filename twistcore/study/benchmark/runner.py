@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
@@ -15,7 +15,7 @@ from twistcore.detection.natural_events import NaturalEvent
 from twistcore.encoding import escaped
 from twistcore.errors import FormatError
 from twistcore.processes import each, reason
-from twistcore.progress import clip_counter
+from twistcore.progress import TellName, clip_counter
 from twistcore.study.benchmark.clip_run import ClipResult, Settings, result_from_json, run_clip
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.tally import Tallies, add_tallies
@@ -73,12 +73,14 @@ def run_benchmark(
     workers: int,
     partial: Path | None = None,
     resume: bool = False,
+    counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_counter,
 ) -> Summary:
     """Run every clip that `partial` does not hold yet; Ctrl+C ends early with what is done.
 
     partial: a JSON-lines file, one line a clip, flushed as they come; resume: continue it, else it
-    is started anew. Summary.missing says how many clips are not in. FormatError where the file
-    belongs to other settings.
+    is started anew; counter: as
+    :func:`~twistcore.progress.clip_counter`. Summary.missing says how many clips are not in.
+    FormatError where the file belongs to other settings.
     """
     summary = Summary()
     stamps = {name: _stamp(path) for name, path in clips.items()}
@@ -93,7 +95,7 @@ def run_benchmark(
     summary.missing = len(todo)
     with (
         _partial_file(partial, settings, append=bool(known)) as file,
-        clip_counter(len(clips), len(known)) as tell,
+        counter(len(clips), len(known)) as tell,
     ):
         try:
             for result in _results(todo, clips, settings, workers):

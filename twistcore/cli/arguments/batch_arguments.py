@@ -6,7 +6,18 @@ import argparse
 from pathlib import Path
 
 from twistcore.batch.parameters import DEFAULT_METHOD
-from twistcore.cli.argument_types import count, kinds, mebibytes, positive, target
+from twistcore.cli.arguments.argument_types import (
+    METHODS,
+    kinds,
+    mebibytes,
+    positive,
+    rate,
+    share,
+    target,
+    tau_degrees,
+    workers,
+)
+from twistcore.cli.arguments.common_arguments import deferred
 
 BATCH = "batch"
 
@@ -20,11 +31,6 @@ _EXITS = """\
 Exit code: 0 done; 1 finished, but a clip could not be processed, a word named no clip, with
 --refine an interval could not be corrected, or a rule of --fail-if is broken; all listed; 2 wrong
 words, or no clip that could be read; 130 stopped by Ctrl+C.
-
-Examples:
-  twistcore batch captures -o out --refine --report
-  twistcore batch 'takes/**/*_raw.bvh' @more.txt -o out --fail-if 'severity>5' --junit out.xml
-  twistcore batch captures -o out-3 --shard 3/20
 """
 
 
@@ -46,10 +52,10 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", required=True, metavar="OUTDIR", help="folder of the results, or its URL"
     )
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=count, metavar="N", help="processes; default all cores")
+    where.add_argument("--workers", type=workers, metavar="N", help="processes; default all cores")
     where.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, tcp://HOST:PORT")
     where.add_argument(
-        "--local-cluster", type=count, metavar="N", help="start a Dask cluster of N workers here"
+        "--local-cluster", type=workers, metavar="N", help="start a Dask cluster of N workers here"
     )
     parser.add_argument(
         "--resume", action="store_true", help="go on: what the command does in any case"
@@ -70,7 +76,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
     _detection(parser)
     parser.add_argument("--refine", action="store_true", help="also write corrected clips")
     parser.add_argument(
-        "--min-confidence", type=float, metavar="X", help="of what is corrected, as of refine"
+        "--min-confidence", type=share, metavar="X", help="of what is corrected, as of refine"
     )
     parser.add_argument(
         "--include-open", action="store_true", help="also correct intervals that are open"
@@ -90,7 +96,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         metavar="RULE",
         help="exit 1 where a rule holds, as 'severity>5' (again for more; docs/gates.md)",
     )
-    parser.set_defaults(run=_run)
+    parser.set_defaults(run=deferred("batch_command", "batch"))
 
 
 def shard(text: str) -> tuple[int, int]:
@@ -101,35 +107,12 @@ def shard(text: str) -> tuple[int, int]:
     return int(index), int(number)
 
 
-def method(text: str) -> str:
-    """The name of a detector."""
-    if text == DEFAULT_METHOD:
-        return text
-    from twistcore.detection import DETECTORS  # numpy, scipy
-
-    if text not in DETECTORS:
-        known = " or ".join(sorted(DETECTORS))
-        raise argparse.ArgumentTypeError(f"expected {known}, found {text!r}")
-    return text
-
-
-def tau_degrees(text: str) -> float | None:
-    """'auto' as None, or degrees above 0."""
-    return None if text == "auto" else positive(text)
-
-
 def _detection(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("as of detect")
-    group.add_argument("--method", type=method, default=DEFAULT_METHOD, metavar="NAME")
+    group.add_argument("--method", choices=METHODS, default=DEFAULT_METHOD)
     group.add_argument("--tau", type=tau_degrees, metavar="auto|DEG")
     group.add_argument("--profile", type=Path, metavar="FILE")
     group.add_argument("--kinds", type=kinds, metavar="LIST")
-    group.add_argument("--fps", type=positive)
+    group.add_argument("--fps", type=rate)
     group.add_argument("--chain", action="append", metavar="NAME")
     group.add_argument("--rig", type=Path, metavar="FILE")
-
-
-def _run(arguments: argparse.Namespace) -> int:
-    from twistcore.cli.batch_command import batch
-
-    return batch(arguments)

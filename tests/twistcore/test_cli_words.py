@@ -1,0 +1,158 @@
+"""The words of every command: examples that hold, limits, completion, and a quick start."""
+
+import io
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+
+from tests.conftest import ASSETS
+from tests.twistcore.test_cli import run
+from twistcore.analysis import ALL_KINDS
+from twistcore.cli.arguments.argument_types import KINDS, METHODS, kinds
+from twistcore.cli.arguments.command_examples import EXAMPLES
+from twistcore.cli.parser import PROGRAMS, SHELLS, commands_of, make_parser
+from twistcore.detection import DETECTORS
+from twistcore.export import scene_script
+from twistcore.refinement import SURE_ENOUGH
+from twistcore.synthesis import PROTOCOLS
+
+COMMANDS = dict(commands_of(make_parser()))
+LINES = [line for lines in EXAMPLES.values() for line in lines]
+WALK = ASSETS / "walk.bvh"
+CHEAP = [  # without a shell, below two seconds
+    line
+    for name in ("info", "signals", "diff", "inject", "completion")
+    for line in EXAMPLES[name]
+    if "|" not in line and "delivery" not in line
+]
+
+
+def words_of(line):
+    """The words of each command of a line, without what is the shell's."""
+    lexer = shlex.shlex(line, posix=True, punctuation_chars="<>|")
+    lexer.whitespace_split = True
+    commands, ends = [[]], False
+    for word in lexer:
+        if word == "|":
+            commands.append([])
+            ends = False
+        elif word in "<>":
+            ends = True
+        elif not ends:
+            commands[-1].append(word)
+    return commands
+
+
+def test_every_command_has_examples_and_says_them():
+    assert set(EXAMPLES) == set(COMMANDS)
+    for name, parser in COMMANDS.items():
+        told = parser.format_help()
+        assert all(f"\n  {line}\n" in told for line in EXAMPLES[name])
+        assert all(f"twistcore {name} " in line for line in EXAMPLES[name])
+        assert "--quiet" in told
+        assert "--verbose" in told
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_every_example_is_understood(line, capsys):
+    for first, *words in words_of(line):
+        assert first == "twistcore"
+        assert callable(make_parser().parse_args(words).run)
+
+
+@pytest.mark.parametrize("line", CHEAP)
+def test_cheap_examples_run(line, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(WALK, tmp_path / "walk.bvh")
+    shutil.copy(WALK, tmp_path / "run.bvh")
+    stdin = io.TextIOWrapper(io.BytesIO(WALK.read_bytes()))
+    monkeypatch.setattr(sys, "stdin", stdin)
+    code, out, _ = run(capsys, *words_of(line)[0][1:])
+    assert (code, bool(out) or "--csv" in line) == (0, True)
+
+
+def test_what_is_named_without_loading_it_is_what_there_is():
+    assert tuple(sorted(DETECTORS)) == METHODS
+    assert kinds(",".join(KINDS)) == ALL_KINDS
+    assert tuple(sorted(scene_script.PROGRAMS)) == PROGRAMS
+    assert f"default {SURE_ENOUGH:g}," in COMMANDS["refine"].format_help()
+    told = " ".join(COMMANDS["inject"].format_help().split())
+    assert all(f"{name}: {p.text[:9].strip()}" in told for name, p in PROTOCOLS.items())
+
+
+def test_what_carries_a_command_out_is_there():
+    for parser in COMMANDS.values():
+        cells = parser.get_default("run").__closure__
+        if cells:  # of `deferred`, its free names in order of the alphabet
+            module, name = (cell.cell_contents for cell in cells)
+            assert callable(getattr(import_module(f"twistcore.cli.{module}"), name))
+
+
+@pytest.mark.parametrize("words", ["--version", "--help", "detect --help", "quamo -h"])
+def test_help_and_version_load_no_numpy(words):
+    code = f"""
+import sys
+from twistcore.cli import main
+try:
+    main({words.split()!r})
+except SystemExit:
+    pass
+sys.exit(any(name in sys.modules for name in ("numpy", "scipy", "tqdm", "shtab")))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("detect w.bvh --tau 200", "expected auto or degrees above 0 and up to 180, found '200'"),
+        ("detect w.bvh --tau 0", "above 0 and up to 180, found '0'"),
+        ("detect w.bvh --tau nan", "up to 180, found 'nan'"),
+        ("batch w.bvh -o out --tau 181", "up to 180, found '181'"),
+        ("tune w.bvh -o p.toml --smallest 181", "up to 180, found '181'"),
+        ("detect w.bvh --fps 0", "expected 1 to 10000 frames a second, found '0'"),
+        ("info w.bvh --fps 1e9", "expected 1 to 10000 frames a second, found '1e9'"),
+        ("refine w.bvh -o o.bvh --min-confidence 2", "expected a number from 0 to 1, found '2'"),
+        ("refine w.bvh -o o.bvh --min-confidence nan", "from 0 to 1, found 'nan'"),
+        ("batch w.bvh -o out --min-confidence -1", "from 0 to 1, found '-1'"),
+        ("detect w.bvh --fail-over -1", "expected a whole number from 0, found '-1'"),
+        ("tune w.bvh -o p.toml --seeds -1", "expected a whole number from 0, found '-1'"),
+        ("tune w.bvh -o p.toml --workers -2", "expected a whole number above 0, found '-2'"),
+        ("diff a b --workers 5000", "above 0 and up to 1,024, found '5000'"),
+        ("benchmark f --seeds 1000001", "above 0 and up to 1,000,000, found '1000001'"),
+        ("benchmark f --seed x", "expected a whole number from 0 of at most 18 digits, found 'x'"),
+        ("quamo refine w.bvh -o o.bvh --kp inf", "expected a number, found 'inf'"),
+        ("quamo noise w.bvh -o o.bvh --bursts -1", "expected a number from 0, found '-1'"),
+        ("export s w.bvh --script maya -o k.py --fps -5", "frames a second, found '-5'"),
+    ],
+)
+def test_a_number_beyond_its_limits_is_refused_in_one_sentence(capsys, words, said):
+    code, out, err = run(capsys, *words.split())
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert said in err
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_a_shell_s_completion_names_commands_and_options(capsys, shell):
+    code, out, err = run(capsys, "completion", shell)
+    assert (code, err) == (0, "")
+    for word in ("detect", "quamo", "min-confidence", "root-position"):
+        assert word in out
+
+
+@pytest.mark.skipif(os.name != "posix" or not shutil.which("bash"), reason="no bash")
+def test_bash_completes(capsys, tmp_path):
+    script = tmp_path / "complete.bash"
+    script.write_text(run(capsys, "completion", "bash")[1])
+    ask = (
+        f"source {script}; COMP_WORDS=(twistcore quamo no); COMP_CWORD=2; "
+        "_shtab_twistcore; echo ${COMPREPLY[@]}"
+    )
+    done = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, check=True)
+    assert done.stdout == "noise\n"

@@ -1,0 +1,96 @@
+"""Clips as a command's words choose them: read, with their chains, analysed, one or many."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from twistcore.analysis import ALL_KINDS, ClipAnalysis, Detection, analyse
+from twistcore.bvh import parse_bvh
+from twistcore.cli.arguments.argument_types import STANDARD_INPUT
+from twistcore.cli.output import note, step
+from twistcore.clip import Clip
+from twistcore.errors import TwistError
+from twistcore.formats import read_clip
+from twistcore.processes import reason
+from twistcore.rig import AS_FOUND, Rig, read_rig
+from twistcore.tuning import read_profile
+
+Found = TypeVar("Found")
+
+
+def clip_name(path: Path) -> str:
+    """As it was given."""
+    return "-" if path == STANDARD_INPUT else str(path)
+
+
+def open_clip(path: Path, *, fps: float | None = None) -> Clip:
+    """Read a clip, a BVH from standard input; fps: instead of the file's. Raises TwistError."""
+    with step(f"  {clip_name(path)}: read"):
+        if path != STANDARD_INPUT:
+            return read_clip(path, fps=fps)
+        if sys.stdin is None:
+            raise TwistError("-: expected a BVH on standard input, which is closed")
+        return parse_bvh(sys.stdin.buffer.read(), "standard input", fps=fps)
+
+
+def look_at(
+    clips: Sequence[Path], work: Callable[[Path], Found]
+) -> tuple[list[Found], list[tuple[str, str]]]:
+    """What `work` makes of every clip; names of those that could not be processed, and why.
+
+    Of one clip alone its error is raised, as it is if standard input is named twice.
+    """
+    if clips.count(STANDARD_INPUT) > 1:
+        raise TwistError("-: expected standard input once")
+    if len(clips) == 1:
+        return [work(clips[0])], []
+    found, failed = [], []
+    for path in clips:
+        try:
+            found.append(work(path))
+        except (TwistError, OSError) as error:
+            failed.append((clip_name(path), reason(path, error)))
+    return found, failed
+
+
+def failed_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
+    """As documents list them."""
+    return [{"clip": name, "reason": why} for name, why in failed]
+
+
+def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
+    """The clip with the chains of --rig, or those of them that --chain names."""
+    rig = chosen_rig(arguments)
+    try:
+        rig.chains(clip.motion)
+    except TwistError as error:
+        raise TwistError(f"{arguments.rig}: {error}, as {clip.path} has it") from None
+    return analyse(clip, getattr(arguments, "chain", None), rig)
+
+
+def chosen_rig(arguments: argparse.Namespace) -> Rig:
+    """That of --rig."""
+    return read_rig(arguments.rig) if arguments.rig else AS_FOUND
+
+
+def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
+    """The intervals by --chain, --kinds, --method, --tau and --profile, which goes before --tau."""
+    with step(f"  {clip.path}: analysed and searched"):
+        return _detected(arguments, clip)
+
+
+def _detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
+    analysis, method = analysed(arguments, clip), arguments.method
+    kinds = ALL_KINDS if arguments.kinds is None else arguments.kinds
+    if not arguments.profile:
+        return analysis.detect(method, kinds=kinds, tau_radians=arguments.tau)
+    profile = read_profile(arguments.profile)
+    if profile.method not in ("", method):
+        note(f"{arguments.profile}: note: tuned for detector {profile.method}, used with {method}")
+    given = {} if arguments.tau is None else {c.name: arguments.tau for c in analysis.chains}
+    given |= profile.of(analysis.chains_and_limbs)
+    return analysis.detect(method, kinds=kinds, tau_radians=given)

@@ -1,0 +1,32 @@
+"""`twistcore completion`: a script by which a shell completes this command's words.
+
+By shtab, which writes the script from the parser once: nothing runs at a press of Tab.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from twistcore.cli.arguments import argument_types
+from twistcore.cli.parser import commands_of, make_parser
+from twistcore.errors import TwistError
+
+_FILES = (Path, argument_types.target, argument_types.readable)
+
+
+def completion(arguments: argparse.Namespace) -> int:
+    """Print the script."""
+    try:
+        import shtab
+    except ImportError:
+        raise TwistError("completion: expected the package shtab; pip install shtab") from None
+    parser = make_parser()
+    for _, leaf in commands_of(parser):
+        for action in leaf._actions:
+            if action.type in _FILES:
+                action.complete = shtab.FILE  # type: ignore[attr-defined]
+            elif action.type is argument_types.folder:
+                action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]
+    print(shtab.complete(parser, arguments.shell))
+    return 0

@@ -1,0 +1,88 @@
+"""`twistcore signals`: the curves that errors are found in, as CSV or JSON."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import math
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twistcore.analysis import ClipAnalysis
+from twistcore.atomic import write_atomically
+from twistcore.cli.clip_inputs import analysed, clip_name, failed_to_json, look_at, open_clip
+from twistcore.cli.interval_words import tell_no_chain
+from twistcore.cli.output import print_json, refuse_overwrite, step, tell_problems
+from twistcore.encoding import encoded
+from twistcore.errors import TwistError
+from twistcore.rotation import Array
+from twistcore.signals import TwistSignals
+
+_COLUMNS = (
+    "theta_p_deg", "theta_c_deg", "dtheta_p_deg", "dtheta_c_deg", "m_deg", "swing_reliability",
+    "azimuth_reliability",
+)  # fmt: skip
+_DECIMALS = 6
+
+
+def signals(arguments: argparse.Namespace) -> int:
+    """Signals of clips: one line a chain and frame, degrees; of several, with the clip's name."""
+    if not (arguments.csv or arguments.json):
+        raise TwistError("signals: expected --csv FILE or --json")
+    if arguments.csv:
+        rig = [arguments.rig] if arguments.rig else []
+        refuse_overwrite([arguments.csv], [*arguments.clips, *rig])
+    found, failed = look_at(arguments.clips, partial(_analysis, arguments))
+    if found and arguments.csv:
+        with step(f"  {arguments.csv}: written"):
+            several = len(arguments.clips) > 1
+            write_atomically(arguments.csv, encoded(_table(found, several=several)))
+    if found and arguments.json:
+        clips = [_to_json(name, analysis) for name, analysis in found]
+        document = {"schema": "twistcore.signals/1", "clips": clips}
+        print_json(document | {"failed": failed_to_json(failed)})
+    mute = [tell_no_chain(name, analysis.chains) for name, analysis in found]
+    return max([tell_problems([why for _, why in failed], len(found)), *mute])
+
+
+def _analysis(arguments: argparse.Namespace, path: Path) -> tuple[str, ClipAnalysis]:
+    analysis = analysed(arguments, open_clip(path, fps=arguments.fps))
+    if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
+        raise TwistError(f"{clip_name(path)}: expected a chain, found the limb {named[0].name}")
+    return clip_name(path), analysis
+
+
+def _values(s: TwistSignals) -> Array:
+    """The columns, shape (frames, 7)."""
+    angles = np.degrees([s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c, s.strength]).T
+    return np.hstack([angles, np.stack([s.swing_reliability, s.azimuth_reliability], axis=1)])
+
+
+def _table(found: list[tuple[str, ClipAnalysis]], *, several: bool) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*(["clip"] if several else []), "chain", "frame", *_COLUMNS])
+    for clip, analysis in found:
+        for name, curves in analysis.signals.items():
+            begin = [clip, name] if several else [name]
+            for frame, row in enumerate(_values(curves).tolist()):
+                writer.writerow([*begin, frame, *(f"{v:.{_DECIMALS}f}" for v in row)])
+    return out.getvalue()
+
+
+def _to_json(name: str, analysis: ClipAnalysis) -> dict[str, Any]:
+    chains = []
+    for chain, curves in analysis.signals.items():
+        columns = zip(_COLUMNS, _values(curves).T.tolist(), strict=True)
+        chains.append({"chain": chain} | {column: _rounded(v) for column, v in columns})
+    motion = analysis.motion
+    return {"clip": name, "frames": motion.frames, "fps": motion.fps, "chains": chains}
+
+
+def _rounded(values: list[float]) -> list[float | None]:
+    """Null where an angle is not defined."""
+    return [round(v, _DECIMALS) if math.isfinite(v) else None for v in values]
