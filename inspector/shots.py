@@ -1,4 +1,4 @@
-"""Pictures of the real window for the docs: `python dev.py shot`."""
+"""Pictures and the film of the real window for the docs: `python dev.py shot [film]`."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from PySide6.QtGui import QImage
 
 from inspector.app import make_application
 from inspector.bundled import EXERCISES, FLIPPED, LESSONS, SAMPLE, TOUR
+from inspector.recording.choice import Contents, RecordChoice
 from inspector.session.settings import Settings
 from inspector.viewport import opengl
 from twistcore.decomposition import WhatIf
@@ -36,12 +37,21 @@ _DOCK_TITLE = 32  # pixels
 _SEED = 5  # of the exercise
 _NOISY_FRAME = 200  # of a clip with synthetic noise
 _PICTURED = 3  # page of a lesson other than the tour
+_FILM = RecordChoice(
+    IMAGES / "skin.gif", first=50, stop=170, speed=0.2, size=(800, 420),
+    contents=Contents(curves=False), replace=True,
+)  # fmt: skip
+_FILMED = "RightUpLeg"  # of the sample, wrung in frames 59-74 and 149-161
 
 
 def main() -> int:
-    """Take every picture; returns the exit code."""
+    """Take every picture and the film, or the film alone; returns the exit code."""
     make_application()
     from inspector.window.main_window import MainWindow
+
+    film(MainWindow(Settings(theme="dark", turn_ms=0, reviewer_asked=True), None))
+    if sys.argv[1:] == ["film"]:
+        return 0
 
     def trails(window: MainWindow) -> None:
         act(window, "trails", "view_iso")
@@ -169,6 +179,26 @@ def main() -> int:
     lead(window)
     window.close()
     return 0
+
+
+def film(window: MainWindow) -> None:
+    """The README's: the striped skin before and after, a fifth as fast as captured."""
+    document = window.document
+    with tempfile.TemporaryDirectory() as folder:
+        window.resize(*_SIZE)
+        window.show()
+        window.open_path(Path(shutil.copy(SAMPLE, folder)))
+        wait_for(lambda: document.data)
+        document.decide(Decision.ACCEPTED, [judged.id for judged in document.intervals])
+        document.select_chain(_FILMED)
+        document.go_to(_FILM.first)
+        act(window, "skin", "side_by_side", "focus_chain")
+        wait(_SETTLE_MS)
+        window.record_actions.record(_FILM)
+        wait_for(lambda: not window.recorder.running)
+        document.review.mark_saved()
+        window.close()
+    print(_FILM.path.relative_to(IMAGES.parent.parent))
 
 
 def lead(window: MainWindow) -> None:
