@@ -1,4 +1,4 @@
-"""Pictures and the film of the real window for the docs: `python dev.py shot [film]`."""
+"""Pictures and the film of the real window for the docs: `python dev.py shot [NAME…]`."""
 
 from __future__ import annotations
 
@@ -45,13 +45,12 @@ _FILMED = "RightUpLeg"  # of the sample, wrung in frames 59-74 and 149-161
 
 
 def main() -> int:
-    """Take every picture and the film, or the film alone; returns the exit code."""
+    """Take every picture and the film, or of those of one clip the named ones; the exit code."""
     make_application()
+    from inspector.window.export_dialog import ExportDialog
     from inspector.window.main_window import MainWindow
 
-    film(MainWindow(Settings(theme="dark", turn_ms=0, reviewer_asked=True), None))
-    if sys.argv[1:] == ["film"]:
-        return 0
+    named = sys.argv[1:]
 
     def trails(window: MainWindow) -> None:
         act(window, "trails", "view_iso")
@@ -127,6 +126,14 @@ def main() -> int:
         document.select_interval(flips[-1], jump=True)
         document.go_to(document.frame + 1)
 
+    def export(window: MainWindow) -> None:
+        dialog = ExportDialog(window.document, window)
+        dialog.path.setText("walk_injected_refined.bvh")
+        dialog.show()
+        wait(_SETTLE_MS)
+        keep(dialog.grab().toImage(), "export")
+        dialog.close()
+
     pictures: tuple[tuple[str, str, Callable[[MainWindow], None]], ...] = (
         ("inspector", "system", act),
         ("inspector-dark", "dark", act),
@@ -134,6 +141,7 @@ def main() -> int:
         ("skin-side-by-side", "dark", lambda w: act(w, "skin", "side_by_side")),
         ("trails", "system", trails),
         ("folder", "system", queue),
+        ("export", "system", export),
         ("both-detectors", "system", lambda w: act(w, "both_detectors")),
         ("presentation", "dark", lambda w: act(w, "presentation")),
         ("without-opengl", "system", act),
@@ -145,9 +153,13 @@ def main() -> int:
         ("tracking", "dark", tracking),
     )
     IMAGES.mkdir(parents=True, exist_ok=True)
+    if not named or _FILM.path.stem in named:
+        film(MainWindow(Settings(theme="dark", turn_ms=0, reviewer_asked=True), None))
     with tempfile.TemporaryDirectory() as folder:
         clip = Path(shutil.copy(SAMPLE, folder))
         for name, theme, prepare in pictures:
+            if named and name not in named:
+                continue
             none = patch.object(opengl, "renderer_name", return_value="")
             with none if name == "without-opengl" else nullcontext():
                 window = MainWindow(Settings(theme=theme, reviewer_asked=True), None)
@@ -163,10 +175,13 @@ def main() -> int:
             prepare(window)
             if prepare not in (trails, tracking):
                 act(window, "focus_chain")
-            save(window, name)
+            if prepare != export:
+                save(window, name)
             window.document.review.mark_saved()
             window.close()
             wait(50)
+    if named:
+        return 0
     window = MainWindow(Settings(turn_ms=0, reviewer_asked=True), None)
     act(window, "why_quaternions")
     trackers = window.lesson_actions.five_trackers
