@@ -127,6 +127,8 @@ def main() -> int:
         document.go_to(document.frame + 1)
 
     def export(window: MainWindow) -> None:
+        every = [judged.id for judged in window.document.intervals]
+        window.document.decide(Decision.ACCEPTED, every)
         dialog = ExportDialog(window.document, window)
         dialog.path.setText("walk_injected_refined.bvh")
         dialog.show()
