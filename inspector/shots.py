@@ -1,4 +1,4 @@
-"""Pictures of the real window for the docs: `python dev.py shot`."""
+"""Pictures and the film of the real window for the docs: `python dev.py shot [NAME…]`."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from PySide6.QtGui import QImage
 
 from inspector.app import make_application
 from inspector.bundled import EXERCISES, FLIPPED, LESSONS, SAMPLE, TOUR
+from inspector.recording.choice import Contents, RecordChoice
 from inspector.session.settings import Settings
 from inspector.viewport import opengl
 from twistcore.decomposition import WhatIf
@@ -36,12 +37,20 @@ _DOCK_TITLE = 32  # pixels
 _SEED = 5  # of the exercise
 _NOISY_FRAME = 200  # of a clip with synthetic noise
 _PICTURED = 3  # page of a lesson other than the tour
+_FILM = RecordChoice(
+    IMAGES / "skin.gif", first=50, stop=170, speed=0.2, size=(800, 420),
+    contents=Contents(curves=False), replace=True,
+)  # fmt: skip
+_FILMED = "RightUpLeg"  # of the sample, wrung in frames 59-74 and 149-161
 
 
 def main() -> int:
-    """Take every picture; returns the exit code."""
+    """Take every picture and the film, or of those of one clip the named ones; the exit code."""
     make_application()
+    from inspector.window.export_dialog import ExportDialog
     from inspector.window.main_window import MainWindow
+
+    named = sys.argv[1:]
 
     def trails(window: MainWindow) -> None:
         act(window, "trails", "view_iso")
@@ -117,6 +126,14 @@ def main() -> int:
         document.select_interval(flips[-1], jump=True)
         document.go_to(document.frame + 1)
 
+    def export(window: MainWindow) -> None:
+        dialog = ExportDialog(window.document, window)
+        dialog.path.setText("walk_injected_refined.bvh")
+        dialog.show()
+        wait(_SETTLE_MS)
+        keep(dialog.grab().toImage(), "export")
+        dialog.close()
+
     pictures: tuple[tuple[str, str, Callable[[MainWindow], None]], ...] = (
         ("inspector", "system", act),
         ("inspector-dark", "dark", act),
@@ -124,6 +141,7 @@ def main() -> int:
         ("skin-side-by-side", "dark", lambda w: act(w, "skin", "side_by_side")),
         ("trails", "system", trails),
         ("folder", "system", queue),
+        ("export", "system", export),
         ("both-detectors", "system", lambda w: act(w, "both_detectors")),
         ("presentation", "dark", lambda w: act(w, "presentation")),
         ("without-opengl", "system", act),
@@ -135,9 +153,13 @@ def main() -> int:
         ("tracking", "dark", tracking),
     )
     IMAGES.mkdir(parents=True, exist_ok=True)
+    if not named or _FILM.path.stem in named:
+        film(MainWindow(Settings(theme="dark", turn_ms=0, reviewer_asked=True), None))
     with tempfile.TemporaryDirectory() as folder:
         clip = Path(shutil.copy(SAMPLE, folder))
         for name, theme, prepare in pictures:
+            if named and name not in named:
+                continue
             none = patch.object(opengl, "renderer_name", return_value="")
             with none if name == "without-opengl" else nullcontext():
                 window = MainWindow(Settings(theme=theme, reviewer_asked=True), None)
@@ -153,10 +175,13 @@ def main() -> int:
             prepare(window)
             if prepare not in (trails, tracking):
                 act(window, "focus_chain")
-            save(window, name)
+            if prepare != export:
+                save(window, name)
             window.document.review.mark_saved()
             window.close()
             wait(50)
+    if named:
+        return 0
     window = MainWindow(Settings(turn_ms=0, reviewer_asked=True), None)
     act(window, "why_quaternions")
     trackers = window.lesson_actions.five_trackers
@@ -169,6 +194,26 @@ def main() -> int:
     lead(window)
     window.close()
     return 0
+
+
+def film(window: MainWindow) -> None:
+    """The README's: the striped skin before and after, a fifth as fast as captured."""
+    document = window.document
+    with tempfile.TemporaryDirectory() as folder:
+        window.resize(*_SIZE)
+        window.show()
+        window.open_path(Path(shutil.copy(SAMPLE, folder)))
+        wait_for(lambda: document.data)
+        document.decide(Decision.ACCEPTED, [judged.id for judged in document.intervals])
+        document.select_chain(_FILMED)
+        document.go_to(_FILM.first)
+        act(window, "skin", "side_by_side", "focus_chain")
+        wait(_SETTLE_MS)
+        window.record_actions.record(_FILM)
+        wait_for(lambda: not window.recorder.running)
+        document.review.mark_saved()
+        window.close()
+    print(_FILM.path.relative_to(IMAGES.parent.parent))
 
 
 def lead(window: MainWindow) -> None:
