@@ -33,6 +33,7 @@ extensions = [
     "command_reference",
     "greek_search",
     "mathml",
+    "reading_aids",
     "written_types",
 ]
 exclude_patterns = ["_*", "**.ipynb_checkpoints"]

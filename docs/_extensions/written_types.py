@@ -1,6 +1,6 @@
-"""Signatures with the types as they stand in the code, docstrings with |x| as it stands there.
+"""Signatures with the types as they stand in the code, docstrings with |x| and @x as they stand there.
 
-Evaluated, `Array` would be four lines of numpy's own; and |x| is a substitution to docutils.
+Evaluated, `Array` would be four lines of numpy's own; |x| is a substitution to docutils, '@x' mail.
 """
 
 from __future__ import annotations
@@ -27,19 +27,21 @@ def _as_written(
         signature = inspect.signature(obj)
     except (TypeError, ValueError):
         return None
+    if inspect.isclass(obj):
+        signature = signature.replace(return_annotation=inspect.Signature.empty)
     words = list(signature.parameters.values())
     if words and words[0].name in ("self", "cls"):
         signature = signature.replace(parameters=words[1:])
     text = stringify_signature(signature)
-    arguments, _, returns = text.rpartition(" -> ") if " -> " in text else (text, "", "")
-    return arguments, returns
+    arguments, _, returns = text.partition(") -> ")
+    return (f"{arguments})", returns) if returns else (text, "")
 
 
-def _plain_bars(
+def _plain_letters(
     app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]
 ) -> None:
     parts = re.split(r"(`+[^`]*`+)", "\n".join(lines))
-    parts[::2] = [part.replace("|", r"\|") for part in parts[::2]]
+    parts[::2] = [re.sub(r"([|@])", r"\\\1", part) for part in parts[::2]]
     lines[:] = "".join(parts).split("\n")
 
 
@@ -61,6 +63,6 @@ def _by_last_name(
 def setup(app: Sphinx) -> dict[str, bool]:
     """Three places where autodoc lets others have a say."""
     app.connect("autodoc-process-signature", _as_written)
-    app.connect("autodoc-process-docstring", _plain_bars)
+    app.connect("autodoc-process-docstring", _plain_letters)
     app.connect("missing-reference", _by_last_name)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
