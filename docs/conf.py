@@ -44,7 +44,12 @@ smartquotes = False  # the text is typeset already, and `--json` has two hyphens
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4  # the names that GitHub and the window give to headings
-nb_execution_mode = "off"  # they are executed by tests/test_notebooks.py
+# Notebooks are stored without results: they are run, once for each state of theirs. A test that
+# wants the pages alone turns this off; whether they run is asked by tests/test_notebooks.py.
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(DOCS.parent / "build" / "notebooks")
+nb_execution_timeout = 180
+nb_execution_raise_on_error = True
 nb_merge_streams = True
 
 # --- the API, out of docstrings ------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""The documentation as a site: it builds without a warning, holds together, and needs no network."""
+"""The documentation as a site: it builds without a warning, holds together, needs no network."""
 
 from __future__ import annotations
 
@@ -63,6 +63,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Built once, from nothing: a page that is not read again says its warnings once only."""
     out = tmp_path_factory.mktemp("site")
     build = (sys.executable, "-m", "sphinx", "-q", "-b", "html", "-W", "--keep-going", "-n")
+    build = (*build, "-D", "nb_execution_mode=off")  # tests/test_notebooks.py runs them
     done = subprocess.run(
         [*build, "-d", str(out / "doctrees"), str(DOCS), str(out / "html")],
         cwd=ROOT, capture_output=True, text=True,
@@ -136,9 +137,11 @@ def test_every_picture_is_used_and_every_used_one_is_there() -> None:
 
 
 def test_equations_are_set_without_a_script(pages: dict[Path, Page], site: Path) -> None:
-    converted = 'import sys; sys.path.insert(0, "docs/_extensions"); import mathml; '
-    program = converted + r'print(mathml.convert(r"q = s\,t_a, \quad \theta_p = 2\arctan\tfrac{a}{w}"))'
-    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    equation = r"q = s\,t_a, \quad \theta_p = 2\arctan\tfrac{a}{w}"
+    program = f'import mathml; print(mathml.convert(r"{equation}"))'
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=DOCS / "_extensions", capture_output=True, text=True
+    )
     assert "<mfrac>" in done.stdout, done.stderr
     assert "<math" in done.stdout
     assert not list(site.rglob("*mathjax*"))
@@ -202,7 +205,9 @@ def test_pages_fit_a_phone_and_say_nothing_in_the_console(
 
 
 @needs_browser
-@pytest.mark.skipif(not AXE and not os.environ.get("CI"), reason="axe is not here: python3 dev.py test fetches it")
+@pytest.mark.skipif(
+    not AXE and not os.environ.get("CI"), reason="axe is not here: python3 dev.py test fetches it"
+)
 @pytest.mark.parametrize("dark", [False, True])
 def test_pages_are_for_everybody(browser: Browser, site: Path, dark: bool) -> None:
     browser.size(1280, 900, dark=dark)

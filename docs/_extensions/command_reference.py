@@ -8,6 +8,7 @@ import re
 import textwrap
 from collections.abc import Iterator
 from importlib import import_module
+from pathlib import Path
 from unittest.mock import patch
 
 from sphinx.application import Sphinx
@@ -15,6 +16,8 @@ from sphinx.application import Sphinx
 MARK = re.compile(r"^<!-- commands of (\S+):(\S+) -->$", re.MULTILINE)
 _WIDTH = "88"  # characters of a line of usage
 _MARKDOWN = re.compile(r"([\\`*_\[\]<>|])")
+
+_PAGE = re.compile(r"docs/([\w-]+)\.md")
 
 
 def reference(parser: argparse.ArgumentParser, about: str = "", level: int = 2) -> str:
@@ -33,7 +36,8 @@ def reference(parser: argparse.ArgumentParser, about: str = "", level: int = 2) 
 
 
 def _escaped(text: str) -> str:
-    return _MARKDOWN.sub(r"\\\1", text.strip())
+    """As Markdown that says just this; pages that are named become links."""
+    return _PAGE.sub(r"[\1](\1.md)", _MARKDOWN.sub(r"\\\1", text.strip()))
 
 
 def _sentence(text: str) -> str:
@@ -94,11 +98,10 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("source-read", _fill_in)
     app.connect(
         "env-get-outdated",
-        lambda app, env, *_: [p for p in env.found_docs if MARK.search(_text(env.doc2path(p)))],
+        lambda _, env, *__: [page for page in env.found_docs if _has_mark(env.doc2path(page))],
     )
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-def _text(path: os.PathLike[str]) -> str:
-    with open(path, encoding="utf-8") as file:
-        return file.read()
+def _has_mark(path: os.PathLike[str]) -> bool:
+    return bool(MARK.search(Path(path).read_text("utf-8")))

@@ -1,4 +1,4 @@
-"""Signatures with the types as they stand in the code, docstrings with |x| and @x as they stand there.
+"""Types and docstrings as they stand in the code.
 
 Evaluated, `Array` would be four lines of numpy's own; |x| is a substitution to docutils, '@x' mail.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from enum import Enum
 from typing import Any
 
 from docutils import nodes
@@ -28,6 +29,8 @@ def _as_written(
     except (TypeError, ValueError):
         return None
     if inspect.isclass(obj):
+        if issubclass(obj, Enum) or getattr(obj, "_is_protocol", False):
+            return "", ""  # nobody makes one by calling it
         signature = signature.replace(return_annotation=inspect.Signature.empty)
     words = list(signature.parameters.values())
     if words and words[0].name in ("self", "cls"):
