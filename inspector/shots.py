@@ -38,10 +38,10 @@ _SEED = 5  # of the exercise
 _NOISY_FRAME = 200  # of a clip with synthetic noise
 _PICTURED = 3  # page of a lesson other than the tour
 _FILM = RecordChoice(
-    IMAGES / "skin.gif", first=50, stop=170, speed=0.2, size=(800, 420),
+    IMAGES / "skin.gif", first=60, stop=180, speed=0.2, size=(800, 420),
     contents=Contents(curves=False), replace=True,
 )  # fmt: skip
-_FILMED = "RightUpLeg"  # of the sample, wrung in frames 59-74 and 149-161
+_FILMED = "RightUpLeg"  # of the sample, wrung in frames 59-74, where it begins, and 149-161
 
 
 def main() -> int:
@@ -127,6 +127,8 @@ def main() -> int:
         document.go_to(document.frame + 1)
 
     def export(window: MainWindow) -> None:
+        every = [judged.id for judged in window.document.intervals]
+        window.document.decide(Decision.ACCEPTED, every)
         dialog = ExportDialog(window.document, window)
         dialog.path.setText("walk_injected_refined.bvh")
         dialog.show()

@@ -27,7 +27,14 @@ from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.theme import Theme
 
 FIRST = "guide.md"
-_TOPICS = {"Guide": FIRST, "Keys": "shortcuts.md", "Teaching": "teaching.md", "Method": "method.md"}
+_TOPICS = {
+    "Guide": FIRST,
+    "Start": "start.md",
+    "Keys": "shortcuts.md",
+    "Teaching": "teaching.md",
+    "Method": "method.md",
+    "Limits": "limits.md",
+}
 _MARGIN = 24  # pixels around a page
 _SETTLE_MS = 150  # a window that is being resized
 _PICTURES = (".png", ".svg")
