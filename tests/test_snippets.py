@@ -40,6 +40,8 @@ PARSERS = {
 STANDS_FOR = {
     "CLIP": "walk_injected.bvh", "CLIP.bvh": "walk_injected.bvh", "A.bvh": "walk.bvh",
     "B.bvh": "walk_injected.bvh", "SESSION": "SESSION.twist.json", "take.bvh": "walk_injected.bvh",
+    "mine.bvh": "walk_injected.bvh",
+    "walk_injected_refined.bvh": "walk.bvh",
     "assets/walk_injected.bvh": "walk_injected.bvh", "assets/walk.bvh": "walk.bvh",
 }  # fmt: skip
 NUMBERS = {"HZ", "METRES", "SECONDS", "N", "DEG", "X"}
