@@ -10,7 +10,7 @@ from inspector import shots
 from inspector.bundled import DOCS
 
 # Those that show most: all docks with a review under way, and the tab that has most in it. Taken on
-# the same machine pictures are the same byte for byte; another one's fonts and drivers differ a little.
+# the same machine pictures are the same byte for byte; other fonts and drivers differ a little.
 TAKEN = ("inspector", "teaching")
 DRAWN_WITH = "DejaVu Sans"
 TILE = 12  # pixels
