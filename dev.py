@@ -7,6 +7,7 @@
     python3 dev.py check            lint, format, types, import contracts
     python3 dev.py bench [NAME]     every benchmark, or the one named
     python3 dev.py shot             take the pictures of docs/ from the real window
+    python3 dev.py docs [--links]   docs/ as a site in build/site; or whether links out of it work
 
 Every command sets up first; when nothing is to do that takes a moment. ARGS go to the program
 started. Only the standard library is used here, since nothing else is installed yet.
@@ -567,12 +568,26 @@ def command_shot(args: list[str]) -> int:
         return start([str(PYTHON), "-m", "inspector.shots", *args], env)
 
 
+def command_docs(args: list[str]) -> int:
+    """Build the site, where every warning is an error; with --links ask for what it links to."""
+    if args not in ([], ["--links"]):
+        raise SetupError(f"docs takes --links or nothing, but got: {' '.join(args)}")
+    way, where = ("linkcheck", "build/links") if args else ("html", "build/site")
+    # Warnings of a page are said when it is read: all are.
+    words = ["-m", "sphinx", "-q", "-E", "-W", "--keep-going", "-n", "-b", way, "docs", where]
+    status = start([str(PYTHON), *words], dict(os.environ))
+    if status == 0:
+        say("Every link out of docs/ works." if args else f"{ROOT / where / 'index.html'}")
+    return status
+
+
 COMMANDS = {
     "run": command_run,
     "test": command_test,
     "check": command_check,
     "bench": command_bench,
     "shot": command_shot,
+    "docs": command_docs,
 }
 
 
@@ -590,7 +605,7 @@ def main(argv: list[str]) -> int:
         return 2
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the screen is put away
     try:
-        ensure_system(windows=name != "check", tests=name == "test")
+        ensure_system(windows=name not in {"check", "docs"}, tests=name == "test")
         ensure_venv()
         if name == "test":
             ensure_axe()

@@ -172,7 +172,7 @@ def write_clip(
     In the clip's own format, atomically. Returns the jumps of angles that could not be avoided.
     Files without which it cannot be read are put beside it. Raises TwistError where the file that
     the clip was read from would be replaced, unless `replace_source`, where `path` ends as another
-    format does, or as :func:`write_companions`; OSError.
+    format does, or as `write_companions`; OSError.
     """
     path = Path(path)
     check_ending(clip, path)

@@ -37,7 +37,7 @@ _TOPICS = {
 }
 _MARGIN = 24  # pixels around a page
 _SETTLE_MS = 150  # a window that is being resized
-_PICTURES = (".png", ".svg")
+_PICTURES = (".png", ".svg", ".gif")  # of a film its first frame
 _SOLID = QTextFrameFormat.BorderStyle.BorderStyle_Solid
 _Type = QTextDocument.ResourceType
 

@@ -57,7 +57,7 @@ def survey_folder(
 ) -> list[ClipSurvey]:
     """All clips of a folder, worst first; those that cannot be read, last, say why.
 
-    Less what this program wrote of one of them: :func:`exports_beside.exports_among`.
+    Less what this program wrote of one of them: `exports_beside.exports_among`.
     """
     paths = without_exports(clips_in(Path(folder)))
     found = [

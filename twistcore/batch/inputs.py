@@ -23,7 +23,7 @@ class Source:
     """A clip that is meant.
 
     path: absolute, or a URL; name: below its input, with '/', unique among all; size: bytes, 0 if
-    unknown; signature: see :func:`clip_task.signature_of`, '' if unknown; settled: whether a change
+    unknown; signature: see `clip_task.signature_of`, '' if unknown; settled: whether a change
     since would show in that.
     """
 
@@ -54,7 +54,7 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
     goes over folders with the same exceptions, '@FILE' for a list with a word a line, '@-' or
     '-' for one on standard input, or a URL of a file or folder. Of a folder or a pattern on this
     machine those are left out that are exports of others of it:
-    :func:`exports_beside.exports_among`. without: a folder that is left out, where it lies below
+    `exports_beside.exports_among`. without: a folder that is left out, where it lies below
     another. TwistError where something in that is named itself, a list cannot be read, or there is
     no clip at all.
     """

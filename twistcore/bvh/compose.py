@@ -21,7 +21,7 @@ def write_motion(motion: Motion, path: str | Path) -> None:
     """Write a motion as a BVH of its own, whatever it was made from; what is there is replaced.
 
     Read back, it is the same skeleton (joints depth first, as in every BVH) and motion, to six
-    decimals of degrees and of the length unit; see :func:`bvh_text` for the channels. A corrected
+    decimals of degrees and of the length unit; see `bvh_text` for the channels. A corrected
     clip is better written by :func:`write_clip <twistcore.bvh.write_clip>`, which keeps its bytes.
 
     Atomically. Raises TwistError where the motion is empty, has a number that is not finite or a

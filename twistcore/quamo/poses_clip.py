@@ -35,7 +35,7 @@ def read_poses(
     """A clip, in metres and y up, made of one person's poses in a file (docs/quamo.md, *Use*).
 
     Lengths come from a BVH `template` with the 24 joints, whose rest pose may be another than
-    SMPL's (:mod:`rest_pose <twistcore.quamo.rest_pose>`), or from an array `offsets` (24, 3) in
+    SMPL's (`rest_pose`), or from an array `offsets` (24, 3) in
     metres: the rest that the poses are relative to, and where the root rests, with a template too.
     unit: metres in one unit of the template, CMU's as a rule. up: the axis that points up in the
     file, 'y', 'z' or '-y'; None: as the layout has it, or as the figure stands. person: who, where

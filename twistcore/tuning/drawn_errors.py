@@ -59,7 +59,7 @@ class DrawnErrors:
     def band(self) -> tuple[Array, Array]:
         """Where the FSR of all such errors lies, by these: 95 % confidence, (n,) each.
 
-        Of each protocol by itself :meth:`_wilson`, then together as [Zou & Donner 2008] add bounds:
+        Of each protocol by itself `_wilson`, then together as [Zou & Donner 2008] add bounds:
         how many frames each protocol has is no chance.
         """
         if not self.frames.sum():

@@ -1,0 +1,107 @@
+"""Every command with its words, out of the parsers themselves, where a page has the mark for it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import textwrap
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from unittest.mock import patch
+
+from sphinx.application import Sphinx
+
+MARK = re.compile(r"^<!-- commands of (\S+):(\S+) -->$", re.MULTILINE)
+_WIDTH = "88"  # characters of a line of usage
+_MARKDOWN = re.compile(r"([\\`*_\[\]<>|])")
+
+_PAGE = re.compile(r"docs/([\w-]+)\.md")
+
+
+def reference(parser: argparse.ArgumentParser, about: str = "", level: int = 2) -> str:
+    """A parser and all below it as Markdown, each under a heading that is its command."""
+    name = parser.prog
+    about = about or parser.description or ""
+    lines = [f"{'#' * level} {name}", _sentence(about), f"```text\n{_usage(parser)}\n```"]
+    lines += list(_words(parser))
+    if parser.epilog:
+        lines.append(f"```sh\n{_lines(parser.epilog, name)}\n```")
+    below = next((a for a in parser._actions if isinstance(a, argparse._SubParsersAction)), None)
+    helps = {choice.dest: choice.help or "" for choice in below._choices_actions} if below else {}
+    for word, child in below.choices.items() if below else ():
+        lines.append(reference(child, helps.get(word, ""), level + 1))
+    return "\n\n".join(line for line in lines if line)
+
+
+def _escaped(text: str) -> str:
+    """As Markdown that says just this; pages that are named become links."""
+    return _PAGE.sub(r"[\1](\1.md)", _MARKDOWN.sub(r"\\\1", text.strip()))
+
+
+def _sentence(text: str) -> str:
+    text = _escaped(text)
+    if not text:
+        return ""
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+
+
+def _usage(parser: argparse.ArgumentParser) -> str:
+    if hasattr(parser, "color"):
+        parser.color = False
+    with patch.dict(os.environ, {"COLUMNS": _WIDTH}):
+        return parser.format_usage().removeprefix("usage: ").rstrip()
+
+
+def _words(parser: argparse.ArgumentParser) -> Iterator[str]:
+    """One list: the places and options, but for --help, which all have."""
+    entries = []
+    for action in parser._actions:
+        if isinstance(action, argparse._HelpAction | argparse._SubParsersAction):
+            continue
+        text = (action.help or "") % {**vars(action), "prog": parser.prog}
+        text = " ".join(text.split())
+        if action.choices:
+            text += f"{'; ' if text else ''}one of {', '.join(map(str, action.choices))}"
+            text += f"; default {action.default}" if action.default is not None else ""
+        says = f": {_escaped(text)}" if text else ""
+        entries.append(f"- {_spelled(action)}{says}")
+    yield "\n".join(entries)
+
+
+def _spelled(action: argparse.Action) -> str:
+    """`-o OUT`, `--output OUT`: as they are typed."""
+    places = action.metavar or (action.dest.upper() if not action.choices else "CHOICE")
+    place = " ".join(places) if isinstance(places, tuple) else places
+    if not action.option_strings:
+        return f"`{place}`"
+    value = "" if action.nargs == 0 else f" {place}"
+    more = " …" if action.nargs in ("+", "*") else ""
+    return ", ".join(f"`{word}{value}{more}`" for word in action.option_strings)
+
+
+def _lines(epilog: str, name: str) -> str:
+    """The examples of an epilog."""
+    return textwrap.dedent(epilog % {"prog": name}).strip()
+
+
+def _fill_in(app: Sphinx, page: str, source: list[str]) -> None:
+    def commands(found: re.Match[str]) -> str:
+        return reference(getattr(import_module(found[1]), found[2])())
+
+    source[0] = MARK.sub(commands, source[0])
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Pages with a mark are read anew each time: nothing tells when a parser has changed."""
+    app.connect("source-read", _fill_in)
+    app.connect(
+        "env-get-outdated",
+        lambda _, env, *__: [page for page in env.found_docs if _has_mark(env.doc2path(page))],
+    )
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _has_mark(path: os.PathLike[str]) -> bool:
+    return bool(MARK.search(Path(path).read_text("utf-8")))

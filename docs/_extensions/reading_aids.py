@@ -1,0 +1,45 @@
+"""What people who hear pages or have keys only need, and the theme leaves out."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+_MENDED = (
+    # A heading says how deep it is, one of two side columns which of them it is.
+    (re.compile(r'(<p class="caption" role="heading")>'), r'\1 aria-level="2">'),
+    (re.compile(r'(<aside class="sidebar-drawer")>'), r'\1 aria-label="All pages">'),
+    (re.compile(r'(<aside class="toc-drawer[^"]*")>'), r'\1 aria-label="This page">'),
+    # What scrolls can be reached.
+    (re.compile(r'(<div class="highlight"><pre)>'), r'\1 tabindex="0">'),
+    # Parameters that stand in lines of their own are no list of definitions: it has no words.
+    (re.compile(r"<dl>\n((?:<dd>(?:(?!</?d[ld]\b).)*</dd>\n)+)</dl>", re.DOTALL), "LINES"),
+)
+
+
+def mended(text: str) -> str:
+    """A page with what was left out; one that has it stays as it is."""
+    for pattern, instead in _MENDED:
+        text = pattern.sub(_lines if instead == "LINES" else instead, text)
+    return text
+
+
+def _lines(found: re.Match[str]) -> str:
+    lines = found[1].replace("<dd>", '<span class="parameter-line">').replace("</dd>", "</span>")
+    return f"{lines}"
+
+
+def _mend(app: Sphinx, error: Exception | None) -> None:
+    if error is None and app.builder.format == "html":
+        for page in Path(app.outdir).rglob("*.html"):
+            text = page.read_text("utf-8")
+            if (better := mended(text)) != text:
+                page.write_text(better, "utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Once all pages are written."""
+    app.connect("build-finished", _mend)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
