@@ -85,7 +85,7 @@ TEST_MINUTES = "15 to 20 minutes on two cores"
 # What pip and uv say where the index cannot be reached, or is not trusted.
 CERTIFICATE = re.compile(r"certificate|SSLError|UnknownIssuer", re.IGNORECASE)
 CONNECTION = re.compile(
-    r"connection|network|name resolution|resolve host|dns|timed out|unreachable|no route",
+    r"connection|network|resolv|\bdns\b|timed out|unreachable|no route",
     re.IGNORECASE,
 )
 

@@ -28,8 +28,8 @@ _NOT_INSTALLED = (
     "twistcore works without it."
 )
 _NO_SCREEN = (
-    "no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
-    "twistcore works without one."
+    "no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); twistcore works "
+    "without one, and xvfb-run (Debian: xvfb and xauth) gives --screenshot a virtual one."
 )
 
 
