@@ -205,6 +205,17 @@ def test_start_passes_the_exit_status_on():
     assert dev.start(killed, dict(os.environ)) == 128 + signal.SIGTERM
 
 
+def test_what_drivers_say_of_a_virtual_screen_is_left_out(capfd):
+    noise = ["libGL error: failed to load driver: swrast", "MESA: error: ZINK: no pdev"]
+    kept = ["twist-inspector: a.bvh: there is no such file.", "Traceback: GL was not found"]
+    code = f"import sys; print(*{noise + kept!r}, sep='\\n', file=sys.stderr); print('out')"
+    with dev.without_driver_noise() as errors:
+        assert dev.start([sys.executable, "-c", code], dict(os.environ), errors=errors) == 0
+    out, said = capfd.readouterr()
+    assert said.splitlines() == kept
+    assert out == "out\n"
+
+
 def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
     bare_project, monkeypatch, capsys
 ):
