@@ -17,21 +17,32 @@ from __future__ import annotations
 
 import collections
 import contextlib
-import ctypes
 import hashlib
 import importlib.util
 import os
+import re
 import select
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 from xml.etree import ElementTree
+
+# Nothing but the standard library there, either.
+from inspector.system_libraries import (
+    FONT_PACKAGE,
+    has_font,
+    has_screen,
+    install_command,
+    missing_libraries,
+)
+from twistcore.clip_suffixes import clip_suffix
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -46,21 +57,6 @@ OUT = ROOT / "out"
 PACKAGES = ["inspector", "twistcore"]
 OLDEST_PYTHON = (3, 11)
 
-# What Qt and VTK load from the system, and the Debian package that brings it. They are looked up
-# by soname, not in a package database, so that the check is right on every distribution.
-LIBRARIES = {
-    "libGL.so.1": "libgl1",
-    "libEGL.so.1": "libegl1",
-    "libxkbcommon.so.0": "libxkbcommon0",
-    "libglib-2.0.so.0": "libglib2.0-0",
-    "libfontconfig.so.1": "libfontconfig1",
-    "libdbus-1.so.3": "libdbus-1-3",
-    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
-    "libxcb-cursor.so.0": "libxcb-cursor0",
-    "libxcb-icccm.so.4": "libxcb-icccm4",
-    "libxcb-keysyms.so.1": "libxcb-keysyms1",
-    "libxcb-shape.so.0": "libxcb-shape0",
-}
 # The virtual screen, and the software OpenGL driver that draws on it.
 XVFB_PACKAGES = ["xvfb", "libgl1-mesa-dri"]
 # Tests that use the program as a person does have a screen of their own, where nothing else is
@@ -83,7 +79,20 @@ LONG = (
     *("nothing_lost", "taken_away", "kill", "test_looks", "starts_and_ends"),
     *("by_hand", "uncovered", "in_browser", "test_teaching", "test_tour"),
 )
-FONT_PACKAGE = "fonts-dejavu-core"  # with no font at all Qt draws boxes for letters
+# Measured with every extra and tool: on the disk, and with what pip unpacks beside it on the way.
+VENV_GB, SETUP_GB = 2.0, 3.0
+TEST_MINUTES = "15 to 20 minutes on two cores"
+
+
+# What pip and uv say where the index cannot be reached, or is not trusted.
+CERTIFICATE = re.compile(r"certificate|SSLError|UnknownIssuer", re.IGNORECASE)
+CONNECTION = re.compile(
+    r"connection|network|resolv|\bdns\b|timed out|unreachable|no route",
+    re.IGNORECASE,
+)
+
+# Of graphics drivers that look for hardware which a virtual screen has not, and go on without.
+DRIVER_NOISE = re.compile(rb"libGL |libEGL |MESA|glx: |.*(ZINK|zink|failed to load driver)")
 
 
 class SetupError(Exception):
@@ -91,33 +100,6 @@ class SetupError(Exception):
 
 
 # --- system libraries ---------------------------------------------------------------------------
-
-
-def has_screen() -> bool:
-    """Whether windows can be shown as things are."""
-    if not sys.platform.startswith("linux"):
-        return True
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-
-
-def is_loadable(soname: str) -> bool:
-    """Whether the dynamic linker finds a library."""
-    try:
-        ctypes.CDLL(soname)
-    except OSError:
-        return False
-    return True
-
-
-def has_font() -> bool:
-    """Whether any scalable font is installed where fontconfig looks."""
-    data = os.environ.get("XDG_DATA_DIRS") or "/usr/local/share:/usr/share"
-    home = Path.home()
-    folders = [Path(folder) / "fonts" for folder in data.split(":")]
-    folders += [home / ".local/share/fonts", home / ".fonts"]
-    # os.walk passes over folders that are absent or that this user may not read.
-    files = (file for folder in folders for _, _, names in os.walk(folder) for file in names)
-    return any(file.lower().endswith((".ttf", ".otf", ".ttc", ".pfb")) for file in files)
 
 
 def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
@@ -134,7 +116,7 @@ def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
         missing["ensurepip"] = f"python{sys.version_info[0]}.{sys.version_info[1]}-venv"
     if not windows:
         return missing
-    missing |= {so: package for so, package in LIBRARIES.items() if not is_loadable(so)}
+    missing |= missing_libraries()
     if not has_screen() and not shutil.which("Xvfb"):
         missing |= {package: package for package in XVFB_PACKAGES}
     wanted = TEST_PROGRAMS | (BROWSER if os.environ.get("CI") else {})
@@ -148,7 +130,7 @@ def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
 
 def install_packages(packages: Sequence[str]) -> None:
     """Install Debian packages, or say which command does it where this user may not."""
-    install = ["apt-get", "install", "-y", "--no-install-recommends", *packages]
+    install = install_command(packages)
     if not shutil.which("apt-get"):
         raise SetupError(
             f"This system lacks what these Debian packages bring: {' '.join(packages)}.\n"
@@ -211,7 +193,7 @@ def make_venv(uv: str | None) -> None:
 
 def install_project(uv: str | None) -> None:
     """Install the project, editable, with its tools: by uv where possible, else by pip."""
-    say("Installing the Python packages (several hundred MB the first time)")
+    say(f"Installing the Python packages ({VENV_GB:g} GB on the disk the first time)")
     python, target = str(PYTHON), ["--editable", f"{ROOT}[dev]"]
     with_uv = ["pip", "install", "--compile-bytecode", "--python", python, *target]
     if uv and not quietly([uv, *with_uv]):
@@ -226,9 +208,30 @@ def install_project(uv: str | None) -> None:
     # pip has the last word: it knows settings, such as a mirror in pip.conf, that uv does not.
     problem = quietly([*pip, "install", "--retries", "2", *target])
     if problem:
+        raise SetupError(f"{why_not_installed(problem)}\npip's last lines:\n{problem}")
+
+
+def why_not_installed(problem: str) -> str:
+    """What pip's last lines say is wrong, in words."""
+    if CERTIFICATE.search(problem):
+        return (
+            "The Python packages could not be installed: pip does not trust the certificate of "
+            "the package index. Behind a proxy, name its certificate: PIP_CERT=FILE."
+        )
+    if "No space left" in problem:
+        return f"The Python packages could not be installed: no space is left on {ROOT.anchor}."
+    if CONNECTION.search(problem):
+        return "The Python packages could not be installed; is this machine offline?"
+    return "The Python packages could not be installed."
+
+
+def ensure_room() -> None:
+    """Refuse where the installation would fill the disk half-way."""
+    free = shutil.disk_usage(ROOT).free / 1e9
+    if free < SETUP_GB:
         raise SetupError(
-            "The Python packages could not be installed; is this machine offline?\n"
-            f"pip's last lines:\n{problem}"
+            f"The Python packages take {VENV_GB:g} GB, and {SETUP_GB:g} GB while they are "
+            f"installed, but {free:.1f} GB are free for {ROOT}."
         )
 
 
@@ -238,6 +241,7 @@ def ensure_venv() -> None:
         return
     uv = shutil.which("uv")
     if not venv_version():
+        ensure_room()
         make_venv(uv)
     install_project(uv)
     # Compiled now, as pip does with what it installs: else the first start takes twice as long,
@@ -278,7 +282,9 @@ def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
         return ""
     lines = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
     reasons = [line for line in lines if line.lstrip().startswith(("ERROR:", "E:"))]  # pip, apt
-    told = (reasons or lines)[-6:]
+    # Why nothing could be fetched stands before them, once a trial; ERROR: says what is lacking.
+    causes = [line for line in lines if CERTIFICATE.search(line) or CONNECTION.search(line)]
+    told = [*(line for line in causes[-1:] if line not in reasons), *(reasons or lines)[-6:]]
     return "\n".join(f"  {line.strip()}" for line in told) or f"  exit status {done.returncode}"
 
 
@@ -286,13 +292,17 @@ RUNNING: set[subprocess.Popen[bytes] | Forked] = set()
 
 
 def start(
-    command: Sequence[str], env: dict[str, str], cwd: Path = ROOT, output: IO[bytes] | None = None
+    command: Sequence[str],
+    env: dict[str, str],
+    cwd: Path = ROOT,
+    output: IO[bytes] | None = None,
+    errors: int | None = None,
 ) -> int:
     """Run a command in the foreground, or into `output`, and return its exit status.
 
     Ctrl+C reaches the command itself, so the first is left to it; the second ends it.
     """
-    errors = None if output is None else subprocess.STDOUT
+    errors = errors if output is None else subprocess.STDOUT
     return finish(subprocess.Popen(command, env=env, cwd=cwd, stdout=output, stderr=errors))
 
 
@@ -316,6 +326,26 @@ def finish(child: subprocess.Popen[bytes] | Forked) -> int:
                 return status if status >= 0 else 128 - status
     finally:
         RUNNING.discard(child)
+
+
+@contextlib.contextmanager
+def without_driver_noise() -> Iterator[int]:
+    """Where a program's errors go: on to ours, but for what drivers say of a virtual screen."""
+    reader, writer = os.pipe()
+
+    def pass_on() -> None:
+        with os.fdopen(reader, "rb") as lines:
+            for line in lines:
+                if not DRIVER_NOISE.match(line):
+                    print(line.decode(errors="replace"), end="", file=sys.stderr, flush=True)
+
+    thread = threading.Thread(target=pass_on, daemon=True)
+    thread.start()
+    try:
+        yield writer
+    finally:
+        os.close(writer)
+        thread.join(5)  # no longer, where something that was left running holds the pipe
 
 
 @contextlib.contextmanager
@@ -385,32 +415,66 @@ def default_clip() -> Path:
 
 def command_run(args: list[str]) -> int:
     """Open the program; where nobody can see it, let it show itself and leave the results."""
-    args = args or [str(default_clip())]
-    unattended = not has_screen() and not {"--demo", "--screenshot", "--help", "-h"} & set(args)
-    if unattended:
-        say("No screen here: the program runs on a virtual one and demonstrates a review.")
-        args = [*args, "--demo", str(OUT)]
+    if has_screen() or {"--demo", "--screenshot", "--help", "-h", "--version"} & set(args):
+        words = args or [str(default_clip())]
+        with screen() as env:
+            return start([str(PYTHON), "-m", "inspector", *words], env, Path.cwd())
     began = time.time() - 1  # some file systems keep whole seconds
     with screen() as env:
-        status = start([str(PYTHON), "-m", "inspector", *args], env, Path.cwd())
-    if unattended and status == 0:
+        status = show_clip(args, env) if args else demonstrate(env)
+    if status == 0:
         tell_results(began)
     return status
 
 
+def demonstrate(env: dict[str, str]) -> int:
+    """A review of the sample that nobody makes: everything is accepted."""
+    clip = default_clip()
+    say(
+        f"No screen here: a demonstration with {clip.name} on a virtual one. It accepts whatever "
+        "is found, though nobody has seen it."
+    )
+    return start_unseen([str(clip), "--demo", str(OUT)], env)
+
+
+def show_clip(args: list[str], env: dict[str, str]) -> int:
+    """A picture of somebody's own clip and what is found in it; nobody is there to decide."""
+    say("No screen here: a picture is taken on a virtual one, and nothing is decided.")
+    status = start_unseen([*args, "--screenshot", str(OUT / "inspector.png")], env)
+    if status == 0 and clip_suffix(args[0]):
+        say(f"Found in {args[0]}:")
+        status = start([str(PYTHON), "-m", "twistcore", "detect", args[0]], env, Path.cwd())
+        # 1: there is no chain, which it has said; the picture is there all the same.
+        status = 0 if status == 1 else status
+        say("Nothing was decided or corrected, and the file is as it was.")
+    return status
+
+
+def start_unseen(words: list[str], env: dict[str, str]) -> int:
+    """The program on a virtual screen."""
+    with without_driver_noise() as errors:
+        command = [str(PYTHON), "-m", "inspector", *words]
+        return start(command, env, Path.cwd(), errors=errors)
+
+
 def tell_results(began: float) -> None:
-    """Say in plain words what a demonstration left in out/."""
+    """Say in plain words what was left in out/, in its folders too."""
     kinds = {
         ".png": "picture of the window",
         ".bvh": "corrected motion: only what was accepted has changed",
         ".html": "report, to be opened in a browser",
         ".csv": "report as a table",
         ".json": "report or session, for programs",
+        ".py": "marks of the intervals, for a program of animation",
+        ".srt": "subtitles",
+        ".webm": "film",
+        ".mp4": "film",
     }
     say(f"Left in {OUT}:")
     for file in sorted(OUT.rglob("*")):
-        if file.suffix in kinds and file.stat().st_mtime >= began:
-            say(f"  {file.relative_to(OUT).as_posix():<32} {kinds[file.suffix]}")
+        if file.is_file() and file.stat().st_mtime >= began:
+            name = file.relative_to(OUT).as_posix()
+            say(f"  {name:<32} {kinds.get(file.suffix.lower(), '')}".rstrip())
     say("With a screen, the same command opens the window.")
 
 
@@ -423,6 +487,7 @@ def command_test(args: list[str]) -> int:
     if args:
         with screen() as env:
             return start([str(PYTHON), "-m", "pytest", *args], env)
+    say(f"All tests take {TEST_MINUTES}; dev.py test -k WORD runs some.")
     counts: collections.Counter[str] = collections.Counter()
     notes: list[str] = []
 

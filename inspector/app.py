@@ -1,12 +1,10 @@
-"""Starting the program."""
+"""The application: Qt set up, the window opened, signals heard until the end."""
 
 from __future__ import annotations
 
-import argparse
 import os
 import signal
 import sys
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,26 +27,16 @@ from inspector.widgets.icons import program_icon
 from inspector.widgets.theme import apply_theme, system_theme
 
 if TYPE_CHECKING:
+    import argparse
+
     from inspector.window.demo import Script
     from inspector.window.main_window import MainWindow
 
-_PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # what Qt writes
 _PATIENCE_MS = 500  # for work that was cancelled
-_NO_SCREEN = (
-    "twist-inspector: no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
-    "twistcore works without one."
-)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run `twist-inspector`; returns the exit code."""
-    arguments = _parser().parse_args(argv)
-    if trouble := _cannot_work(arguments):
-        print(f"twist-inspector: {trouble}", file=sys.stderr)
-        return 2
-    if not has_screen():
-        print(_NO_SCREEN, file=sys.stderr)
-        return 2
+def run(arguments: argparse.Namespace) -> int:
+    """Open the window for the words of `twist-inspector`; returns the exit code."""
     app = make_application()
     from inspector.window.main_window import MainWindow  # after the application: VTK asks for it
 
@@ -103,23 +91,6 @@ def _say(window: MainWindow, complaint: str) -> None:
     window.document.opened.connect(later, Qt.ConnectionType.SingleShotConnection)
 
 
-def _cannot_work(arguments: argparse.Namespace) -> str:
-    """Why nothing can come of these words, before a window opens; '' if something can."""
-    file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
-    if picture and folder:
-        return "--demo leaves a picture, too; give either --demo or --screenshot."
-    if (picture or folder) and file and not file.exists():
-        return f"{file}: there is no such file."
-    if picture and picture.is_dir():
-        return f"{picture}: is a folder; --screenshot takes the name of a picture."
-    if picture and picture.suffix.lower() not in _PICTURES:
-        return f"{picture}: a picture's name ends with {' or '.join(_PICTURES)}."
-    target = folder or (picture.parent if picture else None)
-    if target and (wrong := next((p for p in (target, *target.parents) if p.is_file()), None)):
-        return f"{wrong}: is a file; results need a folder."
-    return ""
-
-
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
     """What drives the window by itself, if that was asked for."""
     from inspector.window.demo import demo, screenshot
@@ -129,13 +100,6 @@ def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
     if arguments.screenshot:
         return screenshot(window, arguments.screenshot, arguments.file)
     return None
-
-
-def has_screen() -> bool:
-    """Whether there is where to open a window: else Qt would abort the program."""
-    if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
-        return True
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def make_application() -> QApplication:
@@ -162,23 +126,3 @@ def _surface_format() -> QSurfaceFormat:
     surface = QSurfaceFormat.defaultFormat()
     surface.setSamples(0)
     return surface
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="twist-inspector", description="See, judge and repair axial twist errors in a clip."
-    )
-    parser.add_argument("file", nargs="?", type=Path, metavar="CLIP|SESSION|FOLDER")
-    parser.add_argument(
-        "--screenshot",
-        type=Path,
-        metavar="PNG",
-        help="take a picture and quit; without a clip, of the empty window",
-    )
-    parser.add_argument(
-        "--demo",
-        type=Path,
-        metavar="DIR",
-        help="drive a review by itself and leave its results; without a clip, of the sample",
-    )
-    return parser

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import dev
+from inspector import system_libraries
 
 needs_xvfb = pytest.mark.skipif(
     not sys.platform.startswith("linux") or not dev.shutil.which("Xvfb"), reason="needs Xvfb"
@@ -62,7 +63,7 @@ def test_an_unknown_command_names_the_known(capsys):
 
 
 def test_missing_libraries_name_their_packages(monkeypatch, no_screen):
-    monkeypatch.setattr(dev, "is_loadable", lambda soname: "xcb-cursor" not in soname)
+    monkeypatch.setattr(system_libraries, "is_loadable", lambda soname: "xcb-cursor" not in soname)
     monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
     monkeypatch.setattr(dev, "has_font", lambda: False)
     monkeypatch.delenv("CI", raising=False)
@@ -79,7 +80,7 @@ def test_missing_libraries_name_their_packages(monkeypatch, no_screen):
 def test_programs_for_tests_are_looked_for_beside_a_real_screen(monkeypatch, no_screen):
     monkeypatch.setenv("DISPLAY", ":77")
     monkeypatch.delenv("CI", raising=False)
-    monkeypatch.setattr(dev, "is_loadable", lambda _soname: True)
+    monkeypatch.setattr(system_libraries, "is_loadable", lambda _soname: True)
     monkeypatch.setattr(dev, "has_font", lambda: True)
     monkeypatch.setattr(dev.shutil, "which", lambda program: program == "openbox")
     packages = set(dev.missing_system(windows=True, tests=True).values())
@@ -118,6 +119,43 @@ def test_a_failed_installation_is_told_with_its_last_lines(bare_project, monkeyp
     assert "offline?" in told
     assert told.endswith("ERROR: no route to host\n")
     assert not dev.STAMP.exists()
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ("SSLError(1, '[SSL: CERTIFICATE_VERIFY_FAILED] self-signed certificate')", "PIP_CERT"),
+        ("NewConnectionError: Failed to establish a new connection", "offline?"),
+        ("ERROR: OSError: [Errno 28] No space left on device", "no space"),
+        ("ERROR: No matching distribution found for numpy>=9", "could not be installed.\n"),
+    ],
+)
+def test_why_pip_failed_is_told_and_not_guessed(bare_project, monkeypatch, capsys, said, told):
+    """pip ends with ERROR: lines that name a package; the cause stands before, as a warning."""
+    lines = [f"Could not fetch URL: {said}", "Looking elsewhere", "ERROR: No version of numpy"]
+    code = f"import sys; print(*{lines!r}, sep='\\n'); sys.exit(1)"
+    wrong = dev.quietly([sys.executable, "-c", code])
+    assert wrong.splitlines()[-1] == "  ERROR: No version of numpy"
+    monkeypatch.setattr(dev, "quietly", lambda *_: wrong if "ERROR" not in said else said)
+    with pytest.raises(dev.SetupError) as error:
+        dev.install_project(None)
+    assert told in str(error.value)
+    assert said in str(error.value)
+    assert "offline?" in told or "offline?" not in str(error.value)
+
+
+def test_a_disk_that_is_too_full_is_told_before_anything_is_installed(
+    bare_project, monkeypatch, capsys
+):
+    monkeypatch.setattr(dev, "ensure_system", lambda **_: None)
+    monkeypatch.setattr(dev, "PYTHON", bare_project / "no-python")
+    monkeypatch.setattr(dev, "make_venv", lambda _uv: pytest.fail("begun"))
+    room = dev.shutil.disk_usage(bare_project)._replace(free=int(0.7e9))
+    monkeypatch.setattr(dev.shutil, "disk_usage", lambda _folder: room)
+    assert dev.main(["setup"]) == 2
+    (told,) = capsys.readouterr().out.splitlines()
+    assert f"{dev.SETUP_GB:g} GB" in told
+    assert "0.7 GB are free" in told
 
 
 def test_setup_repeats_only_when_the_project_changed(bare_project, monkeypatch):
@@ -165,6 +203,17 @@ def test_start_passes_the_exit_status_on():
     killed = [sys.executable, "-c", "import os; os.kill(os.getpid(), 15)"]
     assert dev.start(exits, dict(os.environ)) == 5
     assert dev.start(killed, dict(os.environ)) == 128 + signal.SIGTERM
+
+
+def test_what_drivers_say_of_a_virtual_screen_is_left_out(capfd):
+    noise = ["libGL error: failed to load driver: swrast", "MESA: error: ZINK: no pdev"]
+    kept = ["twist-inspector: a.bvh: there is no such file.", "Traceback: GL was not found"]
+    code = f"import sys; print(*{noise + kept!r}, sep='\\n', file=sys.stderr); print('out')"
+    with dev.without_driver_noise() as errors:
+        assert dev.start([sys.executable, "-c", code], dict(os.environ), errors=errors) == 0
+    out, said = capfd.readouterr()
+    assert said.splitlines() == kept
+    assert out == "out\n"
 
 
 def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
@@ -253,27 +302,43 @@ def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):
     assert dev.default_clip().name == "walk_injected.bvh"
 
 
-def test_without_a_screen_run_demonstrates_and_tells_what_it_left(
-    tmp_path, monkeypatch, no_screen, capsys
-):
-    out = tmp_path / "out"
-    started = []
+@pytest.fixture
+def started(tmp_path, monkeypatch, no_screen):
+    """The commands that are started on a virtual screen; the program leaves a report."""
+    commands = []
 
-    def demonstrate(command, env, cwd):
-        started.append(command)
-        (out / "report").mkdir(parents=True)
-        (out / "inspector.png").touch()
-        (out / "report/index.html").touch()
+    def start(command, env, cwd, **_):
+        commands.append(command[1:])
+        for name in ("inspector.png", "report/index.html", "report/film.xyz"):
+            (dev.OUT / name).parent.mkdir(parents=True, exist_ok=True)
+            (dev.OUT / name).touch()
         return 0
 
-    monkeypatch.setattr(dev, "OUT", out)
-    monkeypatch.setattr(dev, "start", demonstrate)
+    monkeypatch.setattr(dev, "OUT", tmp_path / "out")
+    monkeypatch.setattr(dev, "start", start)
     monkeypatch.setattr(dev, "screen", lambda: contextlib.nullcontext({}))
-    assert dev.command_run(["clip.bvh"]) == 0
-    assert started[0][1:] == ["-m", "inspector", "clip.bvh", "--demo", str(out)]
+    return commands
+
+
+def test_without_a_screen_the_sample_is_demonstrated_and_all_that_is_left_is_told(started, capsys):
+    assert dev.command_run([]) == 0
+    assert started == [["-m", "inspector", str(dev.default_clip()), "--demo", str(dev.OUT)]]
     told = capsys.readouterr().out
+    assert "demonstration" in told
     assert "inspector.png" in told
     assert "report/index.html" in told
+    assert "report/film.xyz" in told, "a kind of file that is not known"
+
+
+@pytest.mark.parametrize("name", ["mine.bvh", "mine.twist.json", "folder"])
+def test_without_a_screen_nothing_is_decided_of_a_clip_that_is_named(started, capsys, name):
+    assert dev.command_run([name]) == 0
+    picture = ["-m", "inspector", name, "--screenshot", str(dev.OUT / "inspector.png")]
+    findings = ["-m", "twistcore", "detect", name]
+    assert started == ([picture, findings] if name == "mine.bvh" else [picture])
+    told = capsys.readouterr().out
+    assert "nothing is decided" in told
+    assert "demonstration" not in told
 
 
 def test_a_real_screen_is_used_as_it_is(monkeypatch):

@@ -146,7 +146,8 @@ def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
 
 
 def demo(window: MainWindow, folder: Path, path: Path) -> Script:
-    """Judge every interval by the keys' own actions, export, leave a picture."""
+    """Accept every interval by the keys' own actions, export, leave a picture."""
+    folder = folder.absolute()  # an export's own names are meant from the clip's folder on
     review, document = window.review_actions, window.document
     accept = partial(review.decide, Decision.ACCEPTED)
 

@@ -10,7 +10,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QToolTip
 
 from benchmarks.many_clips import alive, is_level, look, measure
-from inspector.app import main
+from inspector.__main__ import main
 from inspector.session.open_clip import Show
 from inspector.viewport import opengl
 from inspector.viewport.bodies import find_bones

@@ -13,6 +13,7 @@ import sys
 from PySide6.QtCore import QPoint, QRect, QSocketNotifier, Qt
 from PySide6.QtWidgets import QApplication, QTableView, QWidget
 
+import inspector.__main__
 import inspector.app
 
 _MARK = "watched: "
@@ -105,7 +106,7 @@ def main() -> int:
         return app
 
     inspector.app.make_application = make_and_watch
-    return inspector.app.main(sys.argv[1:])
+    return inspector.__main__.main(sys.argv[1:])
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from twistcore.progress import Counter, uncounted
 from twistcore.report.clip_page import Home, clip_page, figure_of_worst
 from twistcore.report.folder_numbers import FolderNumbers, in_order
 from twistcore.report.folder_page import GENERATOR, folder_page, known_page
-from twistcore.report.picture_job import Drawn, Figure, draw
+from twistcore.report.picture_job import NOT_INSTALLED, Drawn, Figure, draw
 from twistcore.report.recorded_clip import report_of
 from twistcore.report.report_document import Report, report_to_json
 
@@ -112,9 +112,9 @@ def _write_pages(
             made = _tried(partial(_page, record, report, pair if pictures else None, home))
             if not isinstance(made, Exception):
                 _write(target / page_of(record.name), made)
-                problems.append(
-                    f"{record.name}: no pictures: {pair.problem}" if pair.problem else ""
-                )
+                # Without the window there are no pictures anywhere: pages say it, none has failed.
+                said = "" if pair.problem == NOT_INSTALLED else pair.problem
+                problems.append(said and f"{record.name}: no pictures: {said}")
                 continue
             report = made
         problems.append(_write_known(record, target, home, reason(record.name, report)))

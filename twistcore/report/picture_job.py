@@ -29,6 +29,9 @@ PROGRAM = "inspector.recording.report_pictures"
 SCHEMA = "twistcore.report_pictures/1"
 SIZE = (400, 320)  # pixels
 _JOB = "job.json"
+_NEEDED = ("inspector", "PySide6", "vtkmodules")
+NOT_INSTALLED = 'the window is not installed (pip install "twist-inspector[gui]" brings it)'
+_NO_LIBRARY = re.compile(r"(\S+\.so\S*): cannot open shared object file")
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # of a terminal, which VTK's log writes
 _SAMPLE = 60  # frames of a clip from which its figure is judged
 _TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is given up, and more for every pair
@@ -91,8 +94,8 @@ def draw(figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)) -
     total = sum(len(figure.pairs) for figure in figures)
     if not total:
         return [Drawn() for _ in figures]
-    if importlib.util.find_spec("inspector") is None:
-        return [Drawn(problem="the desktop program is not installed")] * len(figures)
+    if any(importlib.util.find_spec(name) is None for name in _NEEDED):
+        return [Drawn(problem=NOT_INSTALLED)] * len(figures)
     with tempfile.TemporaryDirectory(prefix="twist-pictures-") as name:
         folder = Path(name)
         write_job(folder, figures)
@@ -120,6 +123,8 @@ def _run(command: Sequence[str], seconds: float) -> str:
         return ""
     said = _COLOURS.sub("", ended.stderr.decode("utf-8", "replace")).strip().splitlines()
     last = said[-1].strip() if said else f"it ended with {ended.returncode}"
+    if absent := _NO_LIBRARY.search(last):
+        return f"this system lacks {absent[1]}; twist-inspector says which command installs it"
     return f"the process that draws them failed: {last:.200}"
 
 
