@@ -26,7 +26,7 @@ def main() -> int:
     if Path(sys.executable).stem == "twistcore":
         from twistcore.cli import main as start
     else:
-        from inspector.app import main as start
+        from inspector.__main__ import main as start
     return start()
 
 

@@ -30,8 +30,9 @@ needs_screen = pytest.mark.skipif(
 
 
 def said_by(*command, **options) -> subprocess.CompletedProcess[str]:
+    env = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}  # it may name the checkout
     return subprocess.run(
-        [*map(str, command)], capture_output=True, text=True, timeout=120, **options
+        [*map(str, command)], **{"env": env} | options, capture_output=True, text=True, timeout=120
     )
 
 

@@ -164,8 +164,11 @@ def write_a_session(place: Path) -> tc.Review:
 
 
 def tried(words: list[str]) -> list[str] | None:
-    """The words with files in place of what stands for them; None if that is not cheap to try."""
-    if words[0] != "twistcore" or words[1] not in TRIED or is_listed(words):
+    """The words with files in place of what stands for them; None if that is not cheap to try.
+
+    What reads standard input has another command before it.
+    """
+    if words[0] != "twistcore" or words[1] not in TRIED or is_listed(words) or "-" in words:
         return None
     own = [STANDS_FOR.get(word, word) for word in words[1:]]
     inputs = [w for w in own[1:] if re.search(r"\.(bvh|npz|amc|fbx|twist\.json)$", w)]
