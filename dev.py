@@ -74,7 +74,7 @@ BROWSER = {"chromium": ["chromium"]}
 # of a package whose own needs are not wanted. Beside the environment's packages, not among them.
 AXE, AXE_FOLDER = "axe-playwright-python==0.1.8", VENV / "axe"
 QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
-# The modules of window tests that take longest: first, so that both lanes end together.
+# The modules of window tests that take longest: first, so that all lanes end together.
 LONG = (
     *("nothing_lost", "taken_away", "kill", "test_looks", "starts_and_ends"),
     *("by_hand", "uncovered", "in_browser", "test_teaching", "test_tour"),
@@ -481,7 +481,7 @@ def tell_results(began: float) -> None:
 def command_test(args: list[str]) -> int:
     """Run pytest; without arguments all of it, every module of window tests by itself.
 
-    Two parts at a time where each has a virtual screen of its own: on a real one windows would take
+    Three parts at a time where each has a virtual screen of its own: on a real one windows would take
     each other's keys, and only what has no windows runs beside them.
     """
     if args:
@@ -505,7 +505,7 @@ def command_test(args: list[str]) -> int:
     def test_windows() -> int:
         status = 0
         # A program has one window: hundreds in one process try Qt's bindings, not the program.
-        for module in waiting:  # one list for both lanes
+        for module in waiting:  # one list for all lanes
             status |= 0 if given_up else run_twice([module], parent)
         return status
 
@@ -514,8 +514,10 @@ def command_test(args: list[str]) -> int:
         return status if has_screen() else status | test_windows()
 
     waiting, given_up = iter(window_tests()), False
-    with parent_of_tests() as parent, ThreadPoolExecutor(2) as lanes:
-        running = [lanes.submit(test_the_rest), lanes.submit(test_windows)]
+    # Windows wait for half their time, on the screen and on each other: a core has room for more.
+    more = [test_windows] if not has_screen() else []
+    with parent_of_tests() as parent, ThreadPoolExecutor(3) as lanes:
+        running = [lanes.submit(lane) for lane in (test_the_rest, test_windows, *more)]
         try:
             status = max([lane.result() for lane in running])
         except BaseException:  # Ctrl+C, or we were told to end
