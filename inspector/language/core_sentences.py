@@ -1,0 +1,44 @@
+"""What twistcore says, in the chosen language.
+
+twistcore knows of no languages: what it says goes to terminals and into files as well, in English.
+Its sentences are found again by their forms, which the catalogue holds with the context 'core':
+'{0} has {1} frames.' is that sentence for every `{0}` and `{1}`, which are kept.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+
+from inspector.language.catalogue import chosen_language, entries_of_core
+
+_HOLE = re.compile(r"\{(\d+)\}")
+
+
+def of_core(sentence: str) -> str:
+    """A sentence of twistcore in the chosen language; as it is where its form is not known."""
+    return _translated(chosen_language(), sentence)
+
+
+@lru_cache(4096)
+def _translated(language: str, sentence: str) -> str:
+    for pattern, translation in _forms(language):
+        if match := pattern.fullmatch(sentence):
+            found = match.groupdict()
+            # What is put in may be a word of twistcore's itself, such as a kind of error.
+            return _HOLE.sub(lambda hole: of_core(found[f"_{hole[1]}"]), translation)
+    return sentence
+
+
+@lru_cache(1)
+def _forms(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
+    """Of each form its pattern and translation: those that leave least open first."""
+    entries = sorted(entries_of_core(), key=lambda e: (-len(_HOLE.sub("", e[0])), e[0]))
+    return tuple((re.compile(_pattern(form), re.DOTALL), text) for form, text in entries)
+
+
+def _pattern(form: str) -> str:
+    pieces = _HOLE.split(form)  # text, number, text, …
+    texts, numbers = pieces[::2], pieces[1::2]
+    holes = [f"(?P<_{number}>.*?)" for number in numbers]
+    return "".join(re.escape(t) + h for t, h in zip(texts, [*holes, ""], strict=True))

@@ -1,0 +1,98 @@
+"""Bring the catalogues up to the texts in the code: `python -m inspector.language.extraction`.
+
+New texts come in untranslated, those that are no more go; translations stay as they are.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import polib
+from babel.messages.extract import extract_from_dir
+
+from inspector.bundled import LANGUAGES
+from inspector.language.catalogue import CORE
+
+_ROOT = Path(__file__).resolve().parents[2]
+_CALLS = {"tr": None, "plural": (1, 2), "tr_as": ((1, "c"), 2)}
+# Rooms of twistcore whose sentences the window shows; what is said only by commands is not here.
+_ROOMS_OF_CORE = ("detection", "why_not", "review", "tuning", "quality")
+_Key = tuple[str, str, str]  # context, text, plural
+
+
+def main() -> int:
+    """Update every catalogue; returns the exit code."""
+    texts = set(texts_in_code())
+    for file in sorted(LANGUAGES.glob("*.po")):
+        said = {key(entry): entry for entry in polib.pofile(str(file))}
+        catalogue = polib.pofile(str(file))
+        catalogue.clear()
+        catalogue.wrapwidth = 98
+        for wanted in sorted(texts, key=lambda k: (k[0] == CORE, k[1].lower(), k)):
+            catalogue.append(said.get(wanted) or _entry(wanted))
+        catalogue.save(str(file))
+        missing = len(catalogue.untranslated_entries())
+        print(f"{file.name}: {len(catalogue)} texts, {missing} not translated")
+    return 0
+
+
+def key(entry: polib.POEntry) -> _Key:
+    """What tells an entry from the others."""
+    return entry.msgctxt or "", entry.msgid, entry.msgid_plural or ""
+
+
+def texts_in_code() -> Iterator[_Key]:
+    """Every text that the code may show."""
+    found = extract_from_dir(
+        str(_ROOT / "inspector"), [("**.py", "python")], keywords=_CALLS, strip_comment_tags=True
+    )
+    for _, _, text, _, context in found:
+        one, many = (text, "") if isinstance(text, str) else text
+        yield context or "", one, many
+    for room in _ROOMS_OF_CORE:
+        place = _ROOT / "twistcore" / room
+        for module in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:
+            for form in _forms(ast.parse(module.read_text("utf-8"))):
+                yield CORE, form, ""
+
+
+def _forms(tree: ast.AST) -> Iterator[str]:
+    """The forms of what looks like a sentence or words for people, docstrings left out."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            continue
+        if isinstance(node, ast.JoinedStr):
+            form = _form(node)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            form = node.value
+        else:
+            yield from _forms(node)
+            continue
+        if " " in form.strip() and any(c.isalpha() for c in form):
+            yield form
+
+
+def _form(sentence: ast.JoinedStr) -> str:
+    pieces, holes = "", 0
+    for part in sentence.values:
+        if isinstance(part, ast.Constant):
+            pieces += str(part.value)
+        else:
+            pieces += f"{{{holes}}}"
+            holes += 1
+    return pieces
+
+
+def _entry(wanted: _Key) -> polib.POEntry:
+    context, one, many = wanted
+    plural = {0: "", 1: ""} if many else {}
+    return polib.POEntry(
+        msgctxt=context or None, msgid=one, msgid_plural=many, msgstr_plural=plural
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
