@@ -24,14 +24,14 @@ def of_core(sentence: str) -> str:
 def _translated(language: str, sentence: str) -> str:
     for pattern, translation in _forms(language):
         if match := pattern.fullmatch(sentence):
-            found = match.groupdict()
             # What is put in may be a word of twistcore's itself, such as a kind of error.
-            return _HOLE.sub(lambda hole: of_core(found[f"_{hole[1]}"]), translation)
+            found = {name: of_core(words) for name, words in match.groupdict().items()}
+            return translation.format(*(found[f"_{k}"] for k in range(len(found))))
     return sentence
 
 
 @lru_cache(1)
-def _forms(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
+def _forms(_language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
     """Of each form its pattern and translation: those that leave least open first."""
     entries = sorted(entries_of_core(), key=lambda e: (-len(_HOLE.sub("", e[0])), e[0]))
     return tuple((re.compile(_pattern(form), re.DOTALL), text) for form, text in entries)
