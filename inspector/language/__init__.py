@@ -2,6 +2,7 @@
 
 from inspector.language.catalogue import (
     chosen_language,
+    in_language,
     languages,
     plural,
     tr,
@@ -10,12 +11,15 @@ from inspector.language.catalogue import (
     wished,
 )
 from inspector.language.core_sentences import of_core
+from inspector.language.script_texts import texts_of_script
 
 __all__ = [
     "chosen_language",
+    "in_language",
     "languages",
     "of_core",
     "plural",
+    "texts_of_script",
     "tr",
     "tr_as",
     "use_language",

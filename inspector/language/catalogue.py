@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from inspector.bundled import LANGUAGES
+from inspector.bundled import LANGUAGES, LESSONS
 
 if TYPE_CHECKING:
     import polib
@@ -68,6 +68,12 @@ def use_language(code: str) -> None:
 def chosen_language() -> str:
     """The code of the language that texts are in."""
     return _language
+
+
+def in_language(page: Path) -> Path:
+    """A lesson or page that comes with the program in the chosen language, if it is translated."""
+    own = LESSONS / _language / page.name
+    return own if own.is_file() else page
 
 
 def entries_of_core() -> list[tuple[str, str]]:

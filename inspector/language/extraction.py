@@ -13,8 +13,9 @@ from pathlib import Path
 import polib
 from babel.messages.extract import extract_from_dir
 
-from inspector.bundled import LANGUAGES
+from inspector.bundled import ASSETS, LANGUAGES
 from inspector.language.catalogue import CORE
+from inspector.language.script_texts import texts_of_script
 
 _ROOT = Path(__file__).resolve().parents[2]
 _CALLS = {"tr": None, "plural": (1, 2), "tr_as": ((1, "c"), 2)}
@@ -52,6 +53,9 @@ def texts_in_code() -> Iterator[_Key]:
     for _, _, text, _, context in found:
         one, many = (text, "") if isinstance(text, str) else text
         yield context or "", one, many
+    for script in sorted((ASSETS / "lesson_page").iterdir()):
+        for text in texts_of_script(script.read_text("utf-8")):
+            yield "", text, ""
     for room in _ROOMS_OF_CORE:
         place = _ROOT / "twistcore" / room
         for module in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:

@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
+from inspector.language import tr
 from inspector.teaching.stage_player import StagePlayer
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if_words import words
@@ -40,18 +41,25 @@ class _Knob:
 
 _LEAST = 36  # pixels of a slider
 _KNOBS = {
-    "twist": _Knob("Twist parent", -180, 180, "Turns the parent about its bone"),
-    "swing": _Knob("Swing α", 0, 180, "The angle between a and w; at 180° the twist is undefined"),
-    "bend": _Knob("Bend", 0, 180, "The angle between v and a; at 0° the limb is straight"),
+    "twist": _Knob(tr("Twist parent"), -180, 180, tr("Turns the parent about its bone")),
+    "swing": _Knob(
+        tr("Swing α"), 0, 180, tr("The angle between a and w; at 180° the twist is undefined")
+    ),
+    "bend": _Knob(tr("Bend"), 0, 180, tr("The angle between v and a; at 0° the limb is straight")),
     "nudge": _Knob(
-        "Nudge", -3, 3, "Tips both bones sideways by up to 3°: little, but at a singularity"
+        tr("Nudge"),
+        -3,
+        3,
+        tr("Tips both bones sideways by up to 3°: little, but at a singularity"),
     ),
     "applied": _Knob(
-        "Apply",
+        tr("Apply"),
         0,
         100,
-        "How much of the offset is taken off (Eq. 14-15), from wrong to right: of the selected "
-        "interval’s own at a frame of it as captured, else of the paper’s running sum offset(t)",
+        tr(
+            "How much of the offset is taken off (Eq. 14-15), from wrong to right: of the selected "
+            "interval’s own at a frame of it as captured, else of the paper’s running sum offset(t)"
+        ),
         " %",
         1,
     ),
@@ -97,18 +105,18 @@ class WhatIfBox(QWidget):
         self.player = StagePlayer(taught)
         grid.addWidget(self.player, 2, 4, 1, 3)
         grid.setColumnMinimumWidth(3, 8)
-        self.follow = QPushButton("Child goes along")
-        self.counter = QPushButton("Child counter-twists")
-        self.follow.setToolTip("The parent's twist carries the child: a real movement")
-        self.counter.setToolTip("The child turns back by as much: an axial twist error")
+        self.follow = QPushButton(tr("Child goes along"))
+        self.counter = QPushButton(tr("Child counter-twists"))
+        self.follow.setToolTip(tr("The parent's twist carries the child: a real movement"))
+        self.counter.setToolTip(tr("The child turns back by as much: an axial twist error"))
         group = QButtonGroup(self)
         for button in (self.follow, self.counter):
             button.setCheckable(True)
             group.addButton(button)
         self.follow.setChecked(True)
         self.counter.toggled.connect(lambda on: taught.alter(counter=on))
-        self.reset = QPushButton("Reset")
-        self.reset.setToolTip("The frame as captured")
+        self.reset = QPushButton(tr("Reset"))
+        self.reset.setToolTip(tr("The frame as captured"))
         self.reset.clicked.connect(taught.reset)
         self.words = QLabel(wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop)
         self.words.setMinimumHeight(2 * self.words.fontMetrics().lineSpacing() + 2)
