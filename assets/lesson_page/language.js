@@ -14,5 +14,7 @@ var Language = (function () {
     return values ? found.replace(/\{(\w+)\}/g, (_, name) => values[name]) : found;
   }
 
-  return { use: use, tr: tr };
+  const tr_as = (meaning, text) => tr(text); // in a page no text has two
+
+  return { use: use, tr: tr, tr_as: tr_as };
 })();

@@ -3,7 +3,7 @@
   "use strict";
 
   const S = SwingTwist;
-  const { tr } = Language;
+  const { tr, tr_as } = Language;
   const lesson = ClipData.read(JSON.parse(document.getElementById("lesson-data").textContent));
   Language.use(lesson.words);
   const one = (selector) => document.querySelector(selector);
@@ -298,7 +298,7 @@
 
   function play() { // round and round the frames of the page, a fourth as fast as they were
     if (state.playing) return stop();
-    one("#play").textContent = tr("Stop");
+    one("#play").textContent = tr_as("button", "Stop");
     const from = state.frame, began = performance.now(), count = page.last - page.first + 1;
     const step = (now) => {
       const passed = Math.floor(((now - began) / 4000) * page.span.fps);

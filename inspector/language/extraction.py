@@ -11,14 +11,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import polib
-from babel.messages.extract import extract_from_dir
 
 from inspector.bundled import ASSETS, LANGUAGES
 from inspector.language.catalogue import CORE
 from inspector.language.script_texts import texts_of_script
 
 _ROOT = Path(__file__).resolve().parents[2]
-_CALLS = {"tr": None, "plural": (1, 2), "tr_as": ((1, "c"), 2)}
+_TEXTS = {"tr": slice(0, 1), "plural": slice(0, 2), "tr_as": slice(1, 2)}  # of a call's arguments
 # Rooms of twistcore whose sentences the window shows; what is said only by commands is not here.
 _ROOMS_OF_CORE = ("detection", "why_not", "review", "tuning", "quality")
 _Key = tuple[str, str, str]  # context, text, plural
@@ -47,20 +46,28 @@ def key(entry: polib.POEntry) -> _Key:
 
 def texts_in_code() -> Iterator[_Key]:
     """Every text that the code may show."""
-    found = extract_from_dir(
-        str(_ROOT / "inspector"), [("**.py", "python")], keywords=_CALLS, strip_comment_tags=True
-    )
-    for _, _, text, _, context in found:
-        one, many = (text, "") if isinstance(text, str) else text
-        yield context or "", one, many
+    for module in sorted((_ROOT / "inspector").rglob("*.py")):
+        for node in ast.walk(ast.parse(module.read_text("utf-8"))):
+            if isinstance(node, ast.Call):
+                yield from _called(node)
     for script in sorted((ASSETS / "lesson_page").iterdir()):
-        for text in texts_of_script(script.read_text("utf-8")):
-            yield "", text, ""
+        for meaning, text in texts_of_script(script.read_text("utf-8")):
+            yield meaning, text, ""
     for room in _ROOMS_OF_CORE:
         place = _ROOT / "twistcore" / room
         for module in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:
             for form in _forms(ast.parse(module.read_text("utf-8"))):
                 yield CORE, form, ""
+
+
+def _called(call: ast.Call) -> Iterator[_Key]:
+    """The text that a call shows, also one inside of an f-string; what is no literal is none."""
+    name = call.func.id if isinstance(call.func, ast.Name) else ""
+    said = [arg.value if isinstance(arg, ast.Constant) else None for arg in call.args]
+    texts = [text for text in said[_TEXTS.get(name, slice(0))] if isinstance(text, str)]
+    if texts:
+        context = str(said[0]) if name == "tr_as" else ""
+        yield context, texts[0], texts[1] if name == "plural" else ""
 
 
 def _forms(tree: ast.AST) -> Iterator[str]:

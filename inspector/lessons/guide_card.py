@@ -9,7 +9,7 @@ from html import escape
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
-from inspector.language import tr
+from inspector.language import tr, tr_as
 from inspector.lessons.lesson_text import LessonText
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.theme import Theme
@@ -93,7 +93,7 @@ class GuideCard(QWidget):
 
 def leave_button(tip: str) -> QToolButton:
     """The button that ends a lesson or an exercise: small, in the card's head."""
-    return tool_button(tr("End"), tip, flat=False)
+    return tool_button(tr_as("button", "End"), tip, flat=False)
 
 
 def _plain(markdown: str) -> str:

@@ -13,7 +13,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
 from inspector.bundled import EXERCISE_PAGE
-from inspector.language import in_language, plural, tr
+from inspector.language import in_language, plural, tr, tr_as
 from inspector.lessons.classroom import hidden, open_for_student, to_review
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
@@ -80,8 +80,8 @@ class Exercise(QObject):
         self.seed.setToolTip(tr("The same seed hides the same errors"))
         self.seed_label = QLabel(tr("Seed"))
         self.seed_label.setBuddy(self.seed)
-        self.start = QPushButton(tr("Start"))
-        self.score_button = QPushButton(tr("Score"))
+        self.start = QPushButton(tr_as("button", "Start"))
+        self.score_button = QPushButton(tr_as("button", "Score"))
         self.hand_in_button = QPushButton(tr("Hand in…"))
         self.hand_in_button.setToolTip(tr("Write your verdicts into a file for your teacher"))
         self.hand_in_button.clicked.connect(lambda: self.ask_hand_in(lambda: None))
@@ -108,7 +108,7 @@ class Exercise(QObject):
         self._offer(self.score_button)
         self._program.guide.show_page(*exercise_page())
         self.start.setEnabled(True)  # it is not while a clip is made, which End may interrupt
-        self.start.setText(tr("Start"))
+        self.start.setText(tr_as("button", "Start"))
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
@@ -146,7 +146,7 @@ class Exercise(QObject):
         if self.running and begun and self.result is None:
             intervals = self._program.document.intervals
             judged = sum(j.decision != Decision.UNDECIDED for j in intervals)
-            button = tr("Score") if self._class is None else tr("Hand in")
+            button = tr_as("button", "Score") if self._class is None else tr("Hand in")
             task = tr(
                 "{judged} of {total} judged. Press *{button}* when you are done.",
                 judged=judged,

@@ -18,7 +18,7 @@ import jinja2
 from markupsafe import Markup
 
 from inspector.bundled import ASSETS
-from inspector.language import chosen_language, texts_of_script, tr
+from inspector.language import chosen_language, texts_of_script, tr, tr_as
 from inspector.lessons.lesson_file import LessonFile
 from inspector.lessons.page_data import PageData
 from inspector.lessons.page_texts import Formulas, rendered
@@ -150,8 +150,9 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
 
 def _words() -> dict[str, str]:
     """The texts of the scripts that are otherwise in the chosen language."""
-    texts = {text for name in _SCRIPTS for text in texts_of_script(_read(name))}
-    return {text: own for text in sorted(texts) if (own := tr(text)) != text}
+    texts = {said for name in _SCRIPTS for said in texts_of_script(_read(name))}
+    said = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
+    return {text: own for text, own in said.items() if own != text}
 
 
 def _theme(theme: Theme) -> dict[str, Any]:
