@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
 from inspector.language import tr
@@ -71,6 +72,25 @@ def _told(knob: _Knob, value: float) -> str:
     return f"{number(knob.shown(value), len(str(knob.steps)) - 1)}{knob.unit}"
 
 
+class ToldSlider(QSlider):
+    """Beside its place, which counts steps, those who hear it are told its value with its unit."""
+
+    def __init__(self) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        self._told = ""
+
+    def tell(self, value: str) -> None:
+        """Another value: said while the slider has the focus."""
+        self._told = value
+        if self.hasFocus():
+            self.setAccessibleDescription(value)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """The value is heard with the name."""
+        self.setAccessibleDescription(self._told)
+        super().focusInEvent(event)
+
+
 class WhatIfBox(QWidget):
     """Sliders, the player of the stages, what the child does, reset, and a sentence."""
 
@@ -79,13 +99,13 @@ class WhatIfBox(QWidget):
         self._taught = taught
         self._theme: Theme | None = None
         self._role = ""
-        self.sliders: dict[str, QSlider] = {}
+        self.sliders: dict[str, ToldSlider] = {}
         self.numbers: dict[str, QLabel] = {}
         grid = QGridLayout()
         grid.setHorizontalSpacing(6)
         grid.setVerticalSpacing(2)
         for k, (name, knob) in enumerate(_KNOBS.items()):
-            slider = QSlider(Qt.Orientation.Horizontal)
+            slider = ToldSlider()
             slider.setRange(knob.low * knob.steps, knob.high * knob.steps)
             slider.setPageStep(5 * knob.steps if knob.high > 10 else knob.steps)
             slider.setToolTip(knob.tip)
@@ -160,6 +180,7 @@ class WhatIfBox(QWidget):
                 with QSignalBlocker(slider):
                     slider.setValue(place)
             self.numbers[name].setText(_told(knob, value))
+            slider.tell(_told(knob, value))
         for button, on in ((self.counter, what_if.counter), (self.follow, not what_if.counter)):
             if button.isChecked() != on:
                 with QSignalBlocker(button):
