@@ -10,14 +10,32 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-from inspector.language.catalogue import chosen_language, entries_of_core
+from inspector.language.catalogue import SOURCE, chosen_language, entries_of_core
 
+# Why the system could not read or write, which it says in English.
+OF_SYSTEM = (
+    "File exists",
+    "File name too long",
+    "Input/output error",
+    "Is a directory",
+    "No space left on device",
+    "No such file or directory",
+    "Not a directory",
+    "Permission denied",
+    "Read-only file system",
+)
 _HOLE = re.compile(r"\{(\d+)\}")
+# What joins sentences, and the parts of one: those that reach over more of it come first.
+_JOINTS = (". ", "; ", ": ", " (", ", ")
 
 
 def of_core(sentence: str) -> str:
-    """A sentence of twistcore in the chosen language; as it is where its form is not known."""
-    return _translated(chosen_language(), sentence)
+    """A sentence of twistcore in the chosen language; as it is where its form is not known.
+
+    What is joined of several is translated part by part.
+    """
+    language = chosen_language()
+    return sentence if language == SOURCE else _translated(language, sentence)
 
 
 @lru_cache(4096)
@@ -27,7 +45,25 @@ def _translated(language: str, sentence: str) -> str:
             # What is put in may be a word of twistcore's itself, such as a kind of error.
             found = {name: of_core(words) for name, words in match.groupdict().items()}
             return translation.format(*(found[f"_{k}"] for k in range(len(found))))
+    for joint in _JOINTS:
+        if joint in sentence:
+            first, _, rest = sentence.partition(joint)
+            return _ended(first, joint) + _begun(joint, rest)
     return sentence
+
+
+def _ended(first: str, joint: str) -> str:
+    """The part before a joint; a full stop belongs to the form."""
+    if not joint.startswith("."):
+        return of_core(first) + joint
+    return of_core(f"{first}.") + joint[1:]
+
+
+def _begun(joint: str, rest: str) -> str:
+    """The part behind a joint; a bracket closes behind the form."""
+    if joint != " (" or not rest.endswith(")"):
+        return of_core(rest)
+    return of_core(rest[:-1]) + ")"
 
 
 @lru_cache(1)
@@ -41,4 +77,6 @@ def _pattern(form: str) -> str:
     pieces = _HOLE.split(form)  # text, number, text, …
     texts, numbers = pieces[::2], pieces[1::2]
     holes = [f"(?P<_{number}>.*?)" for number in numbers]
-    return "".join(re.escape(t) + h for t, h in zip(texts, [*holes, ""], strict=True))
+    return "".join(
+        re.escape(t.format()) + h for t, h in zip(texts, [*holes, ""], strict=True)
+    )  # a brace of its own is doubled in a form

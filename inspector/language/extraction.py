@@ -6,20 +6,31 @@ New texts come in untranslated, those that are no more go; translations stay as 
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TypeGuard
 
 import polib
 from babel.messages.extract import extract_from_dir
 
 from inspector.bundled import LANGUAGES
 from inspector.language.catalogue import CORE
+from inspector.language.core_sentences import OF_SYSTEM
 
 _ROOT = Path(__file__).resolve().parents[2]
 _CALLS = {"tr": None, "plural": (1, 2), "tr_as": ((1, "c"), 2)}
 # Rooms of twistcore whose sentences the window shows; what is said only by commands is not here.
-_ROOMS_OF_CORE = ("detection", "why_not", "review", "tuning", "quality")
+_ROOMS_OF_CORE = (
+    *("detection", "why_not", "review", "tuning", "quality", "refinement", "twist_removal"),
+    *("quamo/response", "quamo/track_clip", "errors", "formats", "clip_files", "clip", "chain"),
+    *("limb", "rig", "motion", "analysis", "bvh", "amc", "npz", "atomic", "file_lock", "encoding"),
+)
+_WORDS = ("Kind", "Decision", "SEEN")  # of these a single word, too, is shown
+# What is written into files, matched, compared, or said to programmers only.
+_IN_FILES = re.compile(r"#|\(\?|<|[a-z_]+ = |End Site$|\{0\}\t|6 X")
+_FOR_PROGRAMS = ("__repr__", "compile", "KeyError", "TypeError")
 _Key = tuple[str, str, str]  # context, text, plural
 
 
@@ -52,6 +63,8 @@ def texts_in_code() -> Iterator[_Key]:
     for _, _, text, _, context in found:
         one, many = (text, "") if isinstance(text, str) else text
         yield context or "", one, many
+    for sentence in OF_SYSTEM:
+        yield CORE, sentence, ""
     for room in _ROOMS_OF_CORE:
         place = _ROOT / "twistcore" / room
         for module in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:
@@ -64,26 +77,51 @@ def _forms(tree: ast.AST) -> Iterator[str]:
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             continue
-        if isinstance(node, ast.JoinedStr):
-            form = _form(node)
+        if _name(node) in _FOR_PROGRAMS:
+            continue
+        if _name(node) in _WORDS:
+            yield from (str(ast.literal_eval(n.value)) for n in ast.walk(node) if _is_word(n))
+        elif isinstance(node, ast.JoinedStr):
+            yield from _if_said(_form(node))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            form = node.value
+            yield from _if_said(_escaped(node.value))
         else:
             yield from _forms(node)
-            continue
-        if " " in form.strip() and any(c.isalpha() for c in form):
-            yield form
+
+
+def _name(node: ast.AST) -> str:
+    """What is defined, or called."""
+    if isinstance(node, ast.FunctionDef | ast.ClassDef):
+        return node.name
+    if isinstance(node, ast.Assign):
+        return getattr(node.targets[0], "id", "")
+    called = node.func if isinstance(node, ast.Call) else None
+    return getattr(called, "id", getattr(called, "attr", ""))
+
+
+def _is_word(node: ast.AST) -> TypeGuard[ast.Assign]:
+    return isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
+
+
+def _if_said(form: str) -> Iterator[str]:
+    words = any(c.isalpha() for c in re.sub(r"\{\d+\}", "", form))
+    if words and " " in form.strip() and not _IN_FILES.match(form):
+        yield form
 
 
 def _form(sentence: ast.JoinedStr) -> str:
     pieces, holes = "", 0
     for part in sentence.values:
         if isinstance(part, ast.Constant):
-            pieces += str(part.value)
+            pieces += _escaped(str(part.value))
         else:
             pieces += f"{{{holes}}}"
             holes += 1
     return pieces
+
+
+def _escaped(text: str) -> str:
+    return text.replace("{", "{{").replace("}", "}}")
 
 
 def _entry(wanted: _Key) -> polib.POEntry:
