@@ -24,17 +24,23 @@ OF_SYSTEM = (
     "Permission denied",
     "Read-only file system",
 )
+# What chains and limbs are called.
+LABELS = tuple(
+    f"{side} {segment}"
+    for side in ("Left", "Right")
+    for segment in ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg", "arm", "leg")
+)
 _HOLE = re.compile(r"\{(\d+)\}")
 # What joins sentences, and the parts of one: those that reach over more of it come first.
 _JOINTS = (". ", "; ", ": ", " (", ", ")
 
 
-def of_core(sentence: str) -> str:
+def of_core(said: object) -> str:
     """A sentence of twistcore in the chosen language; as it is where its form is not known.
 
-    What is joined of several is translated part by part.
+    said: words, or an error that has them. What is joined of several is translated part by part.
     """
-    language = chosen_language()
+    language, sentence = chosen_language(), str(said)
     return sentence if language == SOURCE else _translated(language, sentence)
 
 

@@ -17,7 +17,7 @@ from babel.messages.extract import extract_from_dir
 
 from inspector.bundled import LANGUAGES
 from inspector.language.catalogue import CORE
-from inspector.language.core_sentences import OF_SYSTEM
+from inspector.language.core_sentences import LABELS, OF_SYSTEM
 
 _ROOT = Path(__file__).resolve().parents[2]
 _CALLS = {"tr": None, "plural": (1, 2), "tr_as": ((1, "c"), 2)}
@@ -25,7 +25,19 @@ _CALLS = {"tr": None, "plural": (1, 2), "tr_as": ((1, "c"), 2)}
 _ROOMS_OF_CORE = (
     *("detection", "why_not", "review", "tuning", "quality", "refinement", "twist_removal"),
     *("quamo/response", "quamo/track_clip", "errors", "formats", "clip_files", "clip", "chain"),
-    *("limb", "rig", "motion", "analysis", "bvh", "amc", "npz", "atomic", "file_lock", "encoding"),
+    *(
+        "limb",
+        "rig",
+        "export/tracking",
+        "motion",
+        "analysis",
+        "bvh",
+        "amc",
+        "npz",
+        "atomic",
+        "file_lock",
+        "encoding",
+    ),
 )
 _WORDS = ("Kind", "Decision", "SEEN")  # of these a single word, too, is shown
 # What is written into files, matched, compared, or said to programmers only.
@@ -63,7 +75,7 @@ def texts_in_code() -> Iterator[_Key]:
     for _, _, text, _, context in found:
         one, many = (text, "") if isinstance(text, str) else text
         yield context or "", one, many
-    for sentence in OF_SYSTEM:
+    for sentence in (*OF_SYSTEM, *LABELS):
         yield CORE, sentence, ""
     for room in _ROOMS_OF_CORE:
         place = _ROOT / "twistcore" / room

@@ -80,7 +80,7 @@ def measure(pipe: Connection, request: Request) -> None:
             pipe.send((name, tuning.curve(name)))
         pipe.send(None)
     except TwistError as error:
-        pipe.send(of_core(str(error)))
+        pipe.send(of_core(error))
     except (BrokenPipeError, EOFError):
         return  # nobody waits for the rest
     except Exception as error:  # a defect of ours is told, and takes only this process down

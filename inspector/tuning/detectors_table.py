@@ -65,7 +65,7 @@ class DetectorsModel(RowModel[_Line]):
     def refresh(self) -> None:
         """Numbers as they are known now."""
         data = self._document.data
-        names = {c.name: c.label for c in data.chains} if data else {}
+        names = {c.name: of_core(c.label) for c in data.chains} if data else {}
         chains = [(name, label) for name, label in names.items() if name in self._costs.names]
         if not chains:
             self.show(())

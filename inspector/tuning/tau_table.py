@@ -107,7 +107,7 @@ class ComparisonModel(RowModel[_Line]):
     def _lines(self) -> Sequence[_Line]:
         data = self._document.data
         chains = data.chains_and_limbs if data else ()
-        lines = [self._line(c.name, c.label) for c in chains]
+        lines = [self._line(c.name, of_core(c.label)) for c in chains]
         return [*lines, self._line("", tr("All chains"))] if lines else ()
 
     def _line(self, chain: str, label: str) -> _Line:

@@ -132,7 +132,7 @@ class TuningActions:
         try:
             return read_profile(path)
         except TwistError as error:
-            why = of_core(str(error))
+            why = of_core(error)
             self.bar.show_message(tr("{why}. Nothing was changed.", why=why), True)
             return None
 

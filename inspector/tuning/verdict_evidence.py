@@ -139,7 +139,7 @@ class VerdictEvidence(QObject):
         self.changed.emit()
 
     def _fail(self, error: object) -> None:
-        why = of_core(str(error))
+        why = of_core(error)
         self.trouble = tr("The verdicts cannot be counted ({why}).", why=why)
         self.changed.emit()
 
@@ -165,7 +165,7 @@ def _counted(
             try:
                 known[key] = judged_in(path, sessions[0], key[2])
             except TwistError as error:
-                known[key] = of_core(str(error))
+                known[key] = of_core(error)
         judged = known[key]
         if isinstance(judged, str):
             skipped.append(judged)

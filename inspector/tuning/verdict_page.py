@@ -258,7 +258,7 @@ class VerdictPage(QWidget):
     @property
     def _labels(self) -> Mapping[str, str]:
         data = self._document.data
-        return {c.name: c.label for c in data.chains} if data else {}
+        return {c.name: of_core(c.label) for c in data.chains} if data else {}
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
         """The present τ of the selected chain."""
