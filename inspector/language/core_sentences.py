@@ -24,11 +24,14 @@ OF_SYSTEM = (
     "Permission denied",
     "Read-only file system",
 )
-# What chains and limbs are called.
-LABELS = tuple(
-    f"{side} {segment}"
-    for side in ("Left", "Right")
-    for segment in ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg", "arm", "leg")
+# What chains and limbs are called, and their joints.
+LABELS = (
+    *(
+        f"{side} {segment}"
+        for side in ("Left", "Right")
+        for segment in ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg", "arm", "leg")
+    ),
+    *("elbow", "knee", "hand", "foot"),
 )
 _HOLE = re.compile(r"\{(\d+)\}")
 # What joins sentences, and the parts of one: those that reach over more of it come first.

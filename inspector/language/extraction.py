@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import TypeGuard
 
 import polib
-from babel.messages.extract import extract_from_dir
 
 from inspector.bundled import LANGUAGES
 from inspector.language.catalogue import CORE
 from inspector.language.core_sentences import LABELS, OF_SYSTEM
 
 _ROOT = Path(__file__).resolve().parents[2]
-_CALLS = {"tr": None, "plural": (1, 2), "tr_as": ((1, "c"), 2)}
+# What stands in the calls that say something, in their order.
+_CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "text")}
 # Rooms of twistcore whose sentences the window shows; what is said only by commands is not here.
 _ROOMS_OF_CORE = (
     *("detection", "why_not", "review", "tuning", "quality", "refinement", "twist_removal"),
@@ -69,12 +69,12 @@ def key(entry: polib.POEntry) -> _Key:
 
 def texts_in_code() -> Iterator[_Key]:
     """Every text that the code may show."""
-    found = extract_from_dir(
-        str(_ROOT / "inspector"), [("**.py", "python")], keywords=_CALLS, strip_comment_tags=True
-    )
-    for _, _, text, _, context in found:
-        one, many = (text, "") if isinstance(text, str) else text
-        yield context or "", one, many
+    for module in sorted((_ROOT / "inspector").rglob("*.py")):
+        for node in ast.walk(ast.parse(module.read_text("utf-8"))):
+            if (call := _name(node)) in _CALLS and isinstance(node, ast.Call):
+                said = {what: _text(node, k) for k, what in enumerate(_CALLS[call])}
+                if None not in said.values():
+                    yield said.get("meaning") or "", said["text"] or "", said.get("many") or ""
     for sentence in (*OF_SYSTEM, *LABELS):
         yield CORE, sentence, ""
     for room in _ROOMS_OF_CORE:
@@ -109,6 +109,13 @@ def _name(node: ast.AST) -> str:
         return getattr(node.targets[0], "id", "")
     called = node.func if isinstance(node, ast.Call) else None
     return getattr(called, "id", getattr(called, "attr", ""))
+
+
+def _text(call: ast.Call, place: int) -> str | None:
+    """What is written there, in one piece or several; None where no text is."""
+    argument = call.args[place] if place < len(call.args) else None
+    found = argument.value if isinstance(argument, ast.Constant) else None
+    return found if isinstance(found, str) else None
 
 
 def _is_word(node: ast.AST) -> TypeGuard[ast.Assign]:

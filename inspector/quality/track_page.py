@@ -317,7 +317,7 @@ class TrackPage(QWidget):
 def _causal_words(dt: float) -> str:
     """What a causal pass does to a joint; it takes a pass to tell, so once for each rate."""
     usual = Gains.by_hand(dt)
-    return response_words("a joint", lags(usual, dt)[0], overshoots(usual, dt)[0])
+    return response_words(tr("a joint"), lags(usual, dt)[0], overshoots(usual, dt)[0])
 
 
 def _listed(names: Sequence[str], place: str) -> str:
