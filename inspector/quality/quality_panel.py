@@ -85,6 +85,7 @@ class QualityPanel(QWidget):
             split.addWidget(part)
             split.setStretchFactor(place, stretch)
         self.tabs = QTabWidget(documentMode=True)
+        self.tabs.setAccessibleName(tr("Pages of quality"))
         self.tabs.addTab(split, tr("Joints"))
         self.tabs.addTab(self.page, tr("Track with QuaMo"))
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)

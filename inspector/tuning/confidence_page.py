@@ -13,7 +13,7 @@ from inspector.tuning.verdict_evidence import CLIP, FOLDER, RIG, VerdictEvidence
 from inspector.tuning.verdict_page import NARROW
 from inspector.tuning.verdict_plots import ReliabilityPlot
 from inspector.widgets.building import Wrapping, hbox, hint, tool_button, vbox
-from inspector.widgets.labels import Caption, inked
+from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Theme
 from twistcore.tuning.learned_confidence import ENOUGH
 from twistcore.tuning.learned_profile import LearnedProfile
@@ -181,6 +181,7 @@ class ConfidencePage(QWidget):
         own = tr("■ detector's off by {points:.1f} points", points=before)
         learned = tr("● learned {points:.1f}", points=after)
         self.legend.set_text(f"{inked(own, theme.before)} &nbsp; {inked(learned, theme.after)}")
+        self.plot.setAccessibleDescription(plain_text(self.legend.text()))
         confidence = found.profile.confidence
         assert confidence is not None
         used = self._document.learned

@@ -18,7 +18,7 @@ from inspector.tuning.strength_histogram import Histogram
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
-from inspector.widgets.labels import Caption, inked
+from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Theme
 from twistcore.tuning.cost_words import band_words, count_words, fsr_words
 
@@ -140,6 +140,8 @@ class CurvesPage(QWidget):
         if not limb and (progress := self.progress()):
             parts.append(progress)
         self.state.set_text(" · ".join(parts))
+        self.histogram.setAccessibleDescription(plain_text(self.strength_words.text()))
+        self.cost.setAccessibleDescription(self.state.text())
 
     def _strength_text(self, degrees: float) -> str:
         document, theme = self._document, self._theme

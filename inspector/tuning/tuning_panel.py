@@ -118,6 +118,7 @@ class TuningPanel(QWidget):
         self.curves.dropped.connect(self._drop)
         self.profiles.chosen.connect(self._document.select_chain)
         self.tabs = QTabWidget(documentMode=True)
+        self.tabs.setAccessibleName(tr("Pages of tuning"))
         self.tabs.addTab(self.curves, tr("Curves"))
         self.tabs.addTab(self.profiles, tr("Profiles"))
         self.tabs.addTab(self.suggestion, tr("Suggestion"))

@@ -15,7 +15,7 @@ from inspector.session.document import Document
 from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
 from inspector.tuning.verdict_plots import PrecisionPlot
 from inspector.widgets.building import hbox, hint, tool_button, vbox
-from inspector.widgets.labels import Caption, inked
+from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.tables import Row, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, score
@@ -281,6 +281,7 @@ class VerdictPage(QWidget):
             ends = f"{math.degrees(suggestion.low):.2f}–{math.degrees(suggestion.high):.2f}°"
             legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))
         self.legend.set_text(" &nbsp; ".join(legend))
+        self.plot.setAccessibleDescription(plain_text(self.legend.text()))
         self.words.set_text(self._said(scope, self._labels.get))
         tau = self.suggested()
         now = self._document.review.state.tau
