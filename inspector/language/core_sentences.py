@@ -44,42 +44,57 @@ def of_core(said: object) -> str:
     said: words, or an error that has them. What is joined of several is translated part by part.
     """
     language, sentence = chosen_language(), str(said)
-    return sentence if language == SOURCE else _translated(language, sentence)
+    return sentence if language == SOURCE else _translated(language, sentence)[0]
 
 
-@lru_cache(4096)
-def _translated(language: str, sentence: str) -> str:
-    for pattern, translation in _forms(language):
-        if match := pattern.fullmatch(sentence):
+@lru_cache(8192)
+def _translated(language: str, sentence: str) -> tuple[str, int]:
+    """The reading of which most letters are known from forms, and how many these are."""
+    best = sentence, 0
+    if not any(letter.isalpha() for letter in sentence):
+        return best
+    for piece, pattern, letters, translation in _forms(language):
+        if piece in sentence and (match := pattern.fullmatch(sentence)):
             # What is put in may be a word of twistcore's itself, such as a kind of error.
-            found = {name: of_core(words) for name, words in match.groupdict().items()}
-            return translation.format(*(found[f"_{k}"] for k in range(len(found))))
+            found = {name: _translated(language, w) for name, w in match.groupdict().items()}
+            known = letters + sum(n for _, n in found.values())
+            if known > best[1]:
+                best = translation.format(*(found[f"_{k}"][0] for k in range(len(found)))), known
     for joint in _JOINTS:
-        if joint in sentence:
-            first, _, rest = sentence.partition(joint)
-            return _ended(first, joint) + _begun(joint, rest)
-    return sentence
+        if not best[1] and joint in sentence:
+            first, rest = _parted(sentence, joint)
+            parts = [_translated(language, part) for part in (first, rest[0])]
+            known = sum(n for _, n in parts)
+            if known:
+                stop = joint.removeprefix(".")
+                best = f"{parts[0][0]}{stop}{parts[1][0]}{rest[1]}", known
+    return best
 
 
-def _ended(first: str, joint: str) -> str:
-    """The part before a joint; a full stop belongs to the form."""
-    if not joint.startswith("."):
-        return of_core(first) + joint
-    return of_core(f"{first}.") + joint[1:]
-
-
-def _begun(joint: str, rest: str) -> str:
-    """The part behind a joint; a bracket closes behind the form."""
-    if joint != " (" or not rest.endswith(")"):
-        return of_core(rest)
-    return of_core(rest[:-1]) + ")"
+def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
+    """The part before a joint, with its full stop, and that behind it, without its bracket."""
+    first, _, rest = sentence.partition(joint)
+    bracket = joint == " (" and rest.endswith(")")
+    return first + "." * joint.startswith("."), (rest[:-1], ")") if bracket else (rest, "")
 
 
 @lru_cache(1)
-def _forms(_language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
-    """Of each form its pattern and translation: those that leave least open first."""
-    entries = sorted(entries_of_core(), key=lambda e: (-len(_HOLE.sub("", e[0])), e[0]))
-    return tuple((re.compile(_pattern(form), re.DOTALL), text) for form, text in entries)
+def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
+    """Of each form its longest piece, pattern, letters, and its translation; the longest first."""
+    entries = sorted(entries_of_core(), key=lambda e: (-_letters(e[0]), e[0]))
+    return tuple(
+        (_piece(form), re.compile(_pattern(form), re.DOTALL), _letters(form), text)
+        for form, text in entries
+    )
+
+
+def _piece(form: str) -> str:
+    """To look for it is quicker than to try the pattern."""
+    return max(_HOLE.split(form)[::2], key=len).format()
+
+
+def _letters(form: str) -> int:
+    return len(_HOLE.sub("", form))
 
 
 def _pattern(form: str) -> str:
