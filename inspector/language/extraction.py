@@ -25,23 +25,15 @@ _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "tex
 _ROOMS_OF_CORE = (
     *("detection", "why_not", "review", "tuning", "quality", "refinement", "twist_removal"),
     *("quamo/response", "quamo/track_clip", "errors", "formats", "clip_files", "clip", "chain"),
-    *(
-        "limb",
-        "rig",
-        "export/tracking",
-        "motion",
-        "analysis",
-        "bvh",
-        "amc",
-        "npz",
-        "atomic",
-        "file_lock",
-        "encoding",
-    ),
+    *("limb", "rig", "motion", "analysis", "bvh", "amc", "npz", "atomic", "file_lock"),
+    *("encoding", "processes", "synthesis/truth", "report/clip_report", "batch/inputs"),
+    *("batch/batch_run", "batch/clip_task", "batch/clip_survey"),
+    *("export/tracking", "export/compare", "export/replay", "export/scene_keys"),
+    *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
 )
 _WORDS = ("Kind", "Decision", "SEEN")  # of these a single word, too, is shown
 # What is written into files, matched, compared, or said to programmers only.
-_IN_FILES = re.compile(r"#|\(\?|<|[a-z_]+ = |End Site$|\{0\}\t|6 X")
+_IN_FILES = re.compile(r"#|\(\?|<|[a-z_]+ = |End Site$|from |twistcore batch$|\{0\}\t|6 X")
 _FOR_PROGRAMS = ("__repr__", "compile", "KeyError", "TypeError")
 _Key = tuple[str, str, str]  # context, text, plural
 
