@@ -96,7 +96,7 @@ class TrackPage(QWidget):
         self.buttons = QStackedWidget()
         short = {
             "track_joints": tr("Track"),
-            "stop_tracking": tr("Stop"),
+            "stop_tracking": tr_as("tracking", "Stop"),
             "cancel_tracking": tr("Cancel"),
         }
         track, stop, cancel = (action_button(actions[name], word) for name, word in short.items())
