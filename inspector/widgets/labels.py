@@ -65,6 +65,11 @@ def inked(text: str, colour: str) -> str:
     return f"<span style='color:{colour}'>{text}</span>"
 
 
+def plain_text(rich: str) -> str:
+    """The words of rich text."""
+    return QTextDocumentFragment.fromHtml(rich).toPlainText()
+
+
 class Caption(QWidget):
     """Rich text as wide as there is room, broken into lines; it grows with them, never shrinks.
 
@@ -110,7 +115,7 @@ class Caption(QWidget):
     def _fit(self, least: int) -> None:
         shown, height = self._text, self._line
         if self._short:
-            whole = QTextDocumentFragment.fromHtml(self._text).toPlainText()
+            whole = plain_text(self._text)
             end = Qt.TextElideMode.ElideRight
             line = self.fontMetrics().elidedText(whole, end, self.width())
             shown = escape(line)
