@@ -15,7 +15,7 @@ from inspector.language import tr, tr_as
 from inspector.widgets.building import hbox
 from inspector.widgets.tables import SORT_ROLE, Index, RowModel
 from twistcore.detection import Kind
-from twistcore.review import Decision, Judged
+from twistcore.review import Judged
 
 KINDS = {  # in the table, and as filters
     Kind.COUNTER_TWIST: (tr_as("kind of error", "twist"), tr("Counter-twists")),
@@ -23,16 +23,18 @@ KINDS = {  # in the table, and as filters
     Kind.LONE_JUMP: (tr_as("kind of error", "jump"), tr("Lone jumps")),
 }
 ALL, OF_CHAIN = "All", "This chain"
-_OF_DECISION = {
-    Decision.UNDECIDED: tr_as("intervals", "Undecided"),
-    Decision.ACCEPTED: tr_as("intervals", "Accepted"),
-    Decision.REJECTED: tr_as("intervals", "Rejected"),
+_OF_KIND = {
+    "Counter-twists": Kind.COUNTER_TWIST,
+    "Limb flips": Kind.LIMB_FLIP,
+    "Lone jumps": Kind.LONE_JUMP,
 }
-FILTERS: dict[str, str] = {  # what is asked for, and its words in the list of filters
+FILTERS = {  # what is asked for, and its words in the list of filters
     ALL: tr_as("intervals", "All"),
-    **{str(decision): words for decision, words in _OF_DECISION.items()},
+    "Undecided": tr_as("intervals", "Undecided"),
+    "Accepted": tr_as("intervals", "Accepted"),
+    "Rejected": tr_as("intervals", "Rejected"),
     OF_CHAIN: tr("This chain"),
-    **{str(kind): words for kind, (_, words) in KINDS.items()},
+    **{name: KINDS[kind][1] for name, kind in _OF_KIND.items()},
 }
 _ANY = tr_as("filter", "Any conf.")
 _CONFIDENCES = (_ANY, "≥ 0.95", "≥ 0.50", "< 0.95", "< 0.50")
@@ -67,7 +69,10 @@ class Wanted:
         if self.chosen == OF_CHAIN:
             if judged.interval.chain != chain:
                 return False
-        elif self.chosen not in (ALL, judged.decision, judged.interval.kind):
+        elif self.chosen in _OF_KIND:
+            if judged.interval.kind != _OF_KIND[self.chosen]:
+                return False
+        elif self.chosen not in (ALL, judged.decision.value.capitalize()):
             return False
         if self.bounds:
             sure = judged.interval.confidence
