@@ -54,7 +54,7 @@ _LIMB_TIPS = (
     tr("Median height of its middle joint off its line, of its length: low on a straight limb"),
 )
 _PAD = 8  # pixels
-_NAME = "Right ForeArm"  # such a name, and its tick, is worth more than the last columns
+_NAME = of_core("Right ForeArm")  # such a name, and its tick, is worth more than the last columns
 _TICK = 24  # pixels
 _RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth says nothing
 

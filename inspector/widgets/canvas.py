@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import pyqtgraph as pg
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QColor, QFont, QPen
 from PySide6.QtWidgets import QGraphicsGridLayout, QGraphicsItem, QSizePolicy, QWidget
 
 from inspector.widgets.theme import Theme
 
 _PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column; the view's is 0, 1
-_STILL_MS = 400  # a plot that has not changed for so long is told to screen readers
 
 
 class Canvas(pg.GraphicsView):
@@ -52,8 +51,6 @@ class Canvas(pg.GraphicsView):
         self.setCentralItem(plot)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFrameShape(self.Shape.NoFrame)
-        self._still = QTimer(self, singleShot=True, interval=_STILL_MS)
-        self._still.timeout.connect(self._tell)
 
     def addItem(self, item: pg.GraphicsObject) -> None:
         """Put something into the view; the range does not follow it."""
@@ -80,15 +77,6 @@ class Canvas(pg.GraphicsView):
     def touch(self) -> None:
         """Be painted with the window's next repaint."""
         self.viewport().update()
-        self._still.start()
-
-    def spoken(self) -> str:
-        """What a screen reader says of what is shown; asked once it stands still."""
-        return ""
-
-    def _tell(self) -> None:
-        if (told := self.spoken()) != self.accessibleDescription():
-            self.setAccessibleDescription(told)
 
 
 class TauLine(pg.InfiniteLine):

@@ -11,10 +11,8 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
 
-from inspector.language import tr
-from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis, from_root_scale
+from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis
 from inspector.widgets.canvas import Canvas
-from inspector.widgets.signed_numbers import plain
 from inspector.widgets.theme import Theme, figures_font
 from twistcore.rotation import Array
 
@@ -25,14 +23,13 @@ _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
 class Trace:
     """x, y: frames and values, NaN where nothing is drawn; role: the theme's colour.
 
-    dots: isolated values, which no line would show; name: what a screen reader calls it.
+    dots: isolated values, which no line would show.
     """
 
     x: Array
     y: Array
     role: str
     dots: bool = False
-    name: str = ""
 
 
 class TracePlot(Canvas):
@@ -47,9 +44,6 @@ class TracePlot(Canvas):
             left.unit = unit
         super().__init__({"left": left, "bottom": FrameAxis("bottom")})
         self._lines: Sequence[Trace] = ()
-        self._unit = "°" if root else unit
-        self._value = from_root_scale if root else float
-        self._frame = 0
         self.curves: list[pg.PlotCurveItem] = []
         self._dots = pg.ScatterPlotItem(symbol="o", size=3, pen=None)
         self.axes["left"].setWidth(_AXIS_WIDTH)
@@ -115,21 +109,8 @@ class TracePlot(Canvas):
 
     def show_frame(self, frame: int) -> None:
         """Move the playhead."""
-        self._frame = frame
         self.playhead.setValue(frame)
         self.touch()
-
-    def spoken(self) -> str:
-        """The curves' values at the playhead."""
-        values = []
-        for line in self._lines:
-            there = line.y[(line.x == self._frame) & np.isfinite(line.y)]
-            values += [
-                f"{line.name} {plain(self._value(value), 2)}{self._unit}".strip()
-                for value in there[:1]
-            ]
-        number = self._frame + self.axes["bottom"].first
-        return tr("Frame {frame}: {values}", frame=number, values=", ".join(values) or "–")
 
     def _clicked(self, event: Any) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
