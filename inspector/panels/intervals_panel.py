@@ -90,6 +90,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
                 PLACE["joints"]: self.theme.soft,
             },
             tips=(_tip(document.told(judged), shared, f"{label} ({joints})", own),),
+            spoken={PLACE["decision"]: decision.partition(" ")[2]},
         )
 
 

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QAbstractSpinBox, QComboBox, QWidget
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.panels.clips_panel import ClipsPanel
 from inspector.panels.end_choice import EndChoice
+from inspector.panels.interval_columns import PLACE
 from inspector.session.document import Document
 from inspector.widgets.building import tool_button
 from inspector.widgets.keyed_list import KeyedList
@@ -46,6 +47,12 @@ def test_joints_beside_a_chain_are_said_with_it(opened):
     row = next(k for k, thing in enumerate(model.things) if not thing.joints)
     assert model.index(row, 0).data(SPOKEN) == model.things[row].label
     assert model.index(row, 3).data(SPOKEN) == model.index(row, 3).data()
+
+
+def test_a_decision_is_said_without_its_sign(opened):
+    model = opened.intervals.table.model()
+    at = model.index(0, PLACE["decision"])
+    assert (at.data(), at.data(SPOKEN)) == ("· undecided", "undecided")
 
 
 def test_a_button_with_a_sign_says_its_tip(qtbot):
