@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
@@ -36,6 +37,8 @@ class HistoryPanel(QWidget):
             item = self.list.item(k)
             colour = self.palette().placeholderText() if k > done else self.palette().text()
             item.setForeground(colour)
+            told = tr("undone") if k > done else ""  # what is faint to those who see
+            item.setData(Qt.ItemDataRole.AccessibleDescriptionRole, told)
         self.list.setCurrentRow(done)
         self.list.scrollToItem(self.list.item(done))
 

@@ -9,12 +9,14 @@ from PySide6.QtWidgets import QAbstractSpinBox, QComboBox, QWidget
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.panels.clips_panel import ClipsPanel
 from inspector.panels.end_choice import EndChoice
+from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.interval_columns import PLACE
 from inspector.session.document import Document
 from inspector.widgets.building import tool_button
 from inspector.widgets.keyed_list import KeyedList
 from inspector.widgets.labels import ElidedLine
 from inspector.widgets.theme import DARK
+from twistcore.review import Decision
 
 SPOKEN = Qt.ItemDataRole.AccessibleTextRole
 
@@ -53,6 +55,15 @@ def test_a_decision_is_said_without_its_sign(opened):
     model = opened.intervals.table.model()
     at = model.index(0, PLACE["decision"])
     assert (at.data(), at.data(SPOKEN)) == ("· undecided", "undecided")
+
+
+def test_a_step_that_was_undone_is_said_to_be(opened):
+    opened.document.decide(Decision.ACCEPTED, [opened.document.intervals[0].id])
+    (panel,) = opened.findChildren(HistoryPanel)
+    steps, told = panel.list, Qt.ItemDataRole.AccessibleDescriptionRole
+    assert [steps.item(k).data(told) for k in (0, 1)] == ["", ""]
+    opened.document.undo()
+    assert [steps.item(k).data(told) for k in (0, 1)] == ["", "undone"]
 
 
 def test_a_button_with_a_sign_says_its_tip(qtbot):
