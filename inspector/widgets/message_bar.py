@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAccessible, QAccessibleEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
 
-from inspector.language import of_core
+from inspector.language import of_core, tr
 from inspector.widgets.building import hbox, soft, tool_button
 
 _SHOWN_MS = 8000
@@ -26,7 +27,7 @@ class MessageBar(QFrame):
         self.setObjectName("bar")
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         self.label = QLabel(wordWrap=True, textInteractionFlags=selectable)
-        close = tool_button("✕", "Close this message")
+        close = tool_button("✕", tr("Close this message"))
         close.clicked.connect(self._close)
         self._answers = QHBoxLayout()
         self._keys = soft(QLabel())
@@ -132,3 +133,6 @@ class MessageBar(QFrame):
         self.style().unpolish(self)
         self.style().polish(self)
         self.show()
+        if QAccessible.isActive():  # read out at once, wherever the keyboard is
+            alert = QAccessibleEvent(self.label, QAccessible.Event.Alert)
+            QAccessible.updateAccessibility(alert)

@@ -9,9 +9,10 @@ import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QInputDialog, QWidget
 
-from inspector.panels.detail_card import REASONS, DetailCard
+from inspector.panels.detail_card import DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.reason_palette import ReasonPalette
+from inspector.panels.reject_reasons import REASONS
 from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import BLIND, Document
 from inspector.session.player import Player
@@ -189,7 +190,7 @@ class ReviewActions:
             self._ask_to_select()
         elif not self._out_of_view():
             own = [j.reason for j in self.document.intervals if j.reason]
-            reasons = tuple(dict.fromkeys((*REASONS[1:], *own)))
+            reasons = tuple(dict.fromkeys((*REASONS, *own)))
             palette = ReasonPalette(reasons, "Reject. Why?", self.window)
             palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
             self.document.opened.connect(palette.close)  # it is about an interval of this clip
