@@ -2,6 +2,7 @@
 
 from inspector.language.catalogue import (
     chosen_language,
+    codes,
     languages,
     plural,
     tr,
@@ -13,6 +14,7 @@ from inspector.language.core_sentences import of_core
 
 __all__ = [
     "chosen_language",
+    "codes",
     "languages",
     "of_core",
     "plural",

@@ -45,7 +45,8 @@ class Settings:
     intervals, none for those there is room for; interval_sort: the column it is sorted by, '-'
     before it where the other way round, '' for none; alarm_points, smallest_error, error_draws: of
     a suggested τ, points of FSR that a false alarm may cost, degrees of the smallest errors looked
-    for, draws of errors to measure with; of_others: what the file holds beside, of a
+    for, draws of errors to measure with; language: of texts, 'system' or a code such as 'de', one
+    that there is not is as 'system'; of_others: what the file holds beside, of a
     newer version perhaps, kept for it.
     """
 
@@ -70,6 +71,7 @@ class Settings:
     alarm_points: float = 5.0
     smallest_error: float = 2.0
     error_draws: int = 3
+    language: str = "system"
     of_others: dict[str, Any] = field(default_factory=dict)
 
     def remember(self, path: Path) -> None:
@@ -130,6 +132,7 @@ CHECKS: dict[str, Check] = {
     "alarm_points": checks.number(0.0, 100.0),
     "smallest_error": checks.number(0.1, 180.0),
     "error_draws": checks.whole(1, MOST_DRAWS),
+    "language": checks.text(20),
 }
 
 

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.language import languages, tr, tr_as
 from inspector.session.settings import STEPS, Settings
 from inspector.widgets.building import vbox
 from inspector.window.actions import Menus, rows
@@ -47,12 +48,18 @@ class Preferences(QDialog):
         self.autosave.setToolTip("A minute after the last step, and when another clip is opened")
         self.next_clip = QCheckBox("Open the folder's next clip after an export")
         self.next_clip.setChecked(settings.next_after_export)
+        self.language = QComboBox()
+        self.language.addItem(tr_as("language", "As the system"), "system")
+        for code, name in languages().items():
+            self.language.addItem(name, code)
+        self.language.setCurrentIndex(max(self.language.findData(settings.language), 0))
         form = QFormLayout()
         form.addRow("Reviewer", self.reviewer)
         form.addRow("Frames are counted from", self.first)
         form.addRow("Ctrl+← and Ctrl+→ go by", self.step)
         form.addRow("", self.autosave)
         form.addRow("", self.next_clip)
+        form.addRow(tr("Language, from the next start"), self.language)
         self.keys = QTableWidget(len(self._rows), 2)
         self.keys.setHorizontalHeaderLabels(["Action", "Key"])
         self.keys.verticalHeader().hide()
@@ -89,6 +96,7 @@ class Preferences(QDialog):
         settings.step = self.step.value()
         settings.autosave = self.autosave.isChecked()
         settings.next_after_export = self.next_clip.isChecked()
+        settings.language = self.language.currentData()
         changed = {}
         for row in self._rows:
             key = self.edits[row.id].keySequence().toString()
