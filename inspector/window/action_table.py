@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from inspector.bundled import SAMPLE
-from inspector.language import tr
+from inspector.language import tr, tr_as
 from inspector.session.open_clip import Show
 from inspector.tuning.tuning_panel import Scope
 from inspector.viewport.solid_and_ghost import Style
@@ -224,10 +224,10 @@ MENUS: Mapping[str, tuple[ActionSpec | Switch | None, ...]] = {
         None,
         ActionSpec("view_iso", tr("Three-quarter view"), ("1",),
                    do=lambda p: p.viewport.set_view("iso")),
-        ActionSpec("view_front", tr("Front"), ("2",), do=lambda p: p.viewport.set_view("front")),
-        ActionSpec("view_side", tr("Side"), ("3",), do=lambda p: p.viewport.set_view("side")),
-        ActionSpec("view_back", tr("Back"), ("4",), do=lambda p: p.viewport.set_view("back")),
-        ActionSpec("view_top", tr("Top"), ("5",), do=lambda p: p.viewport.set_view("top")),
+        ActionSpec("view_front", tr_as("view", "Front"), ("2",), do=lambda p: p.viewport.set_view("front")),
+        ActionSpec("view_side", tr_as("view", "Side"), ("3",), do=lambda p: p.viewport.set_view("side")),
+        ActionSpec("view_back", tr_as("view", "Back"), ("4",), do=lambda p: p.viewport.set_view("back")),
+        ActionSpec("view_top", tr_as("view", "Top"), ("5",), do=lambda p: p.viewport.set_view("top")),
         None,
         ActionSpec("zoom_to_interval", tr("Plots: zoom to interval"), ("Z",),
                    do=lambda p: p.timeline.visible.zoom_to_interval()),

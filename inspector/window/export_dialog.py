@@ -92,7 +92,7 @@ class ExportDialog(WriteDialog):
                 "{joints} with QuaMo, {way}, {gains} gains, afterwards",
                 joints=of_core(tracking.what),
                 way=tr("causally") if tracking.causal else tr("both ways"),
-                gains=tr("learned") if tracking.learned else tr("hand"),
+                gains=tr_as("gains", "learned") if tracking.learned else tr_as("gains", "hand"),
             )
             form.addRow(tr("Tracked"), QLabel(how))
         form.addRow("", self.undecided)

@@ -12,7 +12,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
-from inspector.language import chosen_language, plural, tr
+from inspector.language import chosen_language, plural, tr, tr_as
 from inspector.session.export_files import Export, ExportChoice
 from inspector.session.exporter import Exporter
 from inspector.session.leftovers import unsaved_among
@@ -93,7 +93,7 @@ class FileActions(Saving):
         """Ask for a file and open it."""
         patterns = tr("Motion and sessions") + f" ({CLIP_PATTERNS} *{SESSION_SUFFIX}*)"
         pattern = f"{patterns};;" + tr("All files") + " (*)"
-        ask_files(self.window, tr("Open"), pattern, lambda paths: self.open_path(paths[0]))
+        ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 
     def open_folder(self) -> None:
         """Ask for a folder and queue its clips."""

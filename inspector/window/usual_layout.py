@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-from inspector.language import tr
+from inspector.language import tr, tr_as
 from inspector.window.low_window import Compact, LowWindow
 
 DOCKS = {  # their titles by their names
@@ -19,7 +19,7 @@ DOCKS = {  # their titles by their names
     "history": tr("History"),
     "tuning": tr("Tuning"),
     "teaching": tr("Teaching"),
-    "guide": tr("Guide"),
+    "guide": tr_as("of a lesson", "Guide"),
     "quality": tr("Quality"),
 }
 # Chains, intervals, curves: pixels where there is room, else shares of the window's size.
