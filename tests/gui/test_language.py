@@ -8,6 +8,7 @@ import shutil
 import string
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import polib
@@ -17,6 +18,8 @@ from inspector.bundled import LANGUAGES
 from inspector.language import codes, of_core, plural, tr, use_language, wished
 from inspector.language.extraction import key, texts_in_code
 from tests.conftest import ASSETS
+from twistcore.bvh import read_bvh
+from twistcore.chain import find_chains
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).with_name("said_texts.py")
@@ -30,7 +33,7 @@ SAME = set(
         name video film start stop fokus export pause test median position profil symbol text
         system quaternion markdown blender html json toml xml csv png svg bvh amc npz gif mp4 fps
         fsr tpr auc roc hmm tau sin cos log exp max min rad inspector quamo twistcore batch
-        choi jang kim sens sci technol mocap cmu edu nsf eia
+        choi jang kim sens sci technol mocap cmu edu nsf eia deutsch english esc
         """,
     )
 )
@@ -201,8 +204,18 @@ def test_a_screen_reader_has_a_name_for_all_that_the_keyboard_reaches(said, code
     assert said[code]["unnamed"] == {}
 
 
+@cache
+def names():
+    """What joints and chains of the clip are called, the longest first."""
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    chains = [c.label for c in find_chains(motion)]
+    return sorted({*motion.skeleton.names, *chains}, key=len, reverse=True)
+
+
 def english(text):
     """Its words that may be English: no names of joints, files, formulas; none that are `SAME`."""
+    for name in names():
+        text = text.replace(name, " ")
     text = re.sub(r"<[^>]*>|\{[^}]*\}|`[^`]*`|\S*[/\\.@_]\w\S*|\\\w+", " ", text)
     words = re.findall(r"[^\W\d_]{3,}", text)
     return [w for w in words if w.lower() not in SAME and not re.search(r"[a-z][A-Z]", w)]
