@@ -68,7 +68,7 @@ class Preferences(QDialog):
         self.keys.verticalHeader().hide()
         header = self.keys.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        header.resizeSection(1, 190)
+        header.resizeSection(1, 230)
         self.edits: dict[str, QKeySequenceEdit] = {}
         for place, row in enumerate(self._rows):
             item = QTableWidgetItem(row.text)
