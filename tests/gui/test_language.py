@@ -33,10 +33,13 @@ SAME = set(
         name video film start stop fokus export pause test median position profil symbol text
         system quaternion markdown blender html json toml xml csv png svg bvh amc npz gif mp4 fps
         fsr tpr auc roc hmm tau sin cos log exp max min rad inspector quamo twistcore batch
-        choi jang kim sens sci technol mocap cmu edu nsf eia deutsch english esc
+        choi jang kim sens sci technol mocap cmu edu nsf eia deutsch english esc azim format hand
+        swivel dpi
         """,
     )
 )
+
+_ELSEWHERE = ("web_page.py",)  # its texts are those of a script, which is looked through itself
 
 
 def entries(code):
@@ -100,14 +103,14 @@ def test_no_english_is_left_in_a_catalogue(code):
 
 
 def test_every_text_that_is_marked_is_extracted():
-    """The extraction does not see into f-strings, and a text that is computed is no text."""
+    """A text that is computed is none that a translator meets."""
     known = {text for key in texts_in_code() for text in key[1:]}
     lost = []
     for module in sorted((ROOT / "inspector").rglob("*.py")):
         for node in ast.walk(ast.parse(module.read_text("utf-8"))):
             name = getattr(node.func, "id", "") if isinstance(node, ast.Call) else ""
             place = {"tr": (0,), "tr_as": (1,), "plural": (0, 1)}.get(name, ())
-            if module.parent.name == "language":
+            if module.parent.name == "language" or module.name in _ELSEWHERE:
                 continue
             texts = [node.args[k] for k in place]
             if any(not isinstance(t, ast.Constant) or t.value not in known for t in texts):
@@ -190,13 +193,18 @@ def said(tmp_path_factory):
 
 def test_no_text_of_the_window_is_one_that_is_translated(said):
     known = {e.msgid: e.msgstr for e in entries("de") if e.translated() and not e.msgctxt}
-    texts = said["de"]["texts"]
-    assert {t: where for t, where in texts.items() if known.get(t, t) != t and english(t)} == {}
+    texts = {t: where for t, where in said["de"]["texts"].items() if known.get(t, t) != t}
+    assert {t: where for t, where in texts.items() if english(t) and t not in in_german()} == {}
 
 
 def test_no_english_words_stand_in_both_windows(said):
-    both = said["en"]["texts"].keys() & said["de"]["texts"].keys()
+    both = said["en"]["texts"].keys() & said["de"]["texts"].keys() - in_german()
     assert {t: said["de"]["texts"][t] for t in sorted(both) if english(t)} == {}
+
+
+def in_german():
+    """Translations: some are words of English, too, with another meaning, such as 'Kind'."""
+    return {text for entry in entries("de") for text in translations(entry)}
 
 
 @pytest.mark.parametrize("code", ["en", "de"])
@@ -206,10 +214,10 @@ def test_a_screen_reader_has_a_name_for_all_that_the_keyboard_reaches(said, code
 
 @cache
 def names():
-    """What joints and chains of the clip are called, the longest first."""
+    """What joints and chains of the clip are called, and a word of BVH; the longest first."""
     motion = read_bvh(ASSETS / "walk_injected.bvh").motion
     chains = [c.label for c in find_chains(motion)]
-    return sorted({*motion.skeleton.names, *chains}, key=len, reverse=True)
+    return sorted({*motion.skeleton.names, *chains, "Frame Time"}, key=len, reverse=True)
 
 
 def english(text):
