@@ -2,6 +2,7 @@
 
 from inspector.language.catalogue import (
     chosen_language,
+    codes,
     in_language,
     languages,
     plural,
@@ -15,6 +16,7 @@ from inspector.language.script_texts import texts_of_script
 
 __all__ = [
     "chosen_language",
+    "codes",
     "in_language",
     "languages",
     "of_core",

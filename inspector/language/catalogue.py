@@ -30,12 +30,17 @@ _texts: dict[tuple[str, str], str] = {}
 _plurals: dict[str, dict[int, str]] = {}
 
 
+def codes() -> tuple[str, ...]:
+    """Codes of what can be chosen."""
+    return SOURCE, *sorted(file.stem for file in LANGUAGES.glob("*.po"))
+
+
 @cache
 def languages() -> dict[str, str]:
     """What can be chosen: its code -> its name in itself."""
     found = {SOURCE: "English"}
-    for file in sorted(LANGUAGES.glob("*.po")):
-        found[file.stem] = _read(file).metadata["Language-Name"]
+    for code in codes()[1:]:
+        found[code] = _read(LANGUAGES / f"{code}.po").metadata["Language-Name"]
     return found
 
 
