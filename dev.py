@@ -481,8 +481,8 @@ def tell_results(began: float) -> None:
 def command_test(args: list[str]) -> int:
     """Run pytest; without arguments all of it, every module of window tests by itself.
 
-    Three parts at a time where each has a virtual screen of its own: on a real one windows would take
-    each other's keys, and only what has no windows runs beside them.
+    Three parts at a time where each has a virtual screen of its own: on a real one windows would
+    take each other's keys, and only what has no windows runs beside them.
     """
     if args:
         with screen() as env:

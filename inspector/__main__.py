@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+from inspector.language import codes
 from inspector.system_libraries import (
     FONT_PACKAGE,
     has_font,
@@ -53,6 +54,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _cannot_work(arguments: argparse.Namespace) -> str:
     """Why nothing can come of these words, before a window opens; '' if something can."""
     file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
+    if arguments.language not in ("", "system", *codes()):
+        return f"--language takes {', '.join(codes())} or system, not {arguments.language}."
     if picture and folder:
         return "--demo leaves a picture, too; give either --demo or --screenshot."
     if (picture or folder) and file and not file.exists():
@@ -95,6 +98,9 @@ def _parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="a demonstration: accept every interval, whatever it is, and leave the results; "
         "without a clip, of the sample",
+    )
+    parser.add_argument(
+        "--language", default="", metavar="CODE", help="en, de or system; else as it was preferred"
     )
     return parser
 

@@ -15,12 +15,13 @@ os.environ.setdefault("QT_API", "pyside6")
 if os.environ.get("WAYLAND_DISPLAY") and os.environ.get("DISPLAY"):
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QLibraryInfo, QLocale, Qt, QTimer, QTranslator
 from PySide6.QtGui import QFont, QSurfaceFormat
 from PySide6.QtWidgets import QApplication
 
 from inspector.bundled import SAMPLE
 from inspector.collector import collect_between_events, keep_for_good
+from inspector.language import use_language, wished
 from inspector.session.settings import load_settings, settings_path
 from inspector.widgets.background import wait_for_tasks
 from inspector.widgets.icons import program_icon
@@ -37,11 +38,15 @@ _PATIENCE_MS = 500  # for work that was cancelled
 
 def run(arguments: argparse.Namespace) -> int:
     """Open the window for the words of `twist-inspector`; returns the exit code."""
-    app = make_application()
-    from inspector.window.main_window import MainWindow  # after the application: VTK asks for it
-
     path = settings_path()
     settings, complaint = load_settings(path)
+    of_system = QLocale.system().uiLanguages()
+    app = make_application(wished(arguments.language or settings.language, of_system))
+    if complaint:  # once more, in the language that is known by now
+        settings, complaint = load_settings(path)
+    # After the application, VTK asks for it, and in its language: tables of texts are made now.
+    from inspector.window.main_window import MainWindow
+
     window = MainWindow(settings, path)
     window.show()
     if complaint:
@@ -102,11 +107,18 @@ def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
     return None
 
 
-def make_application() -> QApplication:
-    """The QApplication with its theme."""
+def make_application(language: str = "en") -> QApplication:
+    """The QApplication with its theme, and its texts in a language; before the window's modules."""
+    use_language(language)
+    QLocale.setDefault(QLocale.c())  # numbers as in files, whatever the system writes
     QSurfaceFormat.setDefaultFormat(_surface_format())
     app = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(app, QApplication)
+    words = QTranslator(app)  # Qt's own, as on buttons and in names of keys
+    if words.load(
+        f"qtbase_{language}", QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
+    ):
+        app.installTranslator(words)
     app.setApplicationName("Twist Inspector")
     app.setOrganizationName("Twist Inspector")
     app.setDesktopFileName("twist-inspector")

@@ -10,6 +10,7 @@ ASSETS = _PACKAGED if _PACKAGED.is_dir() else _CHECKOUT / "assets"
 DOCS = _PACKAGED / "docs" if _PACKAGED.is_dir() else _CHECKOUT / "docs"
 SAMPLE = ASSETS / "walk_injected.bvh"
 FLIPPED = ASSETS / "kick.bvh"  # with flips of a leg, as captured
+LANGUAGES = ASSETS / "languages"
 LESSONS = ASSETS / "lessons"
 TOUR = LESSONS / "tour.md"
 EXERCISE_PAGE = ASSETS / "exercise.md"

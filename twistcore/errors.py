@@ -25,12 +25,12 @@ class ClipError(TwistError):
         self, path: str, expected: str, *, line: int | None = None, column: int | None = None
     ) -> None:
         self.path, self.expected, self.line, self.column = path, expected, line, column
-        place = path
-        if line is not None:
-            place += f", line {line}"
-            if column is not None:
-                place += f", column {column}"
-        super().__init__(f"{place}: {expected}")
+        if line is None:
+            super().__init__(f"{path}: {expected}")
+        elif column is None:
+            super().__init__(f"{path}, line {line}: {expected}")
+        else:
+            super().__init__(f"{path}, line {line}, column {column}: {expected}")
 
 
 class BvhError(ClipError):

@@ -3,6 +3,7 @@
 var Labels = (function () {
   "use strict";
 
+  const { tr } = Language;
   const MINUS = "\u2212"; // as long as a plus sign
   const inDegrees = (radians) => (180 / Math.PI) * radians;
 
@@ -27,24 +28,27 @@ var Labels = (function () {
   const NEAR_SWING = 0.1; // reliability of θp below which it is told
   const NEAR_STRAIGHT = 0.17; // of the azimuth
   const LEAST = 0.005 / inDegrees(1); // an m that is more than the rounding of a file's numbers
-  const UNDEFINED = "undefined", NOT_YET = "–";
+  const NOT_YET = "–";
   const STAGED = ["a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"];
-  const reliable = (share) =>
-    (share < 0.01 ? "under 1" : (100 * share).toFixed(0)) + " % reliable";
+  const nothing = () => tr("undefined");
+  const reliable = (share) => tr("{percent} % reliable", {
+    percent: share < 0.01 ? tr("under 1") : (100 * share).toFixed(0),
+  });
   const unsure = (share, near) => (share < near ? ` (${reliable(share)})` : "");
-  const ofOneSwing = (tell) => (of) => (of.frame.swing_is_one ? tell(of.frame) : UNDEFINED);
+  const ofOneSwing = (tell) => (of) => (of.frame.swing_is_one ? tell(of.frame) : nothing());
 
   function opposed(of) { // yes or no to "below zero?", with the number
-    if (!of.frame.strength_is_defined) return UNDEFINED;
+    if (!of.frame.strength_is_defined) return nothing();
     const product = inDegrees(inDegrees(of.frame.product)), wide = Math.abs(product);
     const number = wide.toFixed(wide >= 0.01 ? 2 : 4);
     const sign = product < 0 ? MINUS : product > 0 ? "+" : "";
-    const answer = of.frame.strength >= LEAST ? "yes" : sign === MINUS ? "no, rounding" : "no";
+    const no = sign === MINUS ? tr("no, rounding") : tr("no");
+    const answer = of.frame.strength >= LEAST ? tr("yes") : no;
     return `${answer}: ${sign}${number} (°)²`;
   }
 
   function strength(of) { // m beside τ
-    if (!of.frame.strength_is_defined) return UNDEFINED;
+    if (!of.frame.strength_is_defined) return nothing();
     const m = of.frame.strength, tau = of.correction.tau;
     return `${size(m)} ${m >= tau ? "≥" : "<"} τ ${plain(inDegrees(tau), 1)}°`;
   }
@@ -56,34 +60,38 @@ var Labels = (function () {
 
   function taken(of) {
     const c = of.correction;
-    return `${plain(100 * c.applied, 0)} % of ${degrees(c.whole)}: ${degrees(c.taken)}`;
+    return tr("{share} % of {whole}: {taken}", {
+      share: plain(100 * c.applied, 0), whole: degrees(c.whole), taken: degrees(c.taken),
+    });
   }
 
   const ROWS = {
     a: (of) => numbers(of.frame.a),
     q: (of) => numbers(of.frame.q),
     w: (of) => numbers(of.frame.w),
-    n: (of) => (of.frame.n_is_defined ? numbers(of.frame.n) : UNDEFINED),
+    n: (of) => (of.frame.n_is_defined ? numbers(of.frame.n) : nothing()),
     alpha: (of) => size(of.frame.alpha),
     swing: ofOneSwing((d) => numbers(d.swing)),
     twist: ofOneSwing((d) => numbers(d.twist)),
     theta_p: ofOneSwing((d) => degrees(d.theta_p) + unsure(d.swing_reliability, NEAR_SWING)),
     dtheta_p: (of) => (of.frame.dtheta_p_is_defined
-      ? degrees(of.frame.dtheta_p) + unsure(of.frame.swing_reliability, NEAR_SWING) : UNDEFINED),
+      ? degrees(of.frame.dtheta_p) + unsure(of.frame.swing_reliability, NEAR_SWING) : nothing()),
     v: (of) => numbers(of.frame.v),
     across: (of) => numbers(of.frame.across)
-      + (of.frame.azimuth_reliability <= SwingTwist.UNDEFINED ? ", no\u00a0direction" : ""),
+      + (of.frame.azimuth_reliability <= SwingTwist.UNDEFINED ? tr(", no\u00a0direction") : ""),
     dtheta_c: (of) => (of.frame.dtheta_c_is_defined
       ? degrees(of.frame.dtheta_c) + unsure(of.frame.azimuth_reliability, NEAR_STRAIGHT)
-      : UNDEFINED),
+      : nothing()),
     product: opposed,
     m: strength,
-    err: (of) => (of.correction.before.strength_is_defined ? degrees(of.correction.err) : UNDEFINED),
+    err: (of) => (of.correction.before.strength_is_defined ? degrees(of.correction.err) : nothing()),
     offset: offset,
     taken: taken,
     parent_after: (of) => numbers(of.correction.parent_after),
     child_after: (of) => numbers(of.correction.child_after),
-    check: (of) => `${plain(inDegrees(of.correction.difference), 3)}° apart`,
+    check: (of) => tr("{angle}° apart", {
+      angle: plain(inDegrees(of.correction.difference), 3),
+    }),
   };
 
   const row = (symbol, of) =>

@@ -3,7 +3,9 @@
   "use strict";
 
   const S = SwingTwist;
+  const { tr, tr_as } = Language;
   const lesson = ClipData.read(JSON.parse(document.getElementById("lesson-data").textContent));
+  Language.use(lesson.words);
   const one = (selector) => document.querySelector(selector);
   const all = (selector) => Array.from(document.querySelectorAll(selector));
   const radians = (degrees) => (Math.PI / 180) * degrees;
@@ -153,7 +155,7 @@
       section.hidden = !Array.from(section.querySelectorAll(".row")).some((row) => !row.hidden);
     });
     one("#equations").hidden = !d;
-    one("#frame-number").textContent = `Frame ${state.frame}`;
+    one("#frame-number").textContent = tr("Frame {frame}", { frame: state.frame });
     one("#frame").value = state.frame;
   }
 
@@ -250,10 +252,10 @@
 
   function legend() {
     const words = { name: page.label };
-    if (page.taught) Object.assign(words, { before: "□ as captured", after: "■ what if" });
+    if (page.taught) Object.assign(words, { before: `□ ${tr("as captured")}`, after: `■ ${tr("what if")}` });
     else if (page.after && state.look === "both") {
-      Object.assign(words, { before: "□ before", after: "■ after" });
-    } else if (page.after) words.name += ` · ${state.look}`;
+      Object.assign(words, { before: `□ ${tr("before")}`, after: `■ ${tr("after")}` });
+    } else if (page.after) words.name += ` · ${state.look === "before" ? tr("before") : tr("after")}`;
     one("#legend").replaceChildren(...Object.keys(words).map((role) => {
       const item = document.createElement("span");
       item.className = role;
@@ -291,12 +293,12 @@
   function stop() {
     cancelAnimationFrame(state.playing);
     state.playing = 0;
-    one("#play").textContent = "Play";
+    one("#play").textContent = tr("Play");
   }
 
   function play() { // round and round the frames of the page, a fourth as fast as they were
     if (state.playing) return stop();
-    one("#play").textContent = "Stop";
+    one("#play").textContent = tr_as("button", "Stop");
     const from = state.frame, began = performance.now(), count = page.last - page.first + 1;
     const step = (now) => {
       const passed = Math.floor(((now - began) / 4000) * page.span.fps);

@@ -11,7 +11,8 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
-from inspector.folder.queued_clip import ClipState, QueuedClip
+from inspector.folder.queued_clip import FAR_AWAY, ClipState, QueuedClip
+from inspector.language import of_core, tr
 from inspector.session.session_files import decided_in, kept_sessions
 from inspector.widgets.background import Task
 from twistcore.batch.batch_run import LOCK
@@ -84,7 +85,7 @@ class BatchFolder(QObject):
         if glance.state == FAILED:
             return replace(known, state=ClipState.FAILED, reason=glance.reason)
         if "://" in glance.source:
-            reason = f"{glance.source}: not on a disk of this machine; open a copy of it"
+            reason = f"{glance.source}: {FAR_AWAY}"
             return replace(known, state=ClipState.FAILED, reason=reason)
         known = replace(known, decided=decided_in(path))
         given = self._parameters.get(glance.mark, {})
@@ -109,11 +110,7 @@ class BatchFolder(QObject):
             return
         self._noting += 1
         task = Task(lambda _: self._noted(path, glance.source), self)
-        task.failed.connect(
-            lambda error: self.failed.emit(
-                f"{path.name}: decisions not noted in the batch: {error}"
-            )
-        )
+        task.failed.connect(lambda error: self._not_noted(path, error))
         for over in (task.finished, task.failed):
             over.connect(self._one_less)
             over.connect(task.deleteLater)
@@ -125,6 +122,14 @@ class BatchFolder(QObject):
             self._then = then
         else:
             then()
+
+    def _not_noted(self, path: Path, error: Exception) -> None:
+        told = tr(
+            "{name}: decisions not noted in the batch: {error}",
+            name=path.name,
+            error=of_core(str(error)),
+        )
+        self.failed.emit(told)
 
     def _one_less(self) -> None:
         self._noting -= 1
@@ -144,11 +149,12 @@ def _in_words(given: Mapping[str, Any]) -> str:
     if given.get("tau_deg") is not None:
         told.append(f"τ {given['tau_deg']:g}°")
     if given.get("profile_rad") is not None:
-        told.append("τ of a profile")
+        told.append(tr("τ of a profile"))
     if given.get("method", DEFAULT_METHOD) != DEFAULT_METHOD:
-        told.append(f"detector {given['method']}")
+        told.append(tr("detector {name}", name=given["method"]))
     if elsewhere := [option for name, option in _ELSEWHERE.items() if given.get(name)]:
-        told.append(f"{', '.join(elsewhere)}, without which clips are analysed here")
+        listed = ", ".join(elsewhere)
+        told.append(tr("{options}, without which clips are analysed here", options=listed))
     return ", ".join(told)
 
 

@@ -13,12 +13,13 @@ from PySide6.QtWidgets import QMainWindow
 from inspector.folder.clip_table import clip_table
 from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import QueuedClip
+from inspector.language import of_core, plural, tr
 from inspector.widgets.file_dialog import ask_where
 from inspector.widgets.message_bar import MessageBar
 from twistcore.atomic import write_atomically
 from twistcore.encoding import encoded
 
-_PATTERN = "Tables (*.csv);;All files (*)"
+_PATTERN = tr("Tables (*.csv);;All files (*)")
 
 
 @dataclass(eq=False)
@@ -38,39 +39,44 @@ class FolderActions:
     def save_clip_table(self) -> None:
         """Ask where to and write the clips that are listed, in their order, as CSV."""
         if (folder := self.queue.folder) is None:
-            self.bar.show_message("Open a folder first.", False)
+            self.bar.show_message(tr("Open a folder first."), False)
             return
         wanted = folder / f"{folder.name or 'clips'}.csv"
-        title, then = "Save the table of clips", self.save_clip_table_to
+        title, then = tr("Save the table of clips"), self.save_clip_table_to
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="csv")
 
     def save_clip_table_to(self, path: Path) -> None:
         """Write the table; all of the file or nothing."""
         clips = list(self.listed())
         if path.exists() and path.suffix.lower() != ".csv":
-            self.bar.show_message(f"{path.name}: expected a CSV file to write.", True)
+            told = tr("{name}: expected a CSV file to write.", name=path.name)
+            self.bar.show_message(told, True)
             return
         try:
             write_atomically(path, encoded(clip_table(clips)))
         except OSError as error:
-            self.bar.show_message(f"{path}: cannot be written ({error.strerror}).", True)
+            why = of_core(str(error.strerror))
+            told = tr("{path}: cannot be written ({why}).", path=path, why=why)
+            self.bar.show_message(told, True)
             return
-        count = f"{len(clips)} clip{'' if len(clips) == 1 else 's'}"
+        count = plural("{n} clip", "{n} clips", len(clips))
         rest = len(self.queue.clips) - len(clips)
-        left = f"; {rest} not listed here are not in it" if rest else ""
+        left = tr("; {n} not listed here are not in it", n=rest) if rest else ""
         self.bar.show_message(f"{path.name}: {count}{left}.", False)
 
     def write_report(self) -> None:
         """Write the report of the batch folder that is open, decisions included."""
         if (folder := self.queue.folder) is None or self.queue.batch is None:
-            self.bar.show_message("Open a folder that `twistcore batch` wrote first.", False)
+            told = tr("Open a folder that `twistcore batch` wrote first.")
+            self.bar.show_message(told, False)
             return
         if self._report is not None:
-            self.bar.show_message("The report is being written already.", False)
+            self.bar.show_message(tr("The report is being written already."), False)
             return
         self.save()  # what is decided and not saved yet belongs to it
         self.queue.batch.when_noted(lambda: self._start_report(folder))
-        self.bar.show_message(f"{folder.name}: the report is being written …", False)
+        told = tr("{folder}: the report is being written …", folder=folder.name)
+        self.bar.show_message(told, False)
 
     def _start_report(self, folder: Path) -> None:
         # A process: it reads every clip again and draws, while the window stays free.
@@ -98,18 +104,19 @@ class FolderActions:
         done = bool(report.readAllStandardOutput().data())  # nothing is said before all is written
         report.deleteLater()
         if code in (0, 1) and done:
-            left = " Some clips could not be drawn; the page lists them." if code else ""
-            told = f"{folder / 'report' / 'index.html'} was written.{left}"
+            told = tr("{path} was written.", path=folder / "report" / "index.html")
+            if code:
+                told += " " + tr("Some clips could not be drawn; the page lists them.")
             self.bar.show_message(told, False)
             self.window.statusBar().showMessage(told, 10_000)  # the bar may be asking something
         else:
-            last = said.splitlines()[-1] if said else "the process ended without a word"
-            self.bar.show_message(f"No report: {last}", True)
+            silent = tr("the process ended without a word")
+            last = of_core(said.splitlines()[-1]) if said else silent
+            self.bar.show_message(tr("No report: {why}", why=last), True)
 
     def _not_started(self, folder: Path, error: QProcess.ProcessError) -> None:
         if error == QProcess.ProcessError.FailedToStart and self._report is not None:
             self._report.deleteLater()
             self._report = None
-            self.bar.show_message(
-                f"{folder.name}: the report's process could not be started.", True
-            )
+            told = tr("{folder}: the report's process could not be started.", folder=folder.name)
+            self.bar.show_message(told, True)

@@ -16,8 +16,16 @@ from typing import Any
 from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer, Signal
 
 from inspector.folder.batch_folder import BatchFolder
-from inspector.folder.queued_clip import ClipState, QueuedClip
+from inspector.folder.queued_clip import (
+    GONE,
+    KILLED,
+    NOT_BEGUN,
+    TOO_SLOW,
+    ClipState,
+    QueuedClip,
+)
 from inspector.folder.survey_worker import work
+from inspector.language import tr
 from inspector.session.leftovers import waiting_among
 from inspector.session.session_files import decided_in, written
 from twistcore.atomic import same_file
@@ -136,8 +144,10 @@ class FolderQueue(QObject):
         if self.profile_name:
             return self.profile_name
         if self.batch is not None:
-            return f"of the batch{f': {o}' if (o := self.batch.options) else ', automatic'}"
-        return "automatic, of each clip"
+            if options := self.batch.options:
+                return tr("of the batch: {options}", options=options)
+            return tr("of the batch, automatic")
+        return tr("automatic, of each clip")
 
     def profile_of(self, path: Path) -> Profile | None:
         """τ for a clip that is opened: the folder's, or the batch's; None for its own."""
@@ -180,14 +190,14 @@ class FolderQueue(QObject):
         latest = {exported[path]: path.name for path in sorted(exported, key=written)}
         waiting = waiting_among(self.folder, clips)
         for path in clips:
-            if path not in self.clips or self.clips[path].reason == _GONE:
+            if path not in self.clips or self.clips[path].reason == GONE:
                 self.clips[path] = QueuedClip(path, decided=decided_in(path))
             name = latest.get(path.name, self._elsewhere.get(path, ""))
             self._put(path, exported=name, waits=path in waiting)
         for path in self.exports & self.clips.keys():
             del self.clips[path]
         for path in self.clips.keys() - clips:
-            self._put(path, state=ClipState.FAILED, reason=_GONE)
+            self._put(path, state=ClipState.FAILED, reason=GONE)
         self._go_on()
 
     def _take_batch(self, batch: BatchFolder) -> None:
@@ -207,7 +217,7 @@ class FolderQueue(QObject):
             if known:
                 self.clips[clip.path] = clip
                 self._told.add(clip.path)
-            elif before is None or before.reason == _GONE or clip.path in self._told:
+            elif before is None or before.reason == GONE or clip.path in self._told:
                 self.clips[clip.path] = QueuedClip(
                     clip.path, decided=clip.decided, label=clip.label
                 )
@@ -220,7 +230,7 @@ class FolderQueue(QObject):
             latest |= {folder / exported[path]: path.name for path in by_time}
         for path, clip in self.clips.items():
             if clip.state != ClipState.FAILED and not path.exists():
-                self._put(path, state=ClipState.FAILED, reason=_GONE)
+                self._put(path, state=ClipState.FAILED, reason=GONE)
             name = latest.get(path, self._elsewhere.get(path, ""))
             self._put(path, exported=name, waits=path in waiting)
         if not batch.under_way:
@@ -314,7 +324,7 @@ class FolderQueue(QObject):
         try:
             worker.pipe.send((path, self.profile))
         except OSError:
-            self._end(worker, "the analysis stopped before it began")
+            self._end(worker, NOT_BEGUN)
 
     def _check(self, worker: _Worker) -> bool:
         """Whether it has answered, died or been stopped: then its clip is no longer analysed."""
@@ -325,11 +335,11 @@ class FolderQueue(QObject):
                 self._take(worker.path, worker.pipe.recv())
                 worker.path = None
             elif time.monotonic() > worker.until:
-                self._end(worker, "the analysis took too long and was stopped")
+                self._end(worker, TOO_SLOW)
             else:
                 return False
         except (EOFError, OSError):
-            self._end(worker, "the analysis was ended by the system, perhaps for want of memory")
+            self._end(worker, KILLED)
         return True
 
     def _take(self, path: Path, answer: ClipSurvey | str) -> None:
@@ -356,9 +366,6 @@ class FolderQueue(QObject):
         for worker in self._workers:
             worker.kill()
         self._workers = []
-
-
-_GONE = "no longer in the folder"
 
 
 def _spawn() -> _Worker:

@@ -6,6 +6,24 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
+from inspector.language import of_core, tr
+
+GONE = "no longer in the folder"
+FAR_AWAY = "not on a disk of this machine; open a copy of it"
+TOO_LARGE = "needs more memory than a clip of its size should"
+NOT_BEGUN = "the analysis stopped before it began"
+TOO_SLOW = "the analysis took too long and was stopped"
+KILLED = "the analysis was ended by the system, perhaps for want of memory"
+# Why there is nothing of a clip, as the table of clips and as a person has it.
+_REASONS = {
+    GONE: tr("no longer in the folder"),
+    FAR_AWAY: tr("not on a disk of this machine; open a copy of it"),
+    TOO_LARGE: tr("needs more memory than a clip of its size should"),
+    NOT_BEGUN: tr("the analysis stopped before it began"),
+    TOO_SLOW: tr("the analysis took too long and was stopped"),
+    KILLED: tr("the analysis was ended by the system, perhaps for want of memory"),
+}
+
 
 class ClipState(StrEnum):
     """Where a clip of the queue is."""
@@ -64,3 +82,11 @@ class QueuedClip:
         """Something in it is to be decided."""
         undecided = self.state == ClipState.READY and self.counts[0] < self.counts[1]
         return undecided or self.waits
+
+
+def reason_told(clip: QueuedClip) -> str:
+    """Why a clip failed or was not checked, in the chosen language: files have it in English."""
+    for reason, told in _REASONS.items():
+        if clip.reason.endswith(reason):
+            return clip.reason.removesuffix(reason) + told
+    return of_core(clip.reason)

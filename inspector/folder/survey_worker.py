@@ -6,6 +6,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from inspector.folder.queued_clip import TOO_LARGE
 from inspector.session.rig_profiles import kept_rig
 from twistcore.batch import survey
 from twistcore.errors import TwistError
@@ -26,7 +27,7 @@ def work(pipe: Connection) -> None:
         except TwistError as error:
             pipe.send(str(error))
         except MemoryError:
-            pipe.send(f"{path.name}: needs more memory than a clip of its size should")
+            pipe.send(f"{path.name}: {TOO_LARGE}")
         except Exception as error:  # a defect of ours must not stop the other clips
             pipe.send(f"{path.name}: {type(error).__name__}: {error}")
 

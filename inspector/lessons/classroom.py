@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from inspector.language import tr
 from inspector.session.opening import Analysed, analysed
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
@@ -62,7 +63,8 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
     clip = read_bvh(source)
     dirty, errors, listed = hidden(clip, seed, kind)
     if not errors:
-        raise FormatError(f"{source}: expected a clip with chains that can be corrected")
+        why = tr("expected a clip with chains that can be corrected")
+        raise FormatError(f"{source}: {why}")
     write_exercise_clip(clip, dirty, copy)
     sha256, motion = read_bvh(copy).sha256, clip.motion
     write_exercise(exercise, ClassExercise(copy.name, sha256, kind, listed))
@@ -74,12 +76,13 @@ def beside(exercise: Path) -> tuple[Path, Path]:
     """The clip and the key of an exercise that is to be written; neither may be there."""
     name = exercise.stem if exercise.suffix.lower() == ".json" else exercise.name
     if name.lower().endswith(".key"):
-        raise FormatError(f"{exercise.name}: expected another name, since that is one of a key.")
+        why = tr("expected another name, since that is one of a key.")
+        raise FormatError(f"{exercise.name}: {why}")
     copy, key = (exercise.with_name(name + ending) for ending in (".bvh", ".key.json"))
     for path in (copy, key):
         if os.path.lexists(path):
-            why = f"expected another name, since {path.name} is there already"
-            raise FormatError(f"{exercise.name}: {why}.")
+            why = tr("expected another name, since {file} is there already.", file=path.name)
+            raise FormatError(f"{exercise.name}: {why}")
     return copy, key
 
 
@@ -88,14 +91,17 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     exercise = read_exercise(path)
     beside = path.with_name(exercise.clip)
     if not beside.is_file():
-        raise ClipMismatchError(f"{path.name}: its clip {exercise.clip} is not beside it.")
+        why = tr("its clip {clip} is not beside it.", clip=exercise.clip)
+        raise ClipMismatchError(f"{path.name}: {why}")
     data = to_review(Path(shutil.copy(beside, folder)), exercise.listed)
     if data.clip.sha256 != exercise.sha256:
-        raise ClipMismatchError(f"{path.name}: {exercise.clip} is not the clip it was made with.")
+        why = tr("{clip} is not the clip it was made with.", clip=exercise.clip)
+        raise ClipMismatchError(f"{path.name}: {why}")
     chains = {chain.name for chain in data.chains}
     for interval in exercise.listed:
         if interval.chain not in chains or interval.stop > data.motion.frames:
-            raise FormatError(f"{path}: expected intervals of {exercise.clip}")
+            why = tr("expected intervals of {clip}", clip=exercise.clip)
+            raise FormatError(f"{path}: {why}")
     return data, exercise
 
 
@@ -105,14 +111,28 @@ def scored(files: Sequence[Path]) -> str:
     keys = [path for schema, path in by_schema if schema == TRUTH]
     handed = [(path, read_handed_in(path)) for schema, path in by_schema if schema == SCORE]
     if len(keys) != 1 or not handed:
-        raise FormatError("Choose the key of the exercise and what was handed in, all at once.")
+        why = tr("Choose the key of the exercise and what was handed in, all at once.")
+        raise FormatError(why)
     truth = read_truth(keys[0])
     if not truth.sha256:
-        raise FormatError(f"{keys[0].name}: expected the key of an exercise, with its sha256.")
+        why = tr("expected the key of an exercise, with its sha256.")
+        raise FormatError(f"{keys[0].name}: {why}")
     for path, one in handed:
         if one.clip != truth.clip:
-            raise ClipMismatchError(f"{path.name} is about {one.clip}, the key about {truth.clip}.")
+            raise ClipMismatchError(
+                tr(
+                    "{file} is about {clip}, the key about {other}.",
+                    file=path.name,
+                    clip=one.clip,
+                    other=truth.clip,
+                )
+            )
         if one.sha256 != truth.sha256:
-            why = f"is about another clip of the name {one.clip} than the key"
-            raise ClipMismatchError(f"{path.name} {why}.")
+            raise ClipMismatchError(
+                tr(
+                    "{file} is about another clip of the name {clip} than the key.",
+                    file=path.name,
+                    clip=one.clip,
+                )
+            )
     return class_table(truth.errors, [one for _, one in handed])

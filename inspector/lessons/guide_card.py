@@ -9,6 +9,7 @@ from html import escape
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
+from inspector.language import tr, tr_as
 from inspector.lessons.lesson_text import LessonText
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.theme import Theme
@@ -30,6 +31,7 @@ class GuideCard(QWidget):
         self.title.setTextFormat(Qt.TextFormat.PlainText)
         self.task.setTextFormat(Qt.TextFormat.RichText)
         self.body = LessonText(typesetter)
+        self.body.setAccessibleName(tr("Text of the page"))
         self.body.anchorClicked.connect(lambda at: self.linked.emit(at.toString()))
         self.controls, self._buttons, self._leave = hbox(spacing=6), hbox(spacing=4), QHBoxLayout()
         head = hbox((self.title, 1), self._leave)
@@ -89,9 +91,9 @@ class GuideCard(QWidget):
                 widget.show()
 
 
-def leave_button(what: str) -> QToolButton:
+def leave_button(tip: str) -> QToolButton:
     """The button that ends a lesson or an exercise: small, in the card's head."""
-    return tool_button("End", f"End {what}; your own clip comes back as it was", flat=False)
+    return tool_button(tr_as("button", "End"), tip, flat=False)
 
 
 def _plain(markdown: str) -> str:

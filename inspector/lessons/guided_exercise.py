@@ -13,6 +13,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
 from inspector.bundled import EXERCISE_PAGE
+from inspector.language import in_language, plural, tr, tr_as
 from inspector.lessons.classroom import hidden, open_for_student, to_review
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
@@ -32,14 +33,14 @@ from twistcore.study.exercise import Score, score
 from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 
-KINDS = ("Judge", "Find")
-_NOTHING_KEPT = "An exercise keeps nothing: when it ends, your own clip is there as it was."
-_HAND_IN = "An exercise keeps nothing by itself: Hand in… writes your verdicts."
+KINDS = {"judge": tr("Judge"), "find": tr("Find")}
+_NOTHING_KEPT = tr("An exercise keeps nothing: when it ends, your own clip is there as it was.")
+_HAND_IN = tr("An exercise keeps nothing by itself: Hand in… writes your verdicts.")
 
 
 def exercise_page() -> tuple[str, str, str]:
     """Title, text and task."""
-    head, _, text = EXERCISE_PAGE.read_text(encoding="utf-8").partition("\n")
+    head, _, text = in_language(EXERCISE_PAGE).read_text(encoding="utf-8").partition("\n")
     return (head.removeprefix("# ").strip(), *body_and_task(text.splitlines()))
 
 
@@ -71,25 +72,29 @@ class Exercise(QObject):
         self._kept: list[tuple[Interval, Decision]] = []  # as handed in, or as the class began
         self.result: Score | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
-        self.kind.addItems(KINDS)
-        self.kind.setToolTip("Judge a list, or find the errors yourself")
+        for kind, text in KINDS.items():
+            self.kind.addItem(text, kind)
+        self.kind.setToolTip(tr("Judge a list, or find the errors yourself"))
+        self.kind.setAccessibleName(tr("Kind of exercise"))
         self.seed.setRange(1, 9999)
-        self.seed.setToolTip("The same seed hides the same errors")
-        self.seed_label = QLabel("Seed")
-        self.start = QPushButton("Start")
-        self.score_button = QPushButton("Score")
-        self.hand_in_button = QPushButton("Hand in…")
-        self.hand_in_button.setToolTip("Write your verdicts into a file for your teacher")
+        self.seed.setToolTip(tr("The same seed hides the same errors"))
+        self.seed_label = QLabel(tr_as("exercise", "Seed"))
+        self.seed.setAccessibleName(tr("Seed"))
+        self.start = QPushButton(tr_as("button", "Start"))
+        self.score_button = QPushButton(tr_as("button", "Score"))
+        self.hand_in_button = QPushButton(tr("Hand in…"))
+        self.hand_in_button.setToolTip(tr("Write your verdicts into a file for your teacher"))
         self.hand_in_button.clicked.connect(lambda: self.ask_hand_in(lambda: None))
         self.teacher = TeachersFiles(
-            program.aside, clips, lambda: self.kind.currentText().lower(), self._tell, window
+            program.aside, clips, lambda: str(self.kind.currentData()), self._tell, window
         )
-        tip = "An exercise for others, one of a class, and what was handed in"
-        self.for_class = tool_button("Class ▾", tip)
+        tip = tr("An exercise for others, one of a class, and what was handed in")
+        self.for_class = tool_button(f"{tr('Class')} ▾", tip)
         self.for_class.setStyleSheet("QToolButton::menu-indicator { image: none; }")
         self.for_class.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._add_menu()
-        self.leave = leave_button("the exercise")
+        tip = tr("End the exercise; your own clip comes back as it was")
+        self.leave = leave_button(tip)
         self.start.clicked.connect(lambda: self.before_leaving(self._start))
         self.score_button.clicked.connect(self.show_score)
         self.leave.clicked.connect(lambda: self.before_leaving(self.end))
@@ -103,7 +108,7 @@ class Exercise(QObject):
         self._offer(self.score_button)
         self._program.guide.show_page(*exercise_page())
         self.start.setEnabled(True)  # it is not while a clip is made, which End may interrupt
-        self.start.setText("Start")
+        self.start.setText(tr_as("button", "Start"))
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
@@ -119,7 +124,7 @@ class Exercise(QObject):
 
     def _start(self) -> None:
         folder, seed = self._program.aside.folder(), self.seed.value()
-        clip, kind = self._clips[seed % len(self._clips)], self.kind.currentText()
+        clip, kind = self._clips[seed % len(self._clips)], str(self.kind.currentData())
         self.start.setEnabled(False)
         make = partial(make_exercise, clip, folder, seed, kind)
         self._task.run(lambda _: make(), self._ready, self._tell)
@@ -129,7 +134,7 @@ class Exercise(QObject):
         self._class, self.result = None, None
         self._offer(self.score_button)
         self.start.setEnabled(True)
-        self.start.setText("Start anew")
+        self.start.setText(tr("Start anew"))
         self.score_button.setEnabled(True)
         self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data, _NOTHING_KEPT)
@@ -141,9 +146,14 @@ class Exercise(QObject):
         if self.running and begun and self.result is None:
             intervals = self._program.document.intervals
             judged = sum(j.decision != Decision.UNDECIDED for j in intervals)
-            button = "Score" if self._class is None else "Hand in"
-            count = f"{judged} of {len(intervals)} judged"
-            self._program.guide.set_task(f"{count}. Press *{button}* when you are done.")
+            button = tr_as("button", "Score") if self._class is None else tr("Hand in")
+            task = tr(
+                "{judged} of {total} judged. Press *{button}* when you are done.",
+                judged=judged,
+                total=len(intervals),
+                button=button,
+            )
+            self._program.guide.set_task(task)
 
     def show_score(self) -> None:
         """What the verdicts come to, with links to what was missed or judged wrongly."""
@@ -151,8 +161,14 @@ class Exercise(QObject):
         self.result = result = score(self._errors, self._program.document.intervals)
         guide.show_text(score_text(result, self._program.document.first_frame))
         total, wrong = len(self._errors), result.false_verdicts
+        found = {"found": len(result.hits), "total": total}
         guide.set_task(
-            f"{len(result.hits)} of {total} found, {wrong} false verdict{'s' * (wrong != 1)}."
+            plural(
+                "{found} of {total} found, {n} false verdict.",
+                "{found} of {total} found, {n} false verdicts.",
+                wrong,
+                **found,
+            )
         )
         guide.set_done(True)
 
@@ -161,9 +177,9 @@ class Exercise(QObject):
     def _add_menu(self) -> None:
         menu = QMenu(self.for_class)
         for text, ask in (
-            ("Write an exercise for a class…", self.teacher.ask_write),
-            ("Do an exercise of a class…", self._ask_open),
-            ("Score what a class handed in…", self.teacher.ask_score),
+            (tr("Write an exercise for a class…"), self.teacher.ask_write),
+            (tr("Do an exercise of a class…"), self._ask_open),
+            (tr("Score what a class handed in…"), self.teacher.ask_score),
         ):
             action = QAction(text, menu)
             action.triggered.connect(ask)
@@ -179,7 +195,8 @@ class Exercise(QObject):
         self._program.document.message.emit(str(text), wrong)
 
     def _ask_open(self) -> None:
-        ask_files(self._window, "Do an exercise", "*.json", lambda paths: self.do_one(paths[0]))
+        title = tr("Do an exercise")
+        ask_files(self._window, title, "*.json", lambda paths: self.do_one(paths[0]))
 
     def do_one(self, path: Path) -> None:
         """An exercise of a class, on a copy of its clip; the truth is the teacher's."""
@@ -210,8 +227,9 @@ class Exercise(QObject):
         borrowed = self._program.document.borrowed
         if self._class is None or not (borrowed is not None and borrowed.signed):
             return ""
-        same = self._verdicts() == self._kept
-        return "" if same else f"{self._class.clip} has verdicts that are not handed in."
+        if self._verdicts() == self._kept:
+            return ""
+        return tr("{clip} has verdicts that are not handed in.", clip=self._class.clip)
 
     def before_leaving(self, then: Callable[[], object]) -> None:
         """Go on, once a class's verdicts are handed in or knowingly given up."""
@@ -222,22 +240,23 @@ class Exercise(QObject):
                 do()
 
         if told := self.not_handed_in:
-            first = "Hand in…", partial(answer, partial(self.ask_hand_in, then))
-            answers = first, ("Leave without", partial(answer, then)), ("Cancel", lambda: None)
+            first = tr("Hand in…"), partial(answer, partial(self.ask_hand_in, then))
+            without = tr("Leave without"), partial(answer, then)
+            answers = first, without, (tr("Cancel"), lambda: None)
             self._program.document.question.emit(told, answers)
         else:
             then()
 
     def ask_hand_in(self, then: Callable[[], object]) -> None:
         """Ask where to, and go on once it is written."""
-        name = self._program.settings.reviewer.strip() or "answers"
+        name = self._program.settings.reviewer.strip() or tr("answers")
         wanted = Path(f"{name.replace('/', '-')}.json")
 
         def write(path: Path) -> None:
             if self.hand_in(path):
                 then()
 
-        ask_where(self._window, "Hand in", "*.json", write, wanted=wanted, suffix="json")
+        ask_where(self._window, tr("Hand in"), "*.json", write, wanted=wanted, suffix="json")
 
     def hand_in(self, path: Path) -> bool:
         """Write every interval with its verdict, the person's name and the time; if it could be."""
@@ -253,7 +272,8 @@ class Exercise(QObject):
             self._tell(error)
             return False
         self._kept = self._verdicts()
-        self._tell(f"Handed in as {path.name}, in the name of {name}.", wrong=False)
+        told = tr("Handed in as {file}, in the name of {name}.", file=path.name, name=name)
+        self._tell(told, wrong=False)
         self._program.guide.set_done(True)
         return True
 
@@ -270,28 +290,36 @@ class Exercise(QObject):
 def score_text(result: Score, first_frame: int) -> str:
     """The score as Markdown; frames count from `first_frame`, as in the table."""
     lines = [
-        f"**Hits {len(result.hits)}** · **misses {len(result.misses)}** · "
-        f"**false verdicts {result.false_verdicts}**",
+        tr(
+            "**Hits {hits}** · **misses {misses}** · **false verdicts {wrong}**",
+            hits=len(result.hits),
+            misses=len(result.misses),
+            wrong=result.false_verdicts,
+        ),
         "",
     ]
     for title, rows in (
-        ("Found", result.hits),
-        ("Missed", result.misses),
-        ("Rejected, but an error", result.false_rejected),
-        ("Accepted, but natural", result.false_accepted),
+        (tr("Found"), result.hits),
+        (tr("Missed"), result.misses),
+        (tr("Rejected, but an error"), result.false_rejected),
+        (tr("Accepted, but natural"), result.false_accepted),
     ):
         if rows:
             lines += [f"{title}:", ""]
             lines += [_row(r, first_frame) for r in rows]
             lines.append("")
     if result.left:
-        lines.append(f"{result.left} intervals have no verdict.")
+        lines.append(
+            plural("{n} intervals have no verdict.", "{n} intervals have no verdict.", result.left)
+        )
     return "\n".join(lines)
 
 
 def _row(found: InjectedError | Interval, first: int) -> str:
     largest = found.offset[int(np.argmax(np.abs(found.offset)))]
     degrees = f"{signed(np.degrees(largest), 0)}°"
-    frames = f"{found.start + first} to {found.stop + first}"  # as Start and Stop of the table
+    frames = tr(
+        "{start} to {stop}", start=found.start + first, stop=found.stop + first
+    )  # as Start and Stop of the table
     place = f"{found.chain}, {frames}, {degrees}"
     return f"- [{place}](at:{found.chain}/{found.start})"

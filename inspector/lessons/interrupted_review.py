@@ -8,12 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from inspector.bundled import ASSETS
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.session.keeper import PutAside
 from inspector.session.open_clip import Borrowed
 from inspector.session.opening import Analysed
 
-_OVER = (
+_OVER = tr(
     "The lesson or exercise that this sample belongs to is over: nothing of it is kept. "
     "Open a clip to review it."
 )

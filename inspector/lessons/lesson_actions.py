@@ -12,6 +12,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu
 
 from inspector.bundled import EXERCISES, LESSONS, TOUR
+from inspector.language import in_language, tr
 from inspector.lessons.guided_exercise import Exercise
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_file import LessonFile, read_lesson
@@ -55,7 +56,7 @@ class LessonActions:
 
     def _add_menu(self) -> None:
         """The bundled lessons by their titles, read when they are first looked at."""
-        self.lessons_menu = QMenu("Lessons", self.window)
+        self.lessons_menu = QMenu(tr("Lessons"), self.window)
         below = self.program.actions["open_lesson"]
         for menu in self.window.menuBar().findChildren(QMenu):
             if below in menu.actions():
@@ -67,17 +68,19 @@ class LessonActions:
             return
         for path in sorted(LESSONS.glob("*.md")):
             if path != TOUR:
-                action = QAction(read_lesson(path).title, self.lessons_menu)
-                action.triggered.connect(lambda _=False, p=path: self.play(p))
+                own = in_language(path)
+                action = QAction(read_lesson(own).title, self.lessons_menu)
+                action.triggered.connect(lambda _=False, p=own: self.play(p))
                 self.lessons_menu.addAction(action)
 
     def tour(self) -> None:
         """Begin the guided tour."""
-        self.play(TOUR)
+        self.play(in_language(TOUR))
 
     def open_lesson(self) -> None:
         """Ask for a lesson file and play it."""
-        ask_files(self.window, "Open lesson", "Lessons (*.md)", lambda paths: self.play(paths[0]))
+        pattern = tr("Lessons (*.md)")
+        ask_files(self.window, tr("Open lesson"), pattern, lambda paths: self.play(paths[0]))
 
     def play(self, path: Path) -> None:
         """Play a lesson; what is wrong with it is told, and nothing is changed."""
@@ -108,17 +111,17 @@ class LessonActions:
         """Put the present place on the clipboard as the settings of a lesson's page."""
         place, message = present_place(self.program), self.program.document.message
         if place is None:
-            message.emit("Open a clip first.", False)
+            message.emit(tr("Open a clip first."), False)
             return
         QApplication.clipboard().setText(f"{settings(place)}\n")
-        message.emit("Copied: paste it into a page of your lesson file.", False)
+        message.emit(tr("Copied: paste it into a page of your lesson file."), False)
 
     def exercise(self) -> None:
         """Begin an exercise."""
 
         def begin() -> None:
             self.leave_guide()
-            self._lead("Exercise")
+            self._lead(tr("Exercise"))
             self.hidden_errors.begin()
 
         self.hidden_errors.before_leaving(begin)

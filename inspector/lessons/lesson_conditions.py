@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from inspector.language import tr
 from inspector.lessons.lesson_place import LOOKS, Place
 from inspector.teaching.symbols import SYMBOLS
 from twistcore.detection import Kind
@@ -57,14 +58,17 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
     conditions = [_condition(part.strip()) for part in text.split(",")]
     names = {condition.name for condition in conditions}
     if {"along", "counter"} <= names:
-        raise ValueError("'along' or 'counter': a child does one of them")
+        raise ValueError(tr("'along' or 'counter': a child does one of them"))
     if any(c.name == "twist" and c.amount > FARTHEST for c in conditions) and "counter" in names:
-        raise ValueError(f"'twist' up to {FARTHEST:g} beside 'counter': at 180° both ways are one")
-    for name, what in (("seen", "one of what is shown"), ("lit", "one symbol: one is lit")):
+        text = tr(
+            "'twist' up to {most:g} beside 'counter': at 180° both ways are one", most=FARTHEST
+        )
+        raise ValueError(text)
+    for name, what in (("seen", tr("one of what is shown")), ("lit", tr("one symbol: one is lit"))):
         if len(own := [c for c in conditions if c.name == name]) > 1:
             common = tuple(w for w in own[0].words if all(w in c.words for c in own))
             if not common:
-                raise ValueError(f"{what} after {name!r}")
+                raise ValueError(tr("{what} after {name!r}", what=what, name=name))
             conditions = [c for c in conditions if c.name != name]
             conditions.append(Condition(name, words=common))
     return tuple(conditions)
@@ -90,15 +94,17 @@ def _condition(text: str) -> Condition:
     rest = rest.strip()
     form = CONDITIONS.get(name)
     if form is None:
-        raise ValueError(f"a condition of {', '.join(CONDITIONS)}")
+        raise ValueError(tr("a condition of {known}", known=", ".join(CONDITIONS)))
     if form == "frames":
-        expected = f"a whole number of frames after {name!r}"
+        expected = tr("a whole number of frames after {name!r}", name=name)
         number = _number(rest, expected)
         if not number.is_integer():
             raise ValueError(expected)
         return Condition(name, number)
     if form.startswith(">="):
-        expected = f"'{name} {form.replace('>= ', '>= number of ')}'"
+        share = form == CONDITIONS["applied"]
+        unit = tr("number of share") if share else tr("number of degrees")
+        expected = f"'{name} >= {unit}'"
         limit = _AT_LEAST.fullmatch(rest)
         if limit is None:
             raise ValueError(expected)
@@ -107,8 +113,8 @@ def _condition(text: str) -> Condition:
     words = tuple(rest.split())
     few = {"lit": 1, "seen": 1, "nudged": 1}.get(name, 0)
     if any(word not in known for word in words) or len(words) < few:
-        after = f"one of {', '.join(known)}" if known else "nothing"
-        raise ValueError(f"{after} after {name!r}")
+        after = tr("one of {known}", known=", ".join(known)) if known else tr("nothing")
+        raise ValueError(tr("{what} after {name!r}", what=after, name=name))
     return Condition(name, words=words)
 
 
@@ -118,7 +124,7 @@ def _number(text: str, expected: str, most: float = math.inf) -> float:
     except ValueError:
         raise ValueError(expected) from None
     if not (math.isfinite(number) and number > 0.0):  # what always holds is no task
-        raise ValueError(f"{expected}, above 0")
+        raise ValueError(tr("{expected}, above 0", expected=expected))
     if number > most:  # and what never does is none either
-        raise ValueError(f"{expected}, above 0 and up to {most:g}")
+        raise ValueError(tr("{expected}, above 0 and up to {most:g}", expected=expected, most=most))
     return number

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from inspector.bundled import ASSETS
+from inspector.language import tr
 from inspector.lessons.lesson_conditions import Condition, hold_at_once, read_conditions
 from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import Place as Place
@@ -53,16 +54,18 @@ def read_lesson(path: Path) -> LessonFile:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise FormatError(f"{path}: expected a lesson as UTF-8 text ({error})") from None
+        why = tr("expected a lesson as UTF-8 text ({error})", error=error)
+        raise FormatError(f"{path}: {why}") from None
     lines = text.splitlines()
     head, first = _front_matter(path, lines)
     title, clip = head["title"][1], _clip(path, *head["clip"])
     starts = _headings(lines, first)
     if not starts:
-        raise _error(path, first + 1, "a page, which begins with a line '# Heading'")
+        raise _error(path, first + 1, tr("a page, which begins with a line '# Heading'"))
     for k in range(first, starts[0]):
         if lines[k].strip():
-            raise _error(path, k + 1, "a page, which begins with a line '# Heading'", lines[k])
+            expected = tr("a page, which begins with a line '# Heading'")
+            raise _error(path, k + 1, expected, lines[k])
     pages: list[LessonPage] = []
     for start, stop in zip(starts, [*starts[1:], len(lines)], strict=True):
         before = pages[-1].place if pages else Place(clip)
@@ -73,14 +76,16 @@ def read_lesson(path: Path) -> LessonFile:
 def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, str]], int]:
     """Key → (line, value), and the first line after it."""
     if not lines or lines[0].strip() != "---":
-        raise _error(path, 1, "'---' and then 'title: …' and 'clip: …'", lines[0] if lines else "")
+        expected = tr("'---' and then 'title: …' and 'clip: …'")
+        raise _error(path, 1, expected, lines[0] if lines else "")
     stop = next((k for k in range(1, len(lines)) if lines[k].strip() == "---"), None)
     if stop is None:
-        raise _error(path, len(lines), "'---' after title and clip, found the end of the file")
+        expected = tr("'---' after title and clip, found the end of the file")
+        raise _error(path, len(lines), expected)
     head = _pairs(path, lines, 1, stop, _HEAD)
     for key in _HEAD:
         if key not in head:
-            raise _error(path, stop + 1, f"'{key}: …' above this line")
+            raise _error(path, stop + 1, tr("'{key}: …' above this line", key=key))
     return head, stop + 1
 
 
@@ -99,14 +104,14 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
     """The page from one heading to the next."""
     opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
     if len(opened) > 1:
-        raise _error(path, opened[1] + 1, "one block of settings a page, found a second")
+        raise _error(path, opened[1] + 1, tr("one block of settings a page, found a second"))
     text = lines[start + 1 : stop]
     settings: dict[str, tuple[int, str]] = {}
     if opened:
         at = opened[0]
         closed = next((k for k in range(at + 1, stop) if lines[k].strip() == "```"), None)
         if closed is None:
-            raise _error(path, at + 1, "'```' after the settings that begin here")
+            raise _error(path, at + 1, tr("'```' after the settings that begin here"))
         settings = _pairs(path, lines, at + 1, closed, KEYS)
         text = lines[start + 1 : at] + lines[closed + 1 : stop]
     # Where a page stands goes on to the next, what is looked at there does not.
@@ -124,7 +129,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
             raise _error(path, line, str(error), value) from None
     if hold_at_once(done, place):
         line, value = settings["done"]
-        raise _error(path, line, "a task that is not done as the page begins", value)
+        raise _error(path, line, tr("a task that is not done as the page begins"), value)
     body, task = body_and_task(text)
     stands = {key: line for key, (line, _) in settings.items()}
     return LessonPage(lines[start][2:].strip(), body, task, place, done, start + 1, stands)
@@ -151,9 +156,10 @@ def _pairs(
             continue
         pair = _PAIR.fullmatch(line)
         if pair is None or pair[1] not in known:
-            raise _error(path, k + 1, f"'key: value' with a key of {', '.join(known)}", line)
+            expected = tr("'key: value' with a key of {known}", known=", ".join(known))
+            raise _error(path, k + 1, expected, line)
         if pair[1] in out:
-            raise _error(path, k + 1, f"{pair[1]!r} once", line)
+            raise _error(path, k + 1, tr("{key!r} once", key=pair[1]), line)
         out[pair[1]] = (k + 1, pair[2].strip())
     return out
 
@@ -161,13 +167,18 @@ def _pairs(
 def _clip(path: Path, line: int, name: str) -> Path:
     """A clip beside the lesson, else one that comes with the program; a lesson reads no other."""
     if Path(name).name != name or "\\" in name:
-        raise _error(path, line, "a BVH file's name without a folder", name)
+        raise _error(path, line, tr("a BVH file's name without a folder"), name)
     for folder in (path.parent, ASSETS):
         if (clip := folder / name).is_file() and clip.suffix.lower() == ".bvh":
             return clip
-    raise _error(path, line, "a BVH file beside the lesson or one that is bundled", name)
+    raise _error(path, line, tr("a BVH file beside the lesson or one that is bundled"), name)
 
 
 def _error(path: Path, line: int, expected: str, found: str = "") -> FormatError:
-    found = f", found {found.strip()!r}" if found.strip() else ""
-    return FormatError(f"{path}, line {line}: expected {expected}{found}")
+    told = {"file": path, "line": line, "expected": expected}
+    if not found.strip():
+        return FormatError(tr("{file}, line {line}: expected {expected}", **told))
+    text = tr(
+        "{file}, line {line}: expected {expected}, found {found!r}", **told, found=found.strip()
+    )
+    return FormatError(text)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from inspector.language import tr
 from inspector.teaching.symbols import SYMBOLS
 from twistcore.decomposition import WhatIf
 
@@ -54,23 +55,24 @@ class Place:
 
 def _frame(text: str) -> dict[str, Any]:
     if not text.isdecimal():
-        raise ValueError("a frame, counted from 0")
+        raise ValueError(tr("a frame, counted from 0"))
     return {"frame": int(text)}
 
 
 def _camera(text: str) -> dict[str, Any]:
     if text == "limb":
         return {"camera": None}
-    numbers = _numbers(text, 3, "'limb', or azimuth and elevation in degrees and a zoom")
+    numbers = _numbers(text, 3, tr("'limb', or azimuth and elevation in degrees and a zoom"))
     if not 1.0 / _NEAREST <= numbers[2] <= _NEAREST:
-        raise ValueError(f"a zoom from {1.0 / _NEAREST:g} to {_NEAREST:g}")
+        expected = tr("a zoom from {least:g} to {most:g}", least=1.0 / _NEAREST, most=_NEAREST)
+        raise ValueError(expected)
     azimuth, elevation = np.radians(numbers[:2])
     return {"camera": Camera(float(azimuth), float(elevation), numbers[2])}
 
 
 def _symbol(text: str) -> str:
     if text not in SYMBOLS:
-        raise ValueError(f"a symbol of {', '.join(SYMBOLS)}")
+        raise ValueError(tr("a symbol of {known}", known=", ".join(SYMBOLS)))
     return text
 
 
@@ -78,13 +80,14 @@ def _look(text: str) -> dict[str, Any]:
     words = [word.strip() for word in text.split(",")]
     figures = [word for word in words if word in LOOKS]
     if len(figures) > 1 or any(word not in (*LOOKS, "skin") for word in words):
-        raise ValueError(f"one of {', '.join(LOOKS)}, and 'skin' where the skin is shown")
+        known = ", ".join(LOOKS)
+        raise ValueError(tr("one of {known}, and 'skin' where the skin is shown", known=known))
     return {"look": figures[0] if figures else "both", "skin": "skin" in words}
 
 
 def _tab(text: str) -> dict[str, Any]:
     if text not in TABS:
-        raise ValueError(f"one of {', '.join(TABS)}")
+        raise ValueError(tr("one of {known}", known=", ".join(TABS)))
     return {"tab": text}
 
 
@@ -94,11 +97,12 @@ def _what_if(text: str) -> dict[str, Any]:
     for part in text.split(","):
         name, _, value = part.strip().partition(" ")
         if name == "stage":
-            stage = _within(value, 0.0, 2.0, "a number from 0 to 2 after 'stage'")
+            stage = _within(value, 0.0, 2.0, tr("a number from 0 to 2 after 'stage'"))
         elif name in _ALTERED:
             altered[name] = _ALTERED[name](value)
         else:
-            raise ValueError(f"{', '.join((*_ALTERED, 'stage'))}, each with its value")
+            known = ", ".join((*_ALTERED, "stage"))
+            raise ValueError(tr("{known}, each with its value", known=known))
     return {"what_if": WhatIf(**altered), "stage": stage}
 
 
@@ -121,25 +125,25 @@ def _within(text: str, low: float, high: float, expected: str) -> float:
 
 def _degrees(low: int, high: int) -> Callable[[str], float]:
     """Reads an angle as far as its slider goes."""
-    expected = f"an angle in degrees from {low} to {high}"
+    expected = tr("an angle in degrees from {low} to {high}", low=low, high=high)
     return lambda text: float(np.radians(_within(text, low, high, expected)))
 
 
 def _switch(text: str) -> bool:
     if text:
-        raise ValueError("'counter' without a value")
+        raise ValueError(tr("'counter' without a value"))
     return True
 
 
 def _share(text: str) -> float:
-    return _within(text, 0.0, 1.0, "a share from 0 to 1 after 'applied'")
+    return _within(text, 0.0, 1.0, tr("a share from 0 to 1 after 'applied'"))
 
 
 def _direction(text: str) -> tuple[float, ...]:
-    x, y, z = _numbers(text, 3, "a direction x y z after 'toward'")
+    x, y, z = _numbers(text, 3, tr("a direction x y z after 'toward'"))
     length = float(np.linalg.norm((x, y, z)))
     if length < 1e-9:
-        raise ValueError("a direction other than 0 0 0 after 'toward'")
+        raise ValueError(tr("a direction other than 0 0 0 after 'toward'"))
     return (x / length, y / length, z / length)
 
 

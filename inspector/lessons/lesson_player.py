@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QPushButton
 
+from inspector.language import tr
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_checks import Visit, all_hold, do
@@ -52,8 +53,10 @@ class LessonPlayer(QObject):
         self.pages: Sequence[LessonPage] = ()
         self.at = -1
         self._task = OneTask(self)
-        self.back, self.show_me = QPushButton("Back"), QPushButton("Show me")
-        self.forward, self.leave = QPushButton("Next"), leave_button("the lesson")
+        self.back, self.show_me = QPushButton(tr("Back")), QPushButton(tr("Show me"))
+        self.forward = QPushButton(tr("Next"))
+        tip = tr("End the lesson; your own clip comes back as it was")
+        self.leave = leave_button(tip)
         for button, slot in (
             (self.back, lambda: self._turn(-1)),
             (self.show_me, self._show),
@@ -114,7 +117,7 @@ class LessonPlayer(QObject):
         self._program.guide.show_page(heading, page.body, page.task)
         self.back.setEnabled(at > 0)
         self.show_me.setEnabled(bool(page.done))
-        self.forward.setText("Next" if at + 1 < len(self.pages) else "Finish")
+        self.forward.setText(tr("Next") if at + 1 < len(self.pages) else tr("Finish"))
         self._preparing = True
         set_scene(self._program, self._clips[page.place.clip], page.place)
         self._preparing = False

@@ -16,6 +16,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QTextBrowser
 
+from inspector.language import tr
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Typesetter
 
@@ -62,7 +63,7 @@ class LessonText(QTextBrowser):
             if self._typesetter.formula(found[1]) is None:
                 return f"*{found[1]}*"
             address = known.setdefault(found[1], f"tex:{len(known)}")
-            return f"![formula]({address})"  # Qt leaves out one without words
+            return f"![{tr('formula')}]({address})"  # Qt leaves out one without words
 
         markdown = _TEX.sub(image, self._markdown)
         self._pictures = {address: self._picture(tex) for tex, address in known.items()}

@@ -8,14 +8,13 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
-from inspector.bundled import ASSETS, LESSONS
+from inspector.bundled import ASSETS, TOUR
+from inspector.language import in_language, tr
 from inspector.lessons.lesson_file import LessonFile, read_lesson
 from inspector.lessons.web_page import export_page
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_where
 from twistcore.errors import TwistError
-
-_TITLE = "Export lesson as web page"
 
 
 class PageExport(QObject):
@@ -32,8 +31,9 @@ class PageExport(QObject):
             self._ask_where(lesson)
             return
         ask_files(
-            self._window, _TITLE, "Lessons (*.md)", lambda paths: self._read(paths[0]),
-            folder=LESSONS,
+            self._window, tr("Export lesson as web page"), tr("Lessons (*.md)"),
+            lambda paths: self._read(paths[0]),
+            folder=in_language(TOUR).parent,
         )  # fmt: skip
 
     def _read(self, path: Path) -> None:
@@ -48,7 +48,7 @@ class PageExport(QObject):
         own = not lesson.path.is_relative_to(ASSETS)  # nobody looks for a page in there
         folder = lesson.path.parent if own else Path.home()
         ask_where(
-            self._window, f"{_TITLE} to", "Web pages (*.html)",
+            self._window, tr("Export lesson as web page to"), tr("Web pages (*.html)"),
             lambda path: self.write(lesson, path),
             wanted=folder / f"{lesson.path.stem}.html", suffix="html",
         )  # fmt: skip
@@ -58,9 +58,12 @@ class PageExport(QObject):
 
         def written(_: object) -> None:
             size = path.stat().st_size / 1e6
-            self._tell(f"Written: {path}, {size:.1f} MB, which any browser opens.", False)
+            told = tr(
+                "Written: {file}, {size:.1f} MB, which any browser opens.", file=path, size=size
+            )
+            self._tell(told, False)
 
         def failed(error: Exception) -> None:
-            self._tell(f"The page was not written. {error}", True)
+            self._tell(tr("The page was not written. {why}", why=error), True)
 
         self._task.run(lambda _: export_page(lesson, path), written, failed)

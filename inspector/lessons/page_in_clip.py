@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspector.language import tr
 from inspector.lessons.lesson_conditions import word_of
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.session.opening import Analysed
@@ -21,31 +22,41 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
     place, last = page.place, data.motion.frames - 1
 
     def refused(key: str, expected: str, found: object) -> FormatError:
-        where = f"{lesson.path}, line {page.line(key)}"
-        return FormatError(f"{where}: expected {expected}, found '{found}'")
+        told = {"file": lesson.path, "line": page.line(key), "expected": expected}
+        text = tr("{file}, line {line}: expected {expected}, found '{found}'", **told, found=found)
+        return FormatError(text)
 
     if place.frame > last:
-        raise refused("frame", f"a frame of {place.clip.name} up to {last}", place.frame)
+        expected = tr("a frame of {clip} up to {last}", clip=place.clip.name, last=last)
+        raise refused("frame", expected, place.frame)
     far = max(place.frame, last - place.frame)
     far, kinds = max(place.frame, last - place.frame), _kinds(data)
     for condition in page.done:
         if condition.name == "moved" and condition.amount > far:
-            expected = f"'moved' and up to {far} frames, as {place.clip.name} has no more"
+            expected = tr(
+                "'moved' and up to {most} frames, as {clip} has no more",
+                most=far,
+                clip=place.clip.name,
+            )
             raise refused("done", expected, f"moved {condition.amount:g}")
         if condition.name == "accepted" and not kinds.intersection(condition.words or kinds):
-            there = ", ".join(sorted(kinds)) or "nothing"
-            expected = f"'accepted' and what {place.clip.name} has or is given by hand: {there}"
+            expected = tr(
+                "'accepted' and what {clip} has or is given by hand: {kinds}",
+                clip=place.clip.name,
+                kinds=", ".join(sorted(kinds)) or tr("nothing"),
+            )
             raise refused("done", expected, " ".join(("accepted", *condition.words)))
         if condition.name in _OF_CHAINS and data.limb(place.chain) is not None:
-            expected = f"no {condition.name!r} on the page of a limb, which has none"
+            expected = tr("no {name!r} on the page of a limb, which has none", name=condition.name)
             raise refused("done", expected, condition.name)
     if not place.chain:
         return None
     for chain in data.chains_and_limbs:
         if chain.name == place.chain:
             return chain
-    known = ", ".join(c.name for c in data.chains_and_limbs) or "none: it has no chains"
-    raise refused("chain", f"a chain of {place.clip.name} ({known})", place.chain)
+    known = ", ".join(c.name for c in data.chains_and_limbs) or tr("none: it has no chains")
+    expected = tr("a chain of {clip} ({known})", clip=place.clip.name, known=known)
+    raise refused("chain", expected, place.chain)
 
 
 def _kinds(data: Analysed) -> set[str]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from inspector.language import tr
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_place import TABS, Camera, Place
 from inspector.session.open_clip import Show
@@ -14,7 +15,7 @@ from inspector.viewport.camera import OrbitCamera
 from twistcore.decomposition import WhatIf
 from twistcore.rotation import Array
 
-_NOTHING_KEPT = "A lesson keeps nothing: when it ends, your own clip is there as it was."
+_NOTHING_KEPT = tr("A lesson keeps nothing: when it ends, your own clip is there as it was.")
 
 
 class Looked:

@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
+from inspector.language import plural, tr
 from inspector.lessons.classroom import scored, write_for_class
 from inspector.lessons.interrupted_review import Aside
 from inspector.widgets.background import OneTask
@@ -43,9 +44,8 @@ class TeachersFiles(QObject):
     def ask_write(self) -> None:
         """Ask where to write an exercise, and write it."""
         wanted = Path("exercise.json")
-        ask_where(
-            self._window, "Write an exercise", "*.json", self.write, wanted=wanted, suffix="json"
-        )
+        title = tr("Write an exercise")
+        ask_where(self._window, title, "*.json", self.write, wanted=wanted, suffix="json")
 
     def write(self, path: Path) -> None:
         """An exercise of the person's clip, else of a sample; no seed that others could try."""
@@ -54,14 +54,19 @@ class TeachersFiles(QObject):
 
         def written(files: tuple[Path, Path]) -> None:
             clip, key = files
-            told = f"For your class: {path.name} and {clip.name}. For you alone: {key.name}."
+            told = tr(
+                "For your class: {exercise} and {clip}. For you alone: {key}.",
+                exercise=path.name,
+                clip=clip.name,
+                key=key.name,
+            )
             self._tell(told, False)
 
         self._task.run(lambda _: write_for_class(source, path, seed, kind), written, self._failed)
 
     def ask_score(self) -> None:
         """Ask for the key and what was handed in, and score it."""
-        title = "The key, and all that was handed in"
+        title = tr("The key, and all that was handed in")
         ask_files(self._window, title, "*.json", self.score, several=True)
 
     def score(self, files: Sequence[Path]) -> None:
@@ -69,7 +74,7 @@ class TeachersFiles(QObject):
 
         def ask(table: str) -> None:
             ask_where(
-                self._window, "Write the table", "*.csv",
+                self._window, tr("Write the table"), "*.csv",
                 lambda path: self.write_table(path, table),
                 wanted=files[0].with_name("class.csv"), suffix="csv",
             )  # fmt: skip
@@ -83,7 +88,9 @@ class TeachersFiles(QObject):
         except (OSError, TwistError) as error:
             self._failed(error)
             return
-        self._tell(f"{path.name}: {table.count(chr(10)) - 1} students.", False)
+        students = table.count("\n") - 1
+        told = plural("{file}: {n} students.", "{file}: {n} students.", students, file=path.name)
+        self._tell(told, False)
 
     def _failed(self, error: Exception) -> None:
         self._tell(error, True)

@@ -18,6 +18,7 @@ import jinja2
 from markupsafe import Markup
 
 from inspector.bundled import ASSETS
+from inspector.language import chosen_language, texts_of_script, tr, tr_as
 from inspector.lessons.lesson_file import LessonFile
 from inspector.lessons.page_data import PageData
 from inspector.lessons.page_texts import Formulas, rendered
@@ -36,8 +37,9 @@ LARGEST = 5_000_000  # bytes of a page
 _SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds on either side of a page's frame: the first that fits
 _FOLDER = ASSETS / "lesson_page"
 _SCRIPTS = (
-    *("swing_twist.js", "labels.js", "words.js", "clip_data.js", "orbit_camera.js", "gizmo.js"),
-    *("striped_skin.js", "figure_view.js", "curves.js", "hand.js", "lesson.js"),
+    *("language.js", "swing_twist.js", "labels.js", "words.js", "clip_data.js"),
+    *("orbit_camera.js", "gizmo.js", "striped_skin.js", "figure_view.js", "curves.js"),
+    *("hand.js", "lesson.js"),
 )
 _LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
@@ -54,31 +56,37 @@ def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
         text = _assembled(lesson, opened, seconds)
         if len(encoded(text)) <= largest:
             return text
-    raise TwistError(
-        f"{lesson.path.name}: its page would have {len(encoded(text)) / 1e6:.1f} MB, more than "
-        f"{largest / 1e6:.1f}. Fewer pages, or pages of the same frames, take less."
+    why = tr(
+        "its page would have {size:.1f} MB, more than {most:.1f}. Fewer pages, or pages of the "
+        "same frames, take less.",
+        size=len(encoded(text)) / 1e6,
+        most=largest / 1e6,
     )
+    raise TwistError(f"{lesson.path.name}: {why}")
 
 
 def three_js() -> str:
     """three.js as it lies in the package trimesh, with its licence; TwistError if it does not."""
     package = find_spec("trimesh")
     if package is None or package.origin is None:
-        raise _without_library("it is not installed")
+        raise _without_library(tr("it is not installed"))
     try:
         with ZipFile(Path(package.origin).parent / "resources/templates/viewer.zip") as viewer:
             text = viewer.read("viewer.html.template").decode("utf-8")
         start, stop = text.index("/**\n * @license"), text.index(_LIBRARY_ENDS)
     except (OSError, KeyError, ValueError, BadZipFile):
-        raise _without_library("in the installed version it is not where it was") from None
+        why = tr("in the installed version it is not where it was")
+        raise _without_library(why) from None
     return text[start : stop + len(_LIBRARY_ENDS)]
 
 
 def _without_library(why: str) -> TwistError:
-    return TwistError(
-        f"A lesson's page draws with three.js, which the Python package trimesh brings, but {why}. "
-        "Install the version of trimesh that this program asks for."
+    text = tr(
+        "A lesson's page draws with three.js, which the Python package trimesh brings, but {why}. "
+        "Install the version of trimesh that this program asks for.",
+        why=why,
     )
+    return TwistError(text)
 
 
 def _opened(clip: Path) -> Analysed:
@@ -102,6 +110,8 @@ def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: 
         lstrip_blocks=True,
     )
     return environment.get_template("page.html").render(
+        tr=tr,
+        language=chosen_language(),
         title=lesson.title,
         pages=[page | {"elsewhere": e} for page, e in zip(pages, done_elsewhere, strict=True)],
         sections=SECTIONS,
@@ -129,12 +139,20 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
     return {
         "themes": {"light": _theme(LIGHT), "dark": _theme(DARK)},
         "ghost": GHOST_ALPHA,
+        "words": _words(),
         "marks": {
             name: formulas.outline(mark.tex) | {"family": mark.family}
             for name, mark in MARKS.items()
         },
         "together": {name: sorted(lit_parts(name)) for name in SYMBOLS},
     }
+
+
+def _words() -> dict[str, str]:
+    """The texts of the scripts that are otherwise in the chosen language."""
+    texts = {said for name in _SCRIPTS for said in texts_of_script(_read(name))}
+    said = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
+    return {text: own for text, own in said.items() if own != text}
 
 
 def _theme(theme: Theme) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,6 +11,8 @@ import numpy as np
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
 
+from inspector.language import of_core, tr, tr_as
+from inspector.panels.limb_words import end_in_words
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
 from inspector.widgets.building import hint
@@ -22,26 +24,37 @@ from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
 
-_HEADS = ("Chain", "Done", "Peak", "τ", "Azim.")
+_PEAK, _AZIMUTH = 2, 4  # columns
+_HEADS = (
+    tr("Chain"),
+    tr_as("intervals", "Done"),
+    tr_as("largest strength", "Peak"),
+    "τ",
+    tr_as("short for azimuth", "Azim."),
+)
 _SAMPLES = ("00/00", "180.0°", "55.0°", "100 %")  # of the columns of figures, from the second on
 _TIPS = (
-    "Side and segment of the parent joint, and beside it what else the file calls the joints;\n"
-    "the tick shows or hides its intervals",
-    "Intervals decided of those found",
-    "Largest strength in the clip: m(t) for the paper's method",
-    "Threshold of this chain",
-    "Median reliability of the azimuth: low on a straight limb.\n"
-    "Of a whole limb: median height of its middle joint off its line, of its length",
+    tr(
+        "Side and segment of the parent joint, and beside it what else the file calls the joints;\n"
+        "the tick shows or hides its intervals"
+    ),
+    tr("Intervals decided of those found"),
+    tr("Largest strength in the clip: m(t) for the paper's method"),
+    tr("Threshold of this chain"),
+    tr(
+        "Median reliability of the azimuth: low on a straight limb.\n"
+        "Of a whole limb: median height of its middle joint off its line, of its length"
+    ),
 )
 _LIMB_TIPS = (
-    "The whole limb; the tick shows or hides its flips",
-    "Flips decided of those found",
-    "Largest jump of the limb about its line in one frame",
-    "Threshold of this limb: a jump in one frame",
-    "Median height of its middle joint off its line, of its length: low on a straight limb",
+    tr("The whole limb; the tick shows or hides its flips"),
+    tr("Flips decided of those found"),
+    tr("Largest jump of the limb about its line in one frame"),
+    tr("Threshold of this limb: a jump in one frame"),
+    tr("Median height of its middle joint off its line, of its length: low on a straight limb"),
 )
 _PAD = 8  # pixels
-_NAME = "Right ForeArm"  # such a name, and its tick, is worth more than the last columns
+_NAME = of_core("Right ForeArm")  # such a name, and its tick, is worth more than the last columns
 _TICK = 24  # pixels
 _RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth says nothing
 
@@ -81,7 +94,7 @@ class _ChainModel(RowModel[_Shown]):
         if thing.found:
             colours[1] = self.theme.accepted if done else self.theme.undecided
         if thing.doubtful:
-            colours[4] = self.theme.warning
+            colours[_AZIMUTH] = self.theme.warning
         return Row(
             texts=(
                 thing.label,
@@ -116,6 +129,7 @@ class ChainsPanel(QWidget):
         self._document = document
         self._model = _ChainModel(document, theme)
         self.table = RowTable(self._model)
+        self.table.setAccessibleName(tr("Chains and limbs"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
         self.table.setItemDelegateForColumn(0, BesideDelegate(self._model, self.table))
         header = self.table.horizontalHeader()
@@ -126,9 +140,9 @@ class ChainsPanel(QWidget):
             width = max(advance(sample), advance(_HEADS[column])) + _PAD
             self.table.setColumnWidth(column, width)
         name = advance(_NAME) + _TICK + _PAD
-        self.table.keep_room(name, (_HEADS.index("Azim."), _HEADS.index("Peak")))
+        self.table.keep_room(name, (_AZIMUTH, _PEAK))
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._hint = hint("The chains of a clip appear here.")
+        self._hint = hint(tr("The chains of a clip appear here."))
         self._showing = False  # rows come and go, and the current one moves along them
         self._fixed: dict[str, _Shown] = {}  # by chain: what no decision and no τ changes
         self._stack = QStackedLayout(self)
@@ -184,7 +198,8 @@ class ChainsPanel(QWidget):
         self._refresh()
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
-            self._hint.setText("This skeleton has no chain of parent, child and grandchild.")
+            told = tr("This skeleton has no chain of parent, child and grandchild.")
+            self._hint.setText(told)
         self._select_row()
 
     def _select_row(self) -> None:
@@ -207,22 +222,29 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     stuck = uncorrectable_joints(data.motion, chain, carried=True)
     flips, skeleton = data.limb(chain.name), data.motion.skeleton
     beside = {} if flips else children_off_axis(data.motion, chain)
-    notes = list(chain.warnings)
+    notes = [of_core(warning) for warning in chain.warnings]
     if stuck:
-        notes.append(f"not corrected: {', '.join(stuck)} without three rotation channels")
+        told = tr("not corrected: {joints} without three rotation channels", joints=_listed(stuck))
+        notes.append(told)
     elif partly and isinstance(chain, Limb):
-        names = f"{', '.join(partly)} without three rotation channels"
-        notes.append(f"not corrected where the {chain.end_word} was kept: {names}")
+        told = tr(
+            "not corrected where the {end} was kept: {joints} without three rotation channels",
+            end=end_in_words(chain.end_word),
+            joints=_listed(partly),
+        )
+        notes.append(told)
     if beside:
-        notes.append(f"beside the bone, so a correction moves them: {', '.join(beside)}")
+        told = tr("beside the bone, so a correction moves them: {joints}", joints=_listed(beside))
+        notes.append(told)
     if flips is None:
         tips = _TIPS
         reliability, least = data.analysis.reliability[chain.name], _RELIABLE
     else:
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
+    label = of_core(chain.list_label)
     return _Shown(
         chain=chain.name,
-        label=f"{chain.list_label} (fixed)" if stuck else chain.list_label,
+        label=tr("{chain} (fixed)", chain=label) if stuck else label,
         joints=own_joints(chain, skeleton),
         decided=0,
         found=0,
@@ -234,3 +256,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         doubtful=reliability < least,
         tips=tuple(f"{joints_of(chain, skeleton)}: {tip}" for tip in tips),
     )
+
+
+def _listed(joints: Iterable[str]) -> str:
+    return ", ".join(joints)

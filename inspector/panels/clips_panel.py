@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,8 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.folder.queue import FolderQueue
-from inspector.folder.queued_clip import ClipState, QueuedClip
+from inspector.folder.queued_clip import ClipState, QueuedClip, reason_told
+from inspector.language import plural, tr, tr_as
 from inspector.session.document import Document
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
@@ -31,27 +32,40 @@ from twistcore.review import Decision
 _ROWS = 10  # clips that are to be seen at least, where there is room
 _COUNT_MS = 60  # while τ is dragged the list does not follow every step
 _NEWS_MS = 160  # nor, while clips are analysed, every one of them
-_HEADS = ("Clip", "Severity", "Review", "Export")
+_SEVERITY, _EXPORT = 1, 3  # columns
+_HEADS = (tr("Clip"), tr("Severity"), tr_as("of a clip", "Review"), tr_as("of a clip", "Export"))
 _NAME_WIDTH = 90  # pixels
+_WIDTHS = (72, 84, 66)  # pixels of the other columns, at least
+_PAD = 8  # pixels beside a word
+_CLEAN, _UNCHECKED, _FAILED = (
+    tr_as("a clip or clips", "clean"),
+    tr_as("a clip or clips", "not checked"),
+    tr_as("a clip or clips", "failed"),
+)
 # What the filter lets through, by its words.
-STATES: Mapping[str, Callable[[QueuedClip], bool]] = {
-    "All": lambda _: True,
-    "To do": lambda c: c.to_do,
-    "Done": lambda c: c.done,
-    "Clean": lambda c: c.clean,
-    "Not exported": lambda c: not c.exported and c.state != ClipState.FAILED,
-    "To restore": lambda c: c.waits,
-    "Failed": lambda c: c.state == ClipState.FAILED or c.unchecked,
+_Lets = Callable[[QueuedClip], bool]
+STATES: tuple[tuple[str, _Lets], ...] = (
+    (tr_as("clips", "All"), lambda _: True),
+    (tr_as("clips", "To do"), lambda c: c.to_do),
+    (tr_as("clips", "Done"), lambda c: c.done),
+    (tr_as("clips", "Clean"), lambda c: c.clean),
+    (tr_as("clips", "Not exported"), lambda c: not c.exported and c.state != ClipState.FAILED),
+    (tr_as("clips", "To restore"), lambda c: c.waits),
+    (tr_as("clips", "Failed"), lambda c: c.state == ClipState.FAILED or c.unchecked),
+)
+_WORKING = {
+    ClipState.WAITING: tr_as("a clip", "waiting"),
+    ClipState.ANALYSING: tr_as("a clip", "analysing"),
 }
 
 
 class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
     head_tips = (
-        "Name of the clip; ↺: decisions of it wait to be restored",
-        "Mean error a frame; a click on a head sorts by it",
-        "Intervals decided, of those there are",
-        "Whether it was exported",
+        tr("Name of the clip; ↺: decisions of it wait to be restored"),
+        tr("Mean error a frame; a click on a head sorts by it"),
+        tr("Intervals decided, of those there are"),
+        tr("Whether it was exported"),
     )
 
     def key(self, thing: QueuedClip) -> Path:
@@ -70,6 +84,7 @@ class _ClipModel(RowModel[QueuedClip]):
             texts=(name, "", _review(thing), "✓" if thing.exported else ""),
             colours=dict.fromkeys(range(len(_HEADS)), colour) if colour else {},
             tips=(_tip(thing),),
+            spoken=_spoken(thing),
         )
 
 
@@ -82,28 +97,41 @@ def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
 
 def _review(clip: QueuedClip) -> str:
     if clip.state == ClipState.FAILED:
-        return "failed"
+        return _FAILED
     if clip.counts[1] and (clip.decided or clip.state == ClipState.READY):
         return f"{clip.counts[0]} / {clip.counts[1]}"
     if clip.state == ClipState.READY:
-        return "not checked" if clip.unchecked else "clean"
+        return _UNCHECKED if clip.unchecked else _CLEAN
     return "…" if clip.state == ClipState.ANALYSING else ""
 
 
 def _tip(clip: QueuedClip) -> str:
     name = clip.label or clip.path.name
     if clip.state == ClipState.FAILED:
-        return clip.reason
+        return reason_told(clip)
     if clip.unchecked:
-        return f"{name}: not checked, {clip.reason}"
+        return tr("{name}: not checked, {reason}", name=name, reason=reason_told(clip))
     if clip.state != ClipState.READY:
-        return f"{name}: {clip.state}"
-    told = [f"{name}: {clip.intervals} intervals, {clip.severity:.3f}° a frame"]
+        return f"{name}: {_WORKING[clip.state]}"
+    found = tr("{n} intervals, {severity:.3f}° a frame", n=clip.intervals, severity=clip.severity)
+    told = [f"{name}: {found}"]
     if clip.waits:
-        told.append("a review of it ended without saving: open it to restore its decisions")
+        told.append(tr("a review of it ended without saving: open it to restore its decisions"))
     if clip.exported:
-        told.append(f"exported as {clip.exported}")
+        told.append(tr("exported as {name}", name=clip.exported))
     return "\n".join(told)
+
+
+def _spoken(clip: QueuedClip) -> dict[int, str]:
+    """What signs and bars say."""
+    told = {}
+    if clip.waits:
+        told[0] = tr("{name}: decisions wait to be restored", name=clip.title)
+    if clip.state == ClipState.READY:
+        told[_SEVERITY] = tr("{severity:.3f}° a frame", severity=max(clip.severity, 0.0))
+    if clip.exported:
+        told[_EXPORT] = tr("exported as {name}", name=clip.exported)
+    return told
 
 
 class _SeverityBar(RowDelegate):
@@ -138,22 +166,27 @@ class ClipsPanel(QWidget):
         self._model = _ClipModel(theme)
         self._order: tuple[int, bool] | None = None  # column, whether downwards; None: worst first
         self.table = RowTable(self._model, room=2)
+        self.table.setAccessibleName(tr("Clips of the folder"))
+        self.table.setAccessibleDescription(tr("Enter opens the clip"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
         self._severities = _SeverityBar(self._model, self.table)
-        self.table.setItemDelegateForColumn(_HEADS.index("Severity"), self._severities)
+        self.table.setItemDelegateForColumn(_SEVERITY, self._severities)
         self._lay_out_heads()
-        self.text = QLineEdit(placeholderText="Filter by name", clearButtonEnabled=True)
+        self.text = QLineEdit(placeholderText=tr("Filter by name"), clearButtonEnabled=True)
+        self.text.setAccessibleName(tr("Filter by name"))
         self.wanted = QComboBox()
-        self.wanted.addItems(list(STATES))
+        self.wanted.addItems([words for words, _ in STATES])
+        self.wanted.setAccessibleName(tr("Which clips are listed"))
         self.text.textChanged.connect(self._refresh)
         self.wanted.currentTextChanged.connect(self._refresh)
         self.bar = QProgressBar(textVisible=False)
+        self.bar.setAccessibleName(tr("Clips analysed"))
         self.bar.setMaximumHeight(6)
         self.status, self.tau = soft(QLabel()), soft(QLabel())
         for label in (self.status, self.tau):  # a long text makes the dock no wider
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.stop = QPushButton("Stop")
-        self.stop.setToolTip("Stop analysing; what is known stays")
+        self.stop = QPushButton(tr("Stop"))
+        self.stop.setToolTip(tr("Stop analysing; what is known stays"))
         self.stop.clicked.connect(queue.cancel)
         above = hbox((self.text, 1), self.wanted, margins=(4, 2, 4, 0))
         foot = hbox((self.status, 1), self.stop, margins=(4, 0, 4, 0))
@@ -185,9 +218,11 @@ class ClipsPanel(QWidget):
     def _lay_out_heads(self) -> None:
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        for column, width in enumerate((72, 84, 66), start=1):
-            header.resizeSection(column, width)
-        self.table.keep_room(_NAME_WIDTH, (_HEADS.index("Export"), _HEADS.index("Severity")))
+        advance = self.fontMetrics().horizontalAdvance
+        words = (_HEADS[1],), (_HEADS[2], _CLEAN, _UNCHECKED, _FAILED), (_HEADS[3],)
+        for column, (least, said) in enumerate(zip(_WIDTHS, words, strict=True), start=1):
+            header.resizeSection(column, max(least, *(advance(word) + _PAD for word in said)))
+        self.table.keep_room(_NAME_WIDTH, (_EXPORT, _SEVERITY))
         header.setSectionsClickable(True)
         header.sectionClicked.connect(self._sort_by)
 
@@ -204,7 +239,7 @@ class ClipsPanel(QWidget):
 
     def _sort_by(self, column: int) -> None:
         """One way, the other way, then worst first again."""
-        downwards = column == _HEADS.index("Severity")
+        downwards = column == _SEVERITY
         first, second = (column, downwards), (column, not downwards)
         self._order = {first: second, second: None}.get(self._order or (-1, False), first)
         header = self.table.horizontalHeader()
@@ -216,7 +251,7 @@ class ClipsPanel(QWidget):
 
     def listed(self) -> list[QueuedClip]:
         """The clips that are listed, in their order."""
-        wanted, text = STATES[self.wanted.currentText()], self.text.text().casefold()
+        (_, wanted), text = STATES[self.wanted.currentIndex()], self.text.text().casefold()
         clips = [c for c in self._queue.ordered if wanted(c) and text in c.title.casefold()]
         if self._order is not None:
             column, downwards = self._order
@@ -248,29 +283,43 @@ class ClipsPanel(QWidget):
         self.status.setText(told)
         self.status.setToolTip(told)
         exports = len(self._queue.exports)
-        listed = f"; {exports} export{'s' * (exports > 1)} not listed" if exports else ""
-        told = f"τ: {self._queue.profile_told}{listed}"
+        left = plural("{n} export not listed", "{n} exports not listed", exports)
+        told = f"τ: {self._queue.profile_told}" + (f"; {left}" if exports else "")
         self.tau.setText(told if self._queue.folder is not None else "")
         names = "\n".join(sorted(path.name for path in self._queue.exports)[:20])
-        change = "Tuning, Use τ for the folder: the τ of the open clip for all of them"
-        self.tau.setToolTip(f"{change}\n\nNot listed:\n{names}" if exports else change)
+        change = tr("Tuning, Use τ for the folder: the τ of the open clip for all of them")
+        left = tr("Not listed:")
+        self.tau.setToolTip(f"{change}\n\n{left}\n{names}" if exports else change)
         self._mark_open()
 
     def _progress(self) -> str:
         done, total = self._queue.progress
-        return f"{done} of {total} analysed, about {self._queue.seconds_left:.0f} s left"
+        return tr(
+            "{done} of {total} analysed, about {left:.0f} s left",
+            done=done,
+            total=total,
+            left=self._queue.seconds_left,
+        )
 
     def _totals(self) -> str:
         clips = self._queue.clips.values()
         through, of, decided, intervals = self._queue.totals
-        decisions = f"{decided} of {intervals} intervals decided"
-        told = [f"{through} of {of} clips, {decisions}"] if of else []
-        counts = {
-            "clean": sum(c.clean for c in clips),
-            "not checked": sum(c.unchecked for c in clips),
-            "failed": sum(c.state == ClipState.FAILED for c in clips),
-        }
-        told += [f"{count} {what}" for what, count in counts.items() if count]
+        told = []
+        if of:
+            words = tr(
+                "{through} of {of} clips, {decided} of {intervals} intervals decided",
+                through=through,
+                of=of,
+                decided=decided,
+                intervals=intervals,
+            )
+            told.append(words)
+        counts = (
+            (sum(c.clean for c in clips), _CLEAN),
+            (sum(c.unchecked for c in clips), _UNCHECKED),
+            (sum(c.state == ClipState.FAILED for c in clips), _FAILED),
+        )
+        told += [f"{count} {what}" for count, what in counts if count]
         return "; ".join(told)
 
     def _mark_open(self) -> None:

@@ -19,8 +19,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.end_choice import EndChoice
 from inspector.panels.interval_filter import KINDS
+from inspector.panels.limb_words import middle_of
+from inspector.panels.reject_reasons import REASONS, kept_reason, told_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
 from inspector.session.why_here import reason_near, told
@@ -38,10 +41,9 @@ from twistcore.why_not import Why
 
 _RARE, _RARER = 0.7, 3.0  # logarithms of odds: a side where a limb is half as often, hardly ever
 _ARROWS = 28  # pixels: of a number box, its arrows and borders
-_NEXT = "N goes to the next one."
-_OPEN = "Open a clip: N goes through its intervals."
-_OTHER_SIDE = "the other side of the clip may be the wrong one"
-REASONS = ("", "natural motion", "fast but real", "other joint is wrong", "edges are wrong")
+_NEXT = tr("N goes to the next one.")
+_OPEN = tr("Open a clip: N goes through its intervals.")
+_OTHER_SIDE = tr("the other side of the clip may be the wrong one")
 
 
 class DetailCard(QWidget):
@@ -64,28 +66,38 @@ class DetailCard(QWidget):
             box.setAlignment(Qt.AlignmentFlag.AlignRight)
             most = "−180.00°" if box is self.delta else "00000"  # longer ones where there is room
             box.setMinimumWidth(box.fontMetrics().horizontalAdvance(most) + _ARROWS)
-        self.note = QLineEdit(placeholderText="Note")
+        for box, name in (
+            (self.start, tr("First frame of the interval")),
+            (self.stop, tr("Frame behind the interval's last")),
+            (self.delta, tr("Offset δ, degrees")),
+        ):
+            box.setAccessibleName(name)
+        self.note = QLineEdit(placeholderText=tr("Note"))
+        self.note.setAccessibleName(tr("Note"))
         self.reason = QComboBox(editable=True, insertPolicy=QComboBox.InsertPolicy.NoInsert)
-        self.reason.addItems(REASONS)
-        self.reason.setToolTip("Why it is rejected")
+        self.reason.addItems(["", *map(told_reason, REASONS)])
+        self.reason.setToolTip(tr("Why it is rejected"))
+        self.reason.setAccessibleName(tr("Why it is rejected"))
         line = self.reason.lineEdit()
         assert line is not None
-        line.setPlaceholderText("Reason")
+        line.setPlaceholderText(tr("Reason"))
+        line.setAccessibleName(tr("Why it is rejected"))
         self.why = Caption(soft=True)
         self.end = EndChoice()
         self.end.turned.connect(self.end_turned)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         self._form = form
-        edges = hbox((self.start, 1), "to", (self.stop, 1), "δ", (self.delta, 1))
-        form.addRow("Frames", edges)
-        form.addRow("Notes", hbox((self.reason, 2), (self.note, 3)))
+        to = tr_as("between two numbers", "to")
+        edges = hbox((self.start, 1), to, (self.stop, 1), "δ", (self.delta, 1))
+        form.addRow(tr("Frames"), edges)
+        form.addRow(tr("Notes"), hbox((self.reason, 2), (self.note, 3)))
         buttons = QHBoxLayout()
         self.buttons: dict[Decision, QPushButton] = {}
         for decision, text, key in (
-            (Decision.ACCEPTED, "Accept", "A"),
-            (Decision.REJECTED, "Reject", "R"),
-            (Decision.UNDECIDED, "Reset", "Backspace"),
+            (Decision.ACCEPTED, tr_as("the interval", "Accept"), "A"),
+            (Decision.REJECTED, tr_as("the interval", "Reject"), "R"),
+            (Decision.UNDECIDED, tr_as("the interval", "Reset"), tr_as("key", "Backspace")),
         ):
             button = QPushButton(text)
             button.setToolTip(f"{text} ({key})")
@@ -154,14 +166,15 @@ class DetailCard(QWidget):
         interval = judged.interval
         chain = self._document.find_chain(interval.chain)
         what = "" if kind == Kind.COUNTER_TWIST else f" · {KINDS[interval.kind][0]}"
-        varies = "" if np.ptp(interval.offset) < 1e-9 else ", follows"
+        label = of_core(chain.label)
+        varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", follows")
         if interval.soft_ended:
-            varies += f", up to {signed(np.degrees(interval.shown))}°"
-        count = "1 frame" if interval.frames == 1 else f"{interval.frames} frames"
+            varies += tr(", up to {offset}°", offset=signed(np.degrees(interval.shown)))
+        count = plural("{n} frame", "{n} frames", interval.frames)
         assert self._document.data is not None
         joints = joints_of(chain, self._document.data.motion.skeleton)
-        self.title.setToolTip(f"{chain.label}{what} · {count}{varies}\n{joints}")
-        self.title.setText(f"<b>{chain.label}</b>{what} · {count}{varies}")
+        self.title.setToolTip(f"{label}{what} · {count}{varies}\n{joints}")
+        self.title.setText(f"<b>{label}</b>{what} · {count}{varies}")
         first = self._document.first_frame
         self.why.setToolTip(_figures(judged, chain))
         self.why.set_text(escape(explanation(self._document.told(judged), chain, first)))
@@ -183,7 +196,8 @@ class DetailCard(QWidget):
             return
         reason = reason_near(document, document.frame)
         outside = reason is not None and reason.why != Why.INTERVAL
-        self.title.setText("Why is nothing found here?" if outside else "No interval selected")
+        asked, none = tr("Why is nothing found here?"), tr("No interval selected")
+        self.title.setText(asked if outside else none)
         nothing = _NEXT if document.data is not None else _OPEN
         text = told(document, reason) if reason else nothing
         self.why.set_text(escape(text))
@@ -204,7 +218,7 @@ class DetailCard(QWidget):
 
     def _show_note(self, judged: Judged | None) -> None:
         self.note.setText(judged.note if judged else "")
-        self.reason.setCurrentText(judged.reason if judged else "")
+        self.reason.setCurrentText(told_reason(judged.reason) if judged else "")
 
     def _edges_edited(self) -> None:
         if judged := self._document.interval:
@@ -222,7 +236,7 @@ class DetailCard(QWidget):
         """Keep a note that is still being typed, for the interval it was typed for."""
         shown = (j for j in self._document.intervals if j.id == self._shown)
         judged = next(shown, None)
-        note, reason = self.note.text(), self.reason.currentText().strip()
+        note, reason = self.note.text(), kept_reason(self.reason.currentText().strip())
         if judged and (note, reason) != (judged.note, judged.reason):
             self._document.do(Annotate(judged.id, note, reason))
 
@@ -230,38 +244,42 @@ class DetailCard(QWidget):
 def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     """Why the interval of a chain is there, in a line or two."""
     if judged.by_hand:
-        return "Made by hand."
+        return tr("Made by hand.")
     interval, parts = judged.interval, []
     if interval.confidence is not None:
-        parts.append(f"Confidence {interval.confidence:.2f}")
+        parts.append(tr("Confidence {sure:.2f}", sure=interval.confidence))
     evidence = interval.evidence or {}
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame)
     if isinstance(chain, Limb):
         return _flip(judged, chain, first_frame)
     edges = evidence.get("edges", ())
-    for name, edge in zip(("opens", "closes"), edges, strict=False):
-        parts.append(
-            f"{name} with x {signed(edge['residual_x_deg'])}° "
-            f"against y {signed(edge['residual_y_deg'])}°"
-        )
+    said = tr("opens with x {x}° against y {y}°"), tr("closes with x {x}° against y {y}°")
+    for words, edge in zip(said, edges, strict=False):
+        x, y = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
+        parts.append(words.format(x=x, y=y))
     if soft := soft_onset(interval):
-        parts.append("found as it sets in softly, and edited" if judged.edited else soft)
+        edited = tr("found as it sets in softly, and edited")
+        parts.append(edited if judged.edited else of_core(soft))
     if "transition" in evidence:
         turn, answer = (evidence[f"transition_{signal}_deg"] for signal in "xy")
-        parts.append(
-            f"the limb is straight; at {evidence['transition'] + first_frame} "
-            f"P turns by {signed(turn)}°, C by {signed(answer)}°"
+        told = tr(
+            "the limb is straight; at {frame} P turns by {turn}°, C by {answer}°",
+            frame=evidence["transition"] + first_frame,
+            turn=signed(turn),
+            answer=signed(answer),
         )
+        parts.append(told)
     if (share := evidence.get("child_follows", 1.0)) < 1.0:
-        parts.append(f"the child turns back by {share:.0%} of it")
+        parts.append(tr("the child turns back by {share:.0%} of it", share=share))
     if abs(interval.residual) > np.radians(0.005):
-        parts.append(f"left over {signed(np.degrees(interval.residual), 2)}°")
+        left = signed(np.degrees(interval.residual), 2)
+        parts.append(tr("left over {angle}°", angle=left))
     if interval.open:
-        closes = len(edges) > 1
-        parts.append(f"open: {'one joint alone turns' if closes else _OTHER_SIDE}")
+        why = tr("one joint alone turns") if len(edges) > 1 else _OTHER_SIDE
+        parts.append(tr("open: {why}", why=why))
     if not judged.supported:
-        parts.append("no longer found at this τ")
+        parts.append(tr("no longer found at this τ"))
     return "; ".join(parts)
 
 
@@ -269,33 +287,56 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
     """Which joint jumps, how fast, and that nothing is known to take it out."""
     turn = f"{signed(np.degrees(interval.residual), 0)}°"
     frame = interval.start + first_frame
-    told = f"{interval.joint} turns about its own axis by {turn} in a frame, at {frame}"
+    told = tr(
+        "{joint} turns about its own axis by {turn} in a frame, at {frame}",
+        joint=interval.joint,
+        turn=turn,
+        frame=frame,
+    )
     if evidence:
         speed, limit = (evidence[k] for k in ("speed_deg_s", "limit_deg_s"))
-        told += f": {speed:.0f}°/s, and no body does more than {limit:.0f}°/s"
-    return f"{told}. Nothing is taken out; Insert makes an interval here, Accept marks it as seen."
+        told += tr(
+            ": {speed:.0f}°/s, and no body does more than {limit:.0f}°/s", speed=speed, limit=limit
+        )
+    rest = tr("Nothing is taken out; Insert makes an interval here, Accept marks it as seen.")
+    return f"{told}. {rest}"
 
 
 def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
     """The jumps about the limb's line, and where it is between them."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
-    sentences, middle = [], limb.middle_word
+    sentences = []
     if edges := evidence.get("edges", ()):
-        jumps = [f"by {signed(e['jump_deg'], 0)}° at {e['start'] + first_frame}" for e in edges]
-        *before, last = jumps
-        told = f"{', '.join(before)} and back {last}" if before else last
-        where, side = "between them" if before else "in the interval", evidence["side"]
-        if side > _RARE:
-            seldom = "hardly ever" if side > _RARER else "less often"
-            told += f"; {where} it stands on the side where it {seldom} is in this clip"
-        sentences.append(f"The {middle} jumps {told}.")
+        jumps = (signed(e["jump_deg"], 0) for e in edges)
+        *before, last = (
+            tr("by {jump}° at {frame}", jump=jump, frame=e["start"] + first_frame)
+            for jump, e in zip(jumps, edges, strict=True)
+        )
+        told = last
+        if before:
+            told = tr("{first} and back {last}", first=", ".join(before), last=last)
+        told += _seldom(evidence["side"], several=bool(before))
+        sentences.append(tr("The {middle} jumps {told}.", middle=middle_of(limb), told=told))
     if interval.confidence is not None:
-        sentences.append(f"Confidence {interval.confidence:.2f}.")
+        sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
     if interval.open:
-        sentences.append(f"Open: {_OTHER_SIDE}.")
+        sentences.append(tr("Open: {why}.", why=_OTHER_SIDE))
     if not judged.supported:
-        sentences.append("No longer found at this τ.")
+        sentences.append(tr("No longer found at this τ."))
     return " ".join(sentences)
+
+
+def _seldom(side: float, *, several: bool) -> str:
+    """How rare the side is that the limb stands on; '' where it is as usual as the other."""
+    if side <= _RARE:
+        return ""
+    if several and side > _RARER:
+        return tr("; between them it stands on the side where it hardly ever is in this clip")
+    if several:
+        return tr("; between them it stands on the side where it less often is in this clip")
+    if side > _RARER:
+        return tr("; in the interval it stands on the side where it hardly ever is in this clip")
+    return tr("; in the interval it stands on the side where it less often is in this clip")
 
 
 def _figures(judged: Judged, chain: Chain) -> str:
@@ -305,10 +346,11 @@ def _figures(judged: Judged, chain: Chain) -> str:
     if not soft_onset(judged.interval) or judged.by_hand:
         return ""
     gain = (judged.interval.evidence or {})["gain"]
-    return (
+    return tr(
         "Compared: P's level in spans of all lengths with the line between their ends,\n"
         "and what that does elsewhere in the clip. For an error, against motion alone,\n"
-        f"speak {plain(gain, 0)} (logarithm of odds)."
+        "speak {gain} (logarithm of odds).",
+        gain=plain(gain, 0),
     )
 
 
@@ -317,13 +359,18 @@ def _flip_figures(judged: Judged, limb: Limb) -> str:
     interval, evidence = judged.interval, judged.interval.evidence or {}
     told = []
     if edges := evidence.get("edges", ()):
-        middle, unsteady = limb.middle_word, max(e["sigma_deg"] for e in edges)
-        told += [
-            f"Otherwise the {middle} jumps by {unsteady:.1f}° or less.",
-            f"For a flip speak the {middle}'s side elsewhere ({plain(evidence['side'])})",
-            f"and the price of all other explanations ({plain(evidence['odds'])}),",
+        figures = tr(
+            "Otherwise the {middle} jumps by {unsteady:.1f}° or less.\n"
+            "For a flip speak the {middle}'s side elsewhere ({side})\n"
+            "and the price of all other explanations ({odds}),\n"
             "logarithms of odds.",
-        ]
+            middle=middle_of(limb),
+            unsteady=max(e["sigma_deg"] for e in edges),
+            side=plain(evidence["side"]),
+            odds=plain(evidence["odds"]),
+        )
+        told.append(figures)
     if abs(interval.residual) > np.radians(0.005):
-        told.append(f"Left over: {signed(np.degrees(interval.residual), 2)}°.")
+        left = signed(np.degrees(interval.residual), 2)
+        told.append(tr("Left over: {angle}°.", angle=left))
     return "\n".join(told)

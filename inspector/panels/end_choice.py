@@ -5,11 +5,19 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
+from inspector.language import tr, tr_as
+from inspector.panels.limb_words import end_as_heading, end_in_words
 from inspector.widgets.building import hbox, tool_button
 
 _WORDS = {  # of what is carried or not: the word and what it does
-    False: ("kept", "The {0} keeps its rotation in the correction (C)"),
-    True: ("turned along", "The {0} turned along with the limb, and is turned back with it (C)"),
+    False: (
+        tr_as("the limb's end is", "kept"),
+        tr("The {end} keeps its rotation in the correction (C)"),
+    ),
+    True: (
+        tr_as("the limb's end is", "turned along"),
+        tr("The {end} turned along with the limb, and is turned back with it (C)"),
+    ),
 }
 
 
@@ -37,9 +45,10 @@ class EndChoice(QWidget):
     def show_end(self, word: str, carried: bool) -> None:
         """What became of the end, a 'foot' or a 'hand'."""
         self._carried = carried
-        self.name.setText(f"{word.capitalize()}:")
+        self.name.setText(end_as_heading(word))
         for each, button in self.choices.items():
-            button.setToolTip(_WORDS[each][1].format(word))
+            button.setToolTip(_WORDS[each][1].format(end=end_in_words(word)))
+            button.setAccessibleName(f"{end_as_heading(word)} {_WORDS[each][0]}")
         self.choices[carried].setChecked(True)
 
     @property

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.widgets.building import vbox
 
@@ -16,6 +18,7 @@ class HistoryPanel(QWidget):
         super().__init__()
         self._document = document
         self.list = QListWidget()
+        self.list.setAccessibleName(tr("Steps of the review"))
         self.list.setUniformItemSizes(True)
         self.list.itemClicked.connect(self._go)
         vbox(self.list, owner=self, margins=(0, 0, 0, 0))
@@ -25,7 +28,7 @@ class HistoryPanel(QWidget):
 
     def _refresh(self) -> None:
         review = self._document.review if self._document.data else None
-        texts = ("As opened", *(review.history if review else ()))
+        texts = (tr("As opened"), *map(of_core, review.history if review else ()))
         if [self.list.item(k).text() for k in range(self.list.count())] != list(texts):
             self.list.clear()
             self.list.addItems(texts)
@@ -34,6 +37,8 @@ class HistoryPanel(QWidget):
             item = self.list.item(k)
             colour = self.palette().placeholderText() if k > done else self.palette().text()
             item.setForeground(colour)
+            told = tr("undone") if k > done else ""  # what is faint to those who see
+            item.setData(Qt.ItemDataRole.AccessibleDescriptionRole, told)
         self.list.setCurrentRow(done)
         self.list.scrollToItem(self.list.item(done))
 

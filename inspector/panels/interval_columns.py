@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QObject, QPoint, Qt
 from PySide6.QtWidgets import QHeaderView, QMenu
 
+from inspector.language import tr, tr_as
 from inspector.session.settings import Settings
 from inspector.widgets.tables import RowTable
 
@@ -24,18 +25,37 @@ class Column:
 
 
 COLUMNS = (
-    Column("chain", "Chain"),
-    Column("decision", "Decision", tip="+: overlaps another; <τ: no longer found at this τ"),
-    Column("start", "Start", figures=True),
-    Column("stop", "Stop", figures=True),
-    Column("frames", "Frames", tip="How many", figures=True),
-    Column("time", "Time", tip="Of the start", figures=True),
-    Column("delta", "δ", "δ, the offset", "The offset taken out, at most", figures=True),
-    Column("confidence", "Conf.", "Confidence", "Confidence, 0 to 1", figures=True),
-    Column("end", "End", tip="Of a flipped limb: its foot or hand is kept or turned along"),
-    Column("kind", "Kind"),
-    Column("joints", "Joints", "Joints in the file", "The file's names of the chain's joints"),
-    Column("note", "Note", tip="Reason and note"),
+    Column("chain", tr("Chain")),
+    Column(
+        "decision",
+        tr_as("column", "Decision"),
+        tip=tr("+: overlaps another; <τ: no longer found at this τ"),
+    ),
+    Column("start", tr_as("column", "Start"), figures=True),
+    Column("stop", tr_as("column", "Stop"), figures=True),
+    Column("frames", tr("Frames"), tip=tr("How many"), figures=True),
+    Column("time", tr_as("column", "Time"), tip=tr("Of the start"), figures=True),
+    Column("delta", "δ", tr("δ, the offset"), tr("The offset taken out, at most"), figures=True),
+    Column(
+        "confidence",
+        tr_as("short for confidence", "Conf."),
+        tr("Confidence"),
+        tr("Confidence, 0 to 1"),
+        figures=True,
+    ),
+    Column(
+        "end",
+        tr_as("of a limb", "End"),
+        tip=tr("Of a flipped limb: its foot or hand is kept or turned along"),
+    ),
+    Column("kind", tr_as("of error", "Kind")),
+    Column(
+        "joints",
+        tr("Joints"),
+        tr("Joints in the file"),
+        tr("The file's names of the chain's joints"),
+    ),
+    Column("note", tr("Note"), tip=tr("Reason and note")),
 )
 PLACE = {column.id: k for k, column in enumerate(COLUMNS)}
 _ALWAYS = "chain"
@@ -142,7 +162,7 @@ class IntervalColumns(QObject):
             action.setEnabled(column.id != _ALWAYS)
             action.toggled.connect(lambda on, name=column.id: self._choose(name, on))
         menu.addSeparator()
-        fitting = menu.addAction("Those there is room for")
+        fitting = menu.addAction(tr("Those there is room for"))
         fitting.setCheckable(True)
         fitting.setChecked(not self._settings.columns)
         fitting.triggered.connect(lambda: self._keep([]))

@@ -11,20 +11,33 @@ from PySide6.QtCore import QEvent, QSortFilterProxyModel, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QWidget
 
+from inspector.language import tr, tr_as
 from inspector.widgets.building import hbox
 from inspector.widgets.tables import SORT_ROLE, Index, RowModel
 from twistcore.detection import Kind
 from twistcore.review import Judged
 
 KINDS = {  # in the table, and as filters
-    Kind.COUNTER_TWIST: ("twist", "Counter-twists"),
-    Kind.LIMB_FLIP: ("flip", "Limb flips"),
-    Kind.LONE_JUMP: ("jump", "Lone jumps"),
+    Kind.COUNTER_TWIST: (tr_as("kind of error", "twist"), tr("Counter-twists")),
+    Kind.LIMB_FLIP: (tr_as("kind of error", "flip"), tr("Limb flips")),
+    Kind.LONE_JUMP: (tr_as("kind of error", "jump"), tr("Lone jumps")),
 }
-_OF_KIND = {name: kind for kind, (_, name) in KINDS.items()}
 ALL, OF_CHAIN = "All", "This chain"
-FILTERS = (ALL, "Undecided", "Accepted", "Rejected", OF_CHAIN, *_OF_KIND)
-_CONFIDENCES = ("Any conf.", "≥ 0.95", "≥ 0.50", "< 0.95", "< 0.50")
+_OF_KIND = {
+    "Counter-twists": Kind.COUNTER_TWIST,
+    "Limb flips": Kind.LIMB_FLIP,
+    "Lone jumps": Kind.LONE_JUMP,
+}
+FILTERS = {  # what is asked for, and its words in the list of filters
+    ALL: tr_as("intervals", "All"),
+    "Undecided": tr_as("intervals", "Undecided"),
+    "Accepted": tr_as("intervals", "Accepted"),
+    "Rejected": tr_as("intervals", "Rejected"),
+    OF_CHAIN: tr("This chain"),
+    **{name: KINDS[kind][1] for name, kind in _OF_KIND.items()},
+}
+_ANY = tr_as("filter", "Any conf.")
+_CONFIDENCES = (_ANY, "≥ 0.95", "≥ 0.50", "< 0.95", "< 0.50")
 _COMPARED: dict[str, Callable[[float, float], bool]] = {
     "≥": operator.ge,
     ">": operator.gt,
@@ -80,12 +93,15 @@ class FilterLine(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.choice, self.confidence = QComboBox(), QComboBox()
-        for box, entries, tip in (
-            (self.choice, FILTERS, "Which intervals are listed"),
-            (self.confidence, _CONFIDENCES, "Confidence of the intervals that are listed"),
+        for wanted, words in FILTERS.items():
+            self.choice.addItem(words, wanted)
+        self.confidence.addItems(_CONFIDENCES)
+        for box, tip in (
+            (self.choice, tr("Which intervals are listed")),
+            (self.confidence, tr("Confidence of the intervals that are listed")),
         ):
-            box.addItems(entries)
             box.setToolTip(tip)
+            box.setAccessibleName(tip)
             box.setMinimumWidth(60)  # where room is short the count beside it goes first
             box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             box.currentTextChanged.connect(self._take)
@@ -98,18 +114,18 @@ class FilterLine(QWidget):
 
     def list_all(self) -> Callable[[], None]:
         """Keep nothing back; what it returns brings the filter back as it was."""
-        before = self.choice.currentText(), self.confidence.currentText(), self.search.text()
-        self._set(ALL, _CONFIDENCES[0], "")
+        before = self.choice.currentIndex(), self.confidence.currentIndex(), self.search.text()
+        self._set(0, 0, "")
         return lambda: self._set(*before)
 
-    def _set(self, choice: str, confidence: str, typed: str) -> None:
-        self.choice.setCurrentText(choice)
-        self.confidence.setCurrentText(confidence)
+    def _set(self, choice: int, confidence: int, typed: str) -> None:
+        self.choice.setCurrentIndex(choice)
+        self.confidence.setCurrentIndex(confidence)
         self.search.setText(typed)
 
     def _take(self) -> None:
-        parts = self.choice.currentText(), self.confidence.currentText(), self.search.text()
-        wanted = Wanted.read(*parts)
+        confidence, typed = self.confidence.currentText(), self.search.text()
+        wanted = Wanted.read(self.choice.currentData(), confidence, typed)
         if wanted != self.wanted:
             self.wanted = wanted
             self.changed.emit()
@@ -121,13 +137,16 @@ class _SearchLine(QLineEdit):
     left = Signal()
 
     def __init__(self) -> None:
-        super().__init__(placeholderText="Search", clearButtonEnabled=True)
+        super().__init__(placeholderText=tr("Search"), clearButtonEnabled=True)
+        self.setAccessibleName(tr("Search the intervals"))
         self.setMinimumWidth(60)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus | Qt.FocusPolicy.TabFocus)
-        self.setToolTip(
+        tip = tr(
             "Words of chain, joints, kind, decision, note or reason;\n"
             ">0.9 and <0.5 are confidences. Esc lists everything again."
         )
+        self.setToolTip(tip)
+        self.setAccessibleDescription(tip)
 
     def event(self, event: QEvent) -> bool:
         """Enter and Esc are no shortcuts here."""

@@ -9,8 +9,10 @@ from PySide6.QtCore import QItemSelectionModel, QModelIndex, Qt, QTimer, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
+from inspector.language import of_core, tr, tr_as
 from inspector.panels.interval_columns import COLUMNS, PLACE, IntervalColumns
 from inspector.panels.interval_filter import KINDS, OF_CHAIN, FilteredRows, FilterLine, Wanted
+from inspector.panels.reject_reasons import told_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
 from inspector.session.settings import Settings
@@ -26,10 +28,11 @@ from twistcore.review.model import APPLIED, overlapping
 _ROOM, _ROOM_LOW = 8, 3  # pixels of a row beside its line
 _WITH_COUNT = 430  # pixels: in a narrower list the count stands in the status bar alone
 MARKS = {
-    Decision.UNDECIDED: "· undecided",
-    Decision.ACCEPTED: "✓ accepted",
-    Decision.REJECTED: "✗ rejected",
+    Decision.UNDECIDED: tr("· undecided"),
+    Decision.ACCEPTED: tr("✓ accepted"),
+    Decision.REJECTED: tr("✗ rejected"),
 }
+_KEPT, _TURNED = tr_as("the limb's end is", "kept"), tr_as("the limb's end is", "turned")
 _SHARED, _UNSUPPORTED = " +", " <τ"
 _EVERYTHING = Wanted()
 
@@ -56,17 +59,17 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
         seen = (interval.kind, judged.decision) == (Kind.LONE_JUMP, Decision.ACCEPTED)
-        decision = "✓ seen" if seen else MARKS[judged.decision]
+        decision = tr("✓ seen") if seen else MARKS[judged.decision]
         if judged.verdict == APPLIED:
-            decision = "✓ automatic"
+            decision = tr("✓ automatic")
         decision += (_SHARED if shared else "") + ("" if judged.supported else _UNSUPPORTED)
         sure = -1.0 if interval.confidence is None else interval.confidence
         chain = document.find_chain(interval.chain)
         joints = joints_of(chain, document.data.motion.skeleton)
-        end = _end(judged)
-        note = " · ".join(filter(None, (judged.reason, judged.note)))
+        label, end = of_core(chain.list_label), _end(judged)
+        note = " · ".join(filter(None, (told_reason(judged.reason), judged.note)))
         cells: dict[str, tuple[str, object]] = {  # what is shown, and what it is sorted by
-            "chain": (chain.list_label, interval.chain),
+            "chain": (label, interval.chain),
             "decision": (decision, judged.decision.value),
             "start": (str(interval.start + first), interval.start),
             "stop": (str(interval.stop + first), interval.stop),
@@ -86,7 +89,8 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
                 PLACE["decision"]: getattr(self.theme, str(judged.decision)),
                 PLACE["joints"]: self.theme.soft,
             },
-            tips=(_tip(document.told(judged), shared, f"{chain.list_label} ({joints})", own),),
+            tips=(_tip(document.told(judged), shared, f"{label} ({joints})", own),),
+            spoken={PLACE["decision"]: decision.partition(" ")[2]},
         )
 
 
@@ -94,32 +98,36 @@ def _end(judged: Judged) -> str:
     """Of a flipped limb: what became of its foot or hand."""
     if judged.interval.kind != Kind.LIMB_FLIP:
         return ""
-    return "turned" if judged.interval.carried else "kept"
+    return _TURNED if judged.interval.carried else _KEPT
 
 
 def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     interval = judged.interval
-    parts = [f"{chain}, {interval.kind}, {interval.frames} frames"]
+    kind, joint = of_core(interval.kind), interval.joint
+    parts = [tr("{chain}, {kind}, {n} frames", chain=chain, kind=kind, n=interval.frames)]
     if interval.kind == Kind.LONE_JUMP:
-        parts.append(f"{interval.joint} jumps about its own axis; nothing is taken out")
+        parts.append(tr("{joint} jumps about its own axis; nothing is taken out", joint=joint))
     elif abs(interval.residual) > 1e-9:
-        parts.append(f"left over behind the last edge: {signed(np.degrees(interval.residual), 2)}°")
+        left = signed(np.degrees(interval.residual), 2)
+        parts.append(tr("left over behind the last edge: {angle}°", angle=left))
     if own != interval.confidence and own is not None:
-        parts.append(f"confidence as learned from verdicts; the detector's own is {own:.2f}")
+        told = tr("confidence as learned from verdicts; the detector's own is {own:.2f}", own=own)
+        parts.append(told)
     if shared:
-        parts.append("overlaps another interval of its chain: their offsets add")
+        parts.append(tr("overlaps another interval of its chain: their offsets add"))
     if judged.reason:
-        parts.append(f"reason: {judged.reason}")
+        parts.append(tr("reason: {reason}", reason=told_reason(judged.reason)))
     if judged.edited:
-        parts.append("edited by hand")
+        parts.append(tr("edited by hand"))
     if judged.by_hand:
-        parts.append("made by hand")
+        parts.append(tr("made by hand"))
     if not judged.supported:
-        parts.append("the detector no longer finds it at this τ")
+        parts.append(tr("the detector no longer finds it at this τ"))
     if judged.verdict == APPLIED:
-        parts.append("applied automatically: no person looked at it")
+        parts.append(tr("applied automatically: no person looked at it"))
     if judged.reviewer or judged.decided_at:
-        parts.append(f"decided {judged.decided_at} {judged.reviewer}".strip())
+        by, at = judged.reviewer, judged.decided_at
+        parts.append(tr("decided {at} {reviewer}", at=at, reviewer=by).strip())
     return "\n".join(parts)
 
 
@@ -142,6 +150,7 @@ class IntervalsPanel(QWidget):
         self._model = _IntervalModel(document, theme)
         self._proxy = FilteredRows(self._model, self._lists)
         self.table = RowTable(self._proxy, several=True)
+        self.table.setAccessibleName(tr("Intervals"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table, self._proxy))
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
         self.table.doubleClicked.connect(self.activated)
@@ -238,8 +247,8 @@ class IntervalsPanel(QWidget):
                 "time": f"{document.frames * data.motion.frame_time:.2f} s",
                 "delta": "−180.0°",
                 "confidence": "0.00",
-                "end": "turned",
-                "kind": "twist",
+                "end": max(_KEPT, _TURNED, key=advance),
+                "kind": max((word for word, _ in KINDS.values()), key=advance),
                 "joints": max(joints, key=advance),
             },
             self._said,
@@ -259,16 +268,19 @@ class IntervalsPanel(QWidget):
         """Of a chain: its label, and its joints in the file."""
         if chain not in self._names and (data := self._document.data) is not None:
             found = self._document.find_chain(chain)
-            self._names[chain] = found.list_label, joints_of(found, data.motion.skeleton)
+            label = of_core(found.list_label)
+            self._names[chain] = label, joints_of(found, data.motion.skeleton)
         return self._names[chain]
 
     def _told(self, judged: Judged) -> str:
-        """What a search looks through."""
+        """What a search looks through, the words of files among them."""
         name = judged.interval.chain
         label, joints = self._name(name)
         kind = KINDS[judged.interval.kind][0]
-        parts = label, name, joints, kind, judged.verdict, judged.decision.value, _end(judged)
-        return " ".join((*parts, judged.reason, judged.note))
+        verdict, reason = judged.verdict, judged.reason
+        parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
+        words = of_core(judged.decision), _end(judged), reason, told_reason(reason), judged.note
+        return " ".join((*parts, *words))
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -302,13 +314,14 @@ class IntervalsPanel(QWidget):
         self._tell_columns(bool(shared))
         self.count.setText(self._counted())
         if not self._document.data:
-            self._hint.setText("Open a clip: its suspicious intervals are listed here.")
+            told = tr("Open a clip: its suspicious intervals are listed here.")
         elif not self._document.data.chains:
-            self._hint.setText("No chain in this skeleton, so nothing to find.")
+            told = tr("No chain in this skeleton, so nothing to find.")
         elif not intervals:
-            self._hint.setText("Nothing found at this τ.\nLower the τ line to look closer.")
+            told = tr("Nothing found at this τ.\nLower the τ line to look closer.")
         else:
-            self._hint.setText("No interval passes this filter.")
+            told = tr("No interval passes this filter.")
+        self._hint.setText(told)
         self._stack.setCurrentIndex(1 if self._proxy.rowCount() else 0)
         self._select_row()
 
@@ -317,9 +330,9 @@ class IntervalsPanel(QWidget):
         if not intervals:
             return ""
         if listed < len(intervals):
-            return f"{listed} of {len(intervals)} listed"
+            return tr("{listed} of {total} listed", listed=listed, total=len(intervals))
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
-        return f"{decided} of {len(intervals)} decided"
+        return tr("{done} of {total} decided", done=decided, total=len(intervals))
 
     def _filter_changed(self) -> None:
         if (judged := self._document.interval) and not self._passes(judged):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from inspector.language import of_core, tr
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
 from inspector.widgets.labels import ElidedLine, SteadyLabel
@@ -35,10 +36,16 @@ class FrameLine(ElidedLine):
             return
         last = document.frames - 1 + first
         seconds = document.frame * data.motion.frame_time
-        told = f"frame {document.frame + first} of {last}   {seconds:.3f} s"
+        told = tr("frame {frame} of {last}", frame=document.frame + first, last=last)
+        told += f"   {seconds:.3f} s"
         if judged := document.interval:
-            span = f"{judged.interval.start + first} to {judged.interval.stop + first}"
-            told += f"   interval {span}, {judged.decision.value}"
+            selected = tr(
+                "interval {start} to {stop}, {decision}",
+                start=judged.interval.start + first,
+                stop=judged.interval.stop + first,
+                decision=of_core(judged.decision.value),
+            )
+            told += f"   {selected}"
         self.set_text(told)
 
 
@@ -71,7 +78,9 @@ class PositionLine(SteadyLabel):
         own = own_joints(found, skeleton)
         if len(own) > _LONGEST_JOINTS:
             own = f"{own[: _LONGEST_JOINTS - 1]}…"
-        label = f"{found.label} ({own})" if own else found.label
+        label = of_core(found.label)
+        label = f"{label} ({own})" if own else label
         self.setToolTip(joints_of(found, skeleton))
         strength = f"{np.degrees(size[frame]):6.2f}°"
-        self.setText(f"{label}   {names[0]} {angle}   {names[1]} {strength}   offset {off}")
+        taken = tr("offset {angle}", angle=off)
+        self.setText(f"{label}   {names[0]} {angle}   {names[1]} {strength}   {taken}")

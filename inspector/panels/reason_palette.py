@@ -8,6 +8,8 @@ from PySide6.QtCore import QEvent, QObject, QPoint, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QDialog, QFrame, QLabel, QLineEdit, QWidget
 
+from inspector.language import tr
+from inspector.panels.reject_reasons import kept_reason, told_reason
 from inspector.widgets.building import soft, vbox
 from inspector.widgets.keyed_list import KeyedList
 
@@ -22,14 +24,15 @@ class ReasonPalette(QDialog):
 
     def __init__(self, reasons: Sequence[str], title: str, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
-        self.line = QLineEdit(placeholderText="1-9, or a reason of your own and Enter")
-        self.line.setAccessibleName("Reason")
+        self.line = QLineEdit(placeholderText=tr("1-9, or a reason of your own and Enter"))
+        self.line.setAccessibleName(tr("Reason"))
         self.list = KeyedList(keys_first=True)
+        self.list.setAccessibleName(tr("Reasons"))
         self.list.setSpacing(2)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._reasons = list(reasons)[:_MOST]
         for k, reason in enumerate(self._reasons, 1):
-            self.list.add(reason, str(k))
+            self.list.add(told_reason(reason), str(k))
         self.title = soft(QLabel(title))
         frame = QFrame()
         frame.setObjectName("bar")
@@ -49,7 +52,7 @@ class ReasonPalette(QDialog):
 
     def _take_line(self) -> None:
         if text := self.line.text().strip():
-            self._end(text)
+            self._end(kept_reason(text))
         else:
             self._take(self.list.currentRow())
 

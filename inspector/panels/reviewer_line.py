@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QFrame, QLineEdit
 
+from inspector.language import tr, tr_as
 from inspector.session.document import Document
 from inspector.session.settings import Settings
 from inspector.widgets.building import hbox, tool_button
@@ -16,14 +17,16 @@ class ReviewerLine(QFrame):
         super().__init__()
         self.setObjectName("bar")
         self._document, self._settings = document, settings
-        self.name = QLineEdit(placeholderText="Your name")
-        self.name.setToolTip("Kept with your decisions, also with those made before")
+        self.name = QLineEdit(placeholderText=tr("Your name"))
+        self.name.setAccessibleName(tr("Your name"))
+        self.name.setToolTip(tr("Kept with your decisions, also with those made before"))
         self.name.setMaximumWidth(260)
         # Not push buttons: the style makes those of short words 80 pixels wide.
-        self.keep = tool_button("Keep", "Kept with your decisions (Enter)", flat=False)
-        tip = "Not asked again; Preferences has a line for it"
-        self.never = tool_button("No name", tip, flat=False)
-        row = "Who reviews?", (self.name, 9), self.keep, self.never, None
+        kept = tr("Kept with your decisions (Enter)")
+        self.keep = tool_button(tr_as("the name", "Keep"), kept, flat=False)
+        tip = tr("Not asked again; Preferences has a line for it")
+        self.never = tool_button(tr("No name"), tip, flat=False)
+        row = tr("Who reviews?"), (self.name, 9), self.keep, self.never, None
         hbox(*row, owner=self, margins=(10, 3, 4, 3))
         self.name.returnPressed.connect(self._keep)
         self.keep.clicked.connect(self._keep)

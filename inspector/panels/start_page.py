@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.language import tr
 from inspector.widgets.building import hbox, hint, soft, vbox
 from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.theme import Theme
@@ -29,9 +30,9 @@ _WIDTH = 520  # pixels, of the column
 _APART = 8  # pixels, between its buttons
 _MARGIN = 12  # pixels, at its sides
 _OFFERED = {
-    "open_dialog": "Open…",
-    "open_folder": "Open folder…",
-    "open_sample": "Try the sample",
+    "open_dialog": tr("Open…"),
+    "open_folder": tr("Open folder…"),
+    "open_sample": tr("Try the sample"),
 }
 
 
@@ -51,15 +52,15 @@ class StartPage(QScrollArea):
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self._open_path = open_path
-        self.title = QLabel("Open a motion clip", alignment=Qt.AlignmentFlag.AlignHCenter)
+        self.title = QLabel(tr("Open a motion clip"), alignment=Qt.AlignmentFlag.AlignHCenter)
         self.title.setObjectName("start_title")
         self.buttons = {name: _button(actions[name], text) for name, text in _OFFERED.items()}
         self._row = hbox(*self.buttons.values(), spacing=_APART)
         row = hbox(None, self._row, None)
-        self._heading = soft(QLabel("Recent", alignment=Qt.AlignmentFlag.AlignHCenter))
+        self._heading = soft(QLabel(tr("Recent"), alignment=Qt.AlignmentFlag.AlignHCenter))
         self._recent = QVBoxLayout()
         self._recent.setSpacing(0)
-        drop = hint("or drop a clip, a session or a folder anywhere on this window.")
+        drop = hint(tr("or drop a clip, a session or a folder anywhere on this window."))
         column = QWidget()
         column.setMaximumWidth(_WIDTH)
         vbox(

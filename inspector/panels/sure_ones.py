@@ -7,6 +7,7 @@ from collections.abc import Callable
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QDoubleSpinBox, QLabel, QWidget
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.widgets.building import hbox, vbox
 from twistcore.review import Decision
@@ -23,7 +24,7 @@ class SureOnes(QDialog):
         """`accept`: accepts those of at least a confidence."""
         super().__init__(parent)
         self._document, self._accept = document, accept
-        self.setWindowTitle("Accept the sure ones")
+        self.setWindowTitle(tr("Accept the sure ones"))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.confidence = QDoubleSpinBox(minimum=0.0, maximum=1.0, singleStep=0.01, decimals=2)
         self.confidence.setValue(_USUAL)
@@ -34,7 +35,9 @@ class SureOnes(QDialog):
         self.ok = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
-        row = hbox("Undecided, with a confidence of at least", self.confidence, None)
+        asked = tr("Undecided, with a confidence of at least")
+        self.confidence.setAccessibleName(asked)
+        row = hbox(asked, self.confidence, None)
         vbox(row, self.count, self.buttons, owner=self)
         self.confidence.valueChanged.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
@@ -55,7 +58,10 @@ class SureOnes(QDialog):
         unasked = self._document.unasked
         ids = unasked(at_least) if intervals else ()
         also = unasked(at_least, include_open=True) if intervals else ()
-        left = f" {len(also) - len(ids)} more are open and wait for a look." if also != ids else ""
-        self.count.setText(f"{len(ids)} of {undecided} undecided intervals.{left}")
-        self.ok.setText(f"Accept {len(ids)}")
+        told = tr("{count} of {total} undecided intervals.", count=len(ids), total=undecided)
+        if also != ids:
+            left = len(also) - len(ids)
+            told += " " + tr("{n} more are open and wait for a look.", n=left)
+        self.count.setText(told)
+        self.ok.setText(tr("Accept {count}", count=len(ids)))
         self.ok.setEnabled(bool(ids))

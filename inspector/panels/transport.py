@@ -8,12 +8,18 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QComboBox, QLabel, QSizePolicy, QSlider, QSpinBox, QWidget
 
+from inspector.language import tr, tr_as
 from inspector.session.document import Document
 from inspector.session.open_clip import Show
 from inspector.session.player import SPEEDS, Player
 from inspector.widgets.building import hbox, tool_button, vbox
 
-_PLAY, _PAUSE = "Play", "Pause"
+_PLAY, _PAUSE = tr_as("button", "Play"), tr_as("button", "Pause")
+_SHOWN = {
+    Show.BEFORE: tr_as("in the 3D view", "Before"),
+    Show.AFTER: tr_as("in the 3D view", "After"),
+    Show.BOTH: tr_as("in the 3D view", "Both"),
+}
 
 
 class Transport(QWidget):
@@ -24,6 +30,7 @@ class Transport(QWidget):
         self._document, self._player = document, player
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.slider.setAccessibleName(tr("Playhead"))
         buttons = []
         for name, sign in (("previous_frame", "◀"), ("toggle_play", _PLAY), ("next_frame", "▶")):
             button = tool_button(sign, actions[name].toolTip())
@@ -32,20 +39,24 @@ class Transport(QWidget):
             buttons.append(button)
         self._buttons = buttons
         self._play = buttons[1]
-        self._play.setFixedWidth(self._play.fontMetrics().horizontalAdvance(_PAUSE) + 20)
+        words = map(self._play.fontMetrics().horizontalAdvance, (_PLAY, _PAUSE))
+        self._play.setFixedWidth(max(words) + 20)
         self.frame = QSpinBox()
         self.frame.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.frame.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000000") + 36)
-        self.frame.setToolTip("Frame (Ctrl+J)")
+        self.frame.setToolTip(tr("Frame (Ctrl+J)"))
+        self.frame.setAccessibleName(tr("Frame"))
         self.time = QLabel()
         self._time_width = self.fontMetrics().horizontalAdvance("000.000 / 000.00 s") + 8
         self.time.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.speed = QComboBox()
         self.speed.addItems([f"{s:g}×" for s in SPEEDS])
-        self.speed.setToolTip("Speed (J slower, K real time, L faster)")
+        self.speed.setToolTip(tr("Speed (J slower, K real time, L faster)"))
+        self.speed.setAccessibleName(tr("Speed"))
         self.show_box = QComboBox()
-        self.show_box.addItems([s.value.capitalize() for s in Show])
-        self.show_box.setToolTip("What the 3D view shows (B)")
+        self.show_box.addItems([_SHOWN[s] for s in Show])
+        self.show_box.setToolTip(tr("What the 3D view shows (B)"))
+        self.show_box.setAccessibleName(tr("What the 3D view shows"))
         for box in (self.speed, self.show_box):
             box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         below = hbox(*buttons, self.frame, (self.time, 1), self.speed, self.show_box)

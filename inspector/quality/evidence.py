@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
@@ -33,43 +34,47 @@ class Measure:
     curve_unit: str
     decimals: int
     level: float | None = None
+    seldom: bool = False
 
 
 MEASURES = (
     Measure(
-        "Jitter",
-        "°/frame³",
-        "Median size of the third difference of the joint's own rotation",
-        "jitter",
-        "°/frame³",
+        tr("Jitter"),
+        tr("°/frame³"),
+        tr("Median size of the third difference of the joint's own rotation"),
+        tr("jitter"),
+        tr("°/frame³"),
         2,
     ),
     Measure(
-        "Jumps",
+        tr("Jumps"),
         "",
-        "Frames at which the written angles jump by 90° more than the joint turns, or its "
-        "quaternion flips to the other hemisphere: the numbers jump, the pose does not",
-        "written angles beyond the turn",
+        tr(
+            "Frames at which the written angles jump by 90° more than the joint turns, or its "
+            "quaternion flips to the other hemisphere: the numbers jump, the pose does not"
+        ),
+        tr("written angles beyond the turn"),
         "°",
         0,
         90.0,
     ),
     Measure(
-        "Peak",
+        tr("Peak"),
         "°/s",
-        "Largest angular speed of the joint against its parent",
-        "angular speed",
+        tr("Largest angular speed of the joint against its parent"),
+        tr("angular speed"),
         "°/s",
         0,
     ),
     Measure(
-        "Slide",
+        tr("Slide"),
         "%",
-        "Share of frames in which a foot on the ground slides by 0.5 m/s or more",
-        "level speed while on the ground",
+        tr("Share of frames in which a foot on the ground slides by 0.5 m/s or more"),
+        tr("level speed while on the ground"),
         "m/s",
         1,
         SLIDE_SPEED,
+        seldom=True,
     ),
 )
 
@@ -141,7 +146,8 @@ class Evidence(QObject):
         self.changed.emit()
 
     def _fail(self, error: Exception) -> None:
-        self._document.message.emit(f"Quality cannot be told: {error}", True)
+        why = of_core(error)
+        self._document.message.emit(tr("Quality cannot be told: {why}", why=why), True)
 
 
 def _work(data: Analysed) -> Known:

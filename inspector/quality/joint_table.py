@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import Qt
 
+from inspector.language import tr
 from inspector.quality.evidence import MEASURES, Evidence
 from inspector.session.document import Document
 from inspector.widgets.tables import Row, RowModel
@@ -30,7 +31,7 @@ class _Joint:
 class JointsModel(RowModel[_Joint]):
     """Sorted by one of its columns; joints that are tracked stand in the tracked colour."""
 
-    heads = ("Joint\n", *(f"{m.name}\n{m.unit}" for m in MEASURES))
+    heads = (f"{tr('Joint')}\n", *(f"{m.name}\n{m.unit}" for m in MEASURES))
     head_tips = ("", *(m.tip for m in MEASURES))
     right = range(1, 1 + len(MEASURES))
 
@@ -51,9 +52,12 @@ class JointsModel(RowModel[_Joint]):
             "–" if value is None else f"{value:.{measure.decimals}f}"
             for measure, value in zip(MEASURES, thing.values, strict=True)
         )
-        name = f"{thing.name}, tracked with QuaMo" if thing.tracked else thing.name
+        name = thing.name
+        if thing.tracked:
+            name = tr("{joint}, tracked with QuaMo", joint=name)
         if thing.number == len(self.names):
-            name += ": where the figure is, chosen with the joints; no measure is of it"
+            where = tr("where the figure is, chosen with the joints; no measure is of it")
+            name = f"{name}: {where}"
         return Row(
             texts=(f"{thing.name} ┄" if thing.tracked else thing.name, *numbers),
             colours={0: self.theme.tracked} if thing.tracked else {},
@@ -103,7 +107,7 @@ class JointsModel(RowModel[_Joint]):
         """What the row of the figure's place is called; '' where there is none."""
         known = self._evidence.known
         placed = known.placed if known is not None else None
-        return f"{self.names[placed]}, place" if placed is not None else ""
+        return tr("{joint}, place", joint=self.names[placed]) if placed is not None else ""
 
     @property
     def rows(self) -> tuple[str, ...]:

@@ -5,24 +5,28 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt
+from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt, QTimer
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QSplitter, QStackedLayout, QTabWidget, QWidget
 
+from inspector.language import plural, tr
 from inspector.quality.evidence import MEASURES, Evidence
 from inspector.quality.joint_table import JointsModel
 from inspector.quality.track_page import TrackPage
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
 from inspector.widgets.building import hint, vbox
-from inspector.widgets.labels import Caption, inked
+from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.later import Stale
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 
 _SAMPLE, _PAD = "00000", 12  # figures of a column, and pixels beside them
-_EMPTY = "Open a clip to see jitter, jumps, speed and foot slide of its joints."
+_EMPTY = tr("Open a clip to see jitter, jumps, speed and foot slide of its joints.")
+
+
+_REST_MS = 400  # a playhead that runs is not told of
 
 
 class QualityPanel(QWidget):
@@ -36,6 +40,8 @@ class QualityPanel(QWidget):
         self.measure = 0
         self._stale = Stale(self)
         self._stale.due.connect(self.refresh)
+        self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
+        self._rest.timeout.connect(self._describe)
         self._build(theme)
         self.evidence.changed.connect(self._renewed)
         self.tracked.changed.connect(self._stale.mark)
@@ -54,6 +60,7 @@ class QualityPanel(QWidget):
         self.figure_words = Caption(soft=True)
         self.model = JointsModel(self._document, self.evidence, theme)
         self.table = RowTable(self.model, several=True, room=5)
+        self.table.setAccessibleName(tr("Joints and their measures"))
         self.table.setSortingEnabled(True)
         self.table.sortByColumn(1, Qt.SortOrder.DescendingOrder)
         self.table.setMinimumHeight(60)
@@ -66,8 +73,8 @@ class QualityPanel(QWidget):
         self.table.selectionModel().currentChanged.connect(self._stale.mark)
         self.curve_words = Caption()
         self.plot = TracePlot(theme)
-        self.plot.setAccessibleName("The measure of the selected joint over time")
-        self.plot.setToolTip("Click to go to the frame")
+        self.plot.setAccessibleName(tr("The measure of the selected joint over time"))
+        self.plot.setToolTip(tr("Click to go to the frame"))
         self.plot.asked.connect(self._document.go_to)
         over_time = QWidget()
         vbox(self.curve_words, (self.plot, 1), owner=over_time, margins=(0, 0, 0, 0), spacing=2)
@@ -78,8 +85,9 @@ class QualityPanel(QWidget):
             split.addWidget(part)
             split.setStretchFactor(place, stretch)
         self.tabs = QTabWidget(documentMode=True)
-        self.tabs.addTab(split, "Joints")
-        self.tabs.addTab(self.page, "Track with QuaMo")
+        self.tabs.setAccessibleName(tr("Pages of quality"))
+        self.tabs.addTab(split, tr("Joints"))
+        self.tabs.addTab(self.page, tr("Track with QuaMo"))
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
 
     def set_theme(self, theme: Theme) -> None:
@@ -182,7 +190,8 @@ class QualityPanel(QWidget):
         )
         self._pages.setCurrentIndex(1 if known else 0)
         if known is None:
-            self.hint.setText("Looking at every joint …" if self.evidence.running else _EMPTY)
+            looking = tr("Looking at every joint …")
+            self.hint.setText(looking if self.evidence.running else _EMPTY)
             return
         self._show_figure()
         self._show_curve()
@@ -192,19 +201,24 @@ class QualityPanel(QWidget):
     def _show_figure(self) -> None:
         known, result = self.evidence.known, self.tracked.result
         if known is None or known.figure is None:
-            self.figure_words.set_text(f"{len(self.model.names)} joints")
+            self.figure_words.set_text(plural("{n} joint", "{n} joints", len(self.model.names)))
             return
-        text = (
-            f"Figure: jitter {known.figure.jitter:.2f} mm/frame³ at 25 Hz, "
-            f"foot slide {known.figure.foot_slide:.1f} %"
+        text = tr(
+            "Figure: jitter {jitter:.2f} mm/frame³ at 25 Hz, foot slide {slide:.1f} %",
+            jitter=known.figure.jitter,
+            slide=known.figure.foot_slide,
         )
         if result is not None and result.quality is not None:
             before, after = result.quality
-            text = (
-                f"Figure, corrected {inked('→ and tracked', self._theme.tracked)}"
-                f": jitter {before.jitter:.2f} → {after.jitter:.2f} mm/frame³ at 25 Hz, foot slide "
-                f"{before.foot_slide:.1f} → {after.foot_slide:.1f} %, deviation "
-                f"{after.deviation:.1f} mm"
+            text = tr(
+                "Figure, corrected {tracked}: jitter {was:.2f} → {now:.2f} mm/frame³ at 25 Hz, "
+                "foot slide {slid:.1f} → {slides:.1f} %, deviation {deviation:.1f} mm",
+                tracked=inked(tr("→ and tracked"), self._theme.tracked),
+                was=before.jitter,
+                now=after.jitter,
+                slid=before.foot_slide,
+                slides=after.foot_slide,
+                deviation=after.deviation,
             )
         self.figure_words.set_text(text)
 
@@ -215,15 +229,15 @@ class QualityPanel(QWidget):
             self.plot.show_lines(())
             on_place = self.table.currentIndex().isValid()
             self.curve_words.set_text(
-                f"<b>{self.model.place}</b> &nbsp;no measure is of it"
+                f"<b>{self.model.place}</b> &nbsp;{tr('no measure is of it')}"
                 if on_place
-                else "Select a joint."
+                else tr("Select a joint.")
             )
             return
         y = known.curve(self.measure, joint)
         frames = len(y)
         # A foot is on the ground for a frame or two at times: no line would show them.
-        line = Trace(np.arange(frames, dtype=float), y, "before", dots=measure.name == "Slide")
+        line = Trace(np.arange(frames, dtype=float), y, "before", dots=measure.seldom)
         self.plot.show_lines([line])
         self.plot.show_level(measure.level)
         self.plot.count_from(self._document.first_frame)
@@ -240,3 +254,9 @@ class QualityPanel(QWidget):
         value = known.curve(self.measure, joint)[frame]
         now = f"{value:.3g} {measure.curve_unit}" if np.isfinite(value) else "–"
         self.curve_words.set_text(f"<b>{self.model.names[joint]}</b> &nbsp;{measure.curve}: {now}")
+        self._rest.start()
+
+    def _describe(self) -> None:
+        """For those who do not see the plots; once the playhead rests."""
+        self.plot.setAccessibleDescription(plain_text(self.curve_words.text()))
+        self.page.describe()

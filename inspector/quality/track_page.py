@@ -21,10 +21,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.language import of_core, plural, tr, tr_as
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
 from inspector.widgets.building import Wrapping, action_button, hbox, soft, tool_button, vbox
-from inspector.widgets.labels import Caption, inked
+from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.export.tracking import DEMONSTRATION, WARNING, Traces, knows_learned, weights_mark
@@ -34,7 +35,7 @@ from twistcore.review import Tracking
 
 _GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka", 1000.0, ""))
 _GAIN_ROLES = ("before", "after", "accepted")
-_PARTS = ("P", "D", "bias", "acc.")
+_PARTS = ("P", "D", tr("bias"), tr("acc."))
 _PART_ROLES = ("before", "after", "undecided", "accepted")
 _HIGHEST = 10000.0  # above what any frame rate asks for
 
@@ -64,10 +65,15 @@ class TrackPage(QWidget):
         self.boxes: dict[str, QDoubleSpinBox] = {}
         self._usual: dict[str, float] = {}  # gains that go with the clip and the direction
         self._reviewed: dict[str, float] = {}  # gains that a review brought
-        self.hand, self.learned = QRadioButton("Hand"), QRadioButton("Learned")
-        self.learned.setToolTip("Gains of the networks, at 25 Hz: CMU's or SMPL's 24 joints only")
-        self.both_ways, self.causal = QRadioButton("Both ways"), QRadioButton("Causal")
-        self.both_ways.setToolTip("Over the whole clip, forwards and backwards: no lag")
+        self.hand, self.learned = (
+            QRadioButton(tr_as("gains", "Hand")),
+            QRadioButton(tr_as("gains", "Learned")),
+        )
+        self.learned.setToolTip(
+            tr("Gains of the networks, at 25 Hz: CMU's or SMPL's 24 joints only")
+        )
+        self.both_ways, self.causal = QRadioButton(tr("Both ways")), QRadioButton(tr("Causal"))
+        self.both_ways.setToolTip(tr("Over the whole clip, forwards and backwards: no lag"))
         for pair in ((self.hand, self.learned), (self.both_ways, self.causal)):
             group = QButtonGroup(self)
             for button in pair:
@@ -77,7 +83,9 @@ class TrackPage(QWidget):
             box = QDoubleSpinBox(maximum=_HIGHEST, prefix=f"{symbol} ")
             box.setDecimals(1 if name == "kd" else 0)
             box.setSingleStep(5.0 if name == "kd" else 50.0)
-            box.setToolTip(f"Gain of hands{unit and f', 1{unit}'}")
+            gain = tr("Gain of hands")
+            box.setToolTip(f"{gain}{unit and f', 1{unit}'}")
+            box.setAccessibleName(f"{gain} {symbol}")
             self.boxes[name] = box
         self._show_usual(Gains())
         self.hand.setChecked(True)
@@ -86,7 +94,11 @@ class TrackPage(QWidget):
         self.bar = QProgressBar(textVisible=False, minimum=0, maximum=100)
         self.bar.setFixedWidth(60)
         self.buttons = QStackedWidget()
-        short = {"track_joints": "Track", "stop_tracking": "Stop", "cancel_tracking": "Cancel"}
+        short = {
+            "track_joints": tr("Track"),
+            "stop_tracking": tr_as("tracking", "Stop"),
+            "cancel_tracking": tr("Cancel"),
+        }
         track, stop, cancel = (action_button(actions[name], word) for name, word in short.items())
         for inside in ((track, stop), (self.bar, cancel)):
             side = QWidget()
@@ -95,18 +107,20 @@ class TrackPage(QWidget):
         self.joints = soft(QLabel())
         self.joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.buttons.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.all = tool_button("All", "Select every joint, and the place", flat=False)
+        self.all = tool_button(
+            tr_as("joints", "All"), tr("Select every joint, and the place"), flat=False
+        )
         self.all.clicked.connect(self.all_asked)
         self.done = Caption(soft=True)
         self.done.hide()
         self.gain_words, self.part_words = Caption(), Caption()
         self.gains, self.parts = TracePlot(theme, " %"), TracePlot(theme)
         for plot, name in (
-            (self.gains, "Gains over time, per cent of 1000, 30 and 1000"),
-            (self.parts, "Parts of the acceleration over time, rad/s²"),
+            (self.gains, tr("Gains over time, per cent of 1000, 30 and 1000")),
+            (self.parts, tr("Parts of the acceleration over time, rad/s²")),
         ):
             plot.setAccessibleName(name)
-            plot.setToolTip(f"{name}. Click to go to the frame")
+            plot.setToolTip(f"{name}. {tr('Click to go to the frame')}")
             plot.asked.connect(self._document.go_to)
         plots = QGridLayout()
         plots.setSpacing(2)
@@ -129,7 +143,9 @@ class TrackPage(QWidget):
         self._theme = theme
         self.gains.set_theme(theme)
         self.parts.set_theme(theme)
-        self.warning.set_text(f"{inked(f'⚠ {WARNING}', theme.warning)} {DEMONSTRATION}")
+        self.warning.set_text(
+            f"{inked(f'⚠ {of_core(WARNING)}', theme.warning)} {of_core(DEMONSTRATION)}"
+        )
 
     def tracking(self, chosen: Sequence[str], place: str) -> Tracking:
         """These joints, and the figure's place by the name of its row, as chosen here."""
@@ -187,8 +203,11 @@ class TrackPage(QWidget):
         dt = data.motion.frame_time
         self._show_usual(Gains.by_hand(dt, causal=self.causal.isChecked()))
         self.causal.setToolTip(
-            "Frame by frame, looking at nothing that comes later: with the usual gains "
-            + _causal_words(dt)
+            tr(
+                "Frame by frame, looking at nothing that comes later: "
+                "with the usual gains {response}",
+                response=of_core(_causal_words(dt)),
+            )
         )
 
     def _show_usual(self, gains: Gains) -> None:
@@ -216,7 +235,8 @@ class TrackPage(QWidget):
         result = self._tracked.result
         names = result.traces.names if result else ()
         self._joint = joint if joint in names else (names[0] if names else "")
-        said = f"Selected: {_listed(chosen, place)}" if chosen else "Select joints in the table"
+        listed = tr("Selected: {joints}", joints=_listed(chosen, place))
+        said = listed if chosen else tr("Select joints in the table")
         self.joints.setText(said)
         self.joints.setToolTip(said)
         self.all.setEnabled(len(chosen) < len(rows))
@@ -225,10 +245,13 @@ class TrackPage(QWidget):
             tracking = result.wanted.tracking
             done = (*names, place) if tracking.place else names
             rest = tuple(name for name in rows if name not in done)
-            way = "causally" if tracking.causal else "both ways"
+            done_words, rest_words = _listed(done, place), _listed(rest, place) or tr("nothing")
             self.done.set_text(
-                f"Tracked {way}: {_listed(done, place)}; "
-                f"untracked: {_listed(rest, place) or 'nothing'}"
+                tr("Tracked causally: {done}; untracked: {rest}", done=done_words, rest=rest_words)
+                if tracking.causal
+                else tr(
+                    "Tracked both ways: {done}; untracked: {rest}", done=done_words, rest=rest_words
+                )
             )
         state = (result, self._joint, self._theme, self._document.first_frame)
         if state != self._shown:
@@ -265,8 +288,8 @@ class TrackPage(QWidget):
         for plot in (self.gains, self.parts):
             plot.show_frame(frame)
         if (traces := self._traces()) is None:
-            self.gain_words.set_text("Gains of the tracker")
-            self.part_words.set_text("Parts of its acceleration")
+            self.gain_words.set_text(tr("Gains of the tracker"))
+            self.part_words.set_text(tr("Parts of its acceleration"))
             return
         # A step of 25 Hz stands for all frames up to it.
         row = min(int(np.searchsorted(traces.frames, frame)), len(traces.frames) - 1)
@@ -281,6 +304,11 @@ class TrackPage(QWidget):
             " ".join(self._key(role, f"{name} {v:.0f}") for name, role, v in parts) + " rad/s²"
         )
 
+    def describe(self) -> None:
+        """The numbers of both plots, for those who do not see them."""
+        for plot, words in ((self.gains, self.gain_words), (self.parts, self.part_words)):
+            plot.setAccessibleDescription(plain_text(words.text()))
+
     def _key(self, role: str, text: str) -> str:
         return inked(f"━ {text}", getattr(self._theme, role))
 
@@ -289,11 +317,12 @@ class TrackPage(QWidget):
 def _causal_words(dt: float) -> str:
     """What a causal pass does to a joint; it takes a pass to tell, so once for each rate."""
     usual = Gains.by_hand(dt)
-    return response_words("a joint", lags(usual, dt)[0], overshoots(usual, dt)[0])
+    return response_words(tr("a joint"), lags(usual, dt)[0], overshoots(usual, dt)[0])
 
 
 def _listed(names: Sequence[str], place: str) -> str:
     """One or two names, or how many joints and whether the place is among them."""
     joints = [name for name in names if name != place]
-    told = joints if len(joints) <= 2 else [f"{len(joints)} joints"]
-    return " and ".join([", ".join(told)] * bool(told) + [place] * (place in names))
+    few = len(joints) <= 2
+    told = joints if few else [plural("{n} joint", "{n} joints", len(joints))]
+    return tr(" and ").join([", ".join(told)] * bool(told) + [place] * (place in names))

@@ -7,6 +7,7 @@ from functools import partial
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
@@ -154,7 +155,8 @@ class Tracked(QObject):
 
     def _fail(self, error: Exception) -> None:
         self._under_way = self.asked = None
-        self._document.message.emit(f"Not tracked: {error}.", True)
+        why = of_core(error)
+        self._document.message.emit(tr("Not tracked: {why}.", why=why), True)
         self.changed.emit()
 
 

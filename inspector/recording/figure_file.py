@@ -7,6 +7,7 @@ from errno import EFBIG
 from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QSize, QSizeF
 from PySide6.QtGui import QImage, QPageLayout, QPageSize, QPainter, QPdfWriter
 
+from inspector.language import tr
 from inspector.recording.sheet import Sheet
 from inspector.recording.svg_file import png_of, svg_of
 
@@ -29,7 +30,9 @@ def _png(sheet: Sheet, pixels: QSize, dpi: float) -> bytes:
     image = QImage(pixels, QImage.Format.Format_RGB32)
     if image.isNull() or max(pixels.width(), pixels.height()) > _LONGEST:
         sides = f"{pixels.width():,} × {pixels.height():,}"
-        why = f"{sides} pixels are too many for a PNG; SVG and PDF have no such limit"
+        why = tr(
+            "{sides} pixels are too many for a PNG; SVG and PDF have no such limit", sides=sides
+        )
         raise OSError(EFBIG, why)
     painter = QPainter(image)
     painter.scale(pixels.width() / sheet.box.width(), pixels.height() / sheet.box.height())

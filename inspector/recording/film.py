@@ -9,6 +9,7 @@ import subprocess
 import threading
 from pathlib import Path
 
+from inspector.language import tr
 from twistcore.atomic import destination, is_stream, move_into_place
 
 _WAITING = 4  # frames that may wait for ffmpeg
@@ -34,7 +35,7 @@ class FilmWriter:
         Raises OSError where no file can be: a film cannot be poured into a FIFO or a device.
         """
         if is_stream(path):
-            raise OSError(errno.EINVAL, "is no file, and a film needs one", str(path))
+            raise OSError(errno.EINVAL, tr("is no file, and a film needs one"), str(path))
         self.path = path
         self._end = destination(path)
         self._part = self._end.with_name(f".{path.stem}.part{path.suffix}")
@@ -103,7 +104,11 @@ class FilmWriter:
             said = ffmpeg.stderr.read().decode(errors="replace").strip()
         if ffmpeg.returncode == 0:
             return ""
-        return said.splitlines()[-1] if said else f"ffmpeg ended with {ffmpeg.returncode}"
+        return (
+            said.splitlines()[-1]
+            if said
+            else tr("ffmpeg ended with {code}", code=ffmpeg.returncode)
+        )
 
     def _take(self) -> bytes | None:
         frame = self._frames.get()

@@ -14,13 +14,14 @@ from PySide6.QtWidgets import (
     QSpinBox,
 )
 
+from inspector.language import tr, tr_as
 from inspector.recording.choice import SCREEN_DPI, Paper
 from inspector.widgets.building import hbox
 
 _INCH = 25.4  # mm
 _LONGEST = 12_000  # pixels of a side; Qt makes no larger pictures than 32,767
 _RESOLUTIONS = (96, 150, 300, 600)
-_UNITS = ("mm", "pixels")
+_UNITS = {"mm": "mm", "pixels": tr("pixels")}
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,13 @@ class _Preset:
 
 
 _PRESETS = {
-    "A column, 90 mm": _Preset(90, 0, "mm", 600, 7.0),
-    "A page, 180 mm": _Preset(180, 0, "mm", 600, 8.0),
-    "1280 × 720 pixels": _Preset(1280, 720, "pixels", 96, 8.0),
-    "1920 × 1080 pixels": _Preset(1920, 1080, "pixels", 96, 12.0),
-    "Another size": _Preset(120, 0, "mm", 600, 8.0),
+    tr("A column, 90 mm"): _Preset(90, 0, "mm", 600, 7.0),
+    tr("A page, 180 mm"): _Preset(180, 0, "mm", 600, 8.0),
+    tr("1280 × 720 pixels"): _Preset(1280, 720, "pixels", 96, 8.0),
+    tr("1920 × 1080 pixels"): _Preset(1920, 1080, "pixels", 96, 12.0),
+    tr("Another size"): _Preset(120, 0, "mm", 600, 8.0),
 }
-_OWN = "Another size"
+_OWN = tr("Another size")
 
 
 class PictureRows(QObject):
@@ -56,26 +57,29 @@ class PictureRows(QObject):
         for name, preset in _PRESETS.items():
             self.preset.addItem(name, preset)
         self.width, self.height = QSpinBox(), QSpinBox()
-        self.height.setSpecialValueText("as needed")
+        self.height.setSpecialValueText(tr("as needed"))
         self.unit = QComboBox()
-        self.unit.addItems(_UNITS)
-        self.width.setAccessibleName("Width")
-        self.height.setAccessibleName("Height")
-        self.unit.setAccessibleName("Unit")
+        for unit, name in _UNITS.items():
+            self.unit.addItem(name, unit)
+        self.width.setAccessibleName(tr("Width"))
+        self.height.setAccessibleName(tr("Height"))
+        self.unit.setAccessibleName(tr("Unit"))
         self._sides = hbox(self.width, "×", self.height, self.unit, None, spacing=6)
         self.dpi = QComboBox()
         for dpi in _RESOLUTIONS:
             self.dpi.addItem(f"{dpi} dpi", dpi)
+        self.dpi.setAccessibleName(tr("Dots per inch"))
         self.points = QDoubleSpinBox(suffix=" pt", decimals=1, singleStep=0.5)
         self.points.setRange(4.0, 48.0)
-        self.points.setToolTip("The smallest letters on paper; lines go with them")
-        self._at = QLabel("at")
+        self.points.setToolTip(tr("The smallest letters on paper; lines go with them"))
+        self.points.setAccessibleName(tr("Letters"))
+        self._at = QLabel(tr_as("resolution", "at"))
         self._fine = hbox(self.points, self._at, self.dpi, None, spacing=6)
-        self.white = QCheckBox("On white paper, for print")
+        self.white = QCheckBox(tr("On white paper, for print"))
         self.white.setChecked(True)
-        form.addRow("Size", self.preset)
+        form.addRow(tr("Size"), self.preset)
         form.addRow("", self._sides)
-        form.addRow("Letters", self._fine)
+        form.addRow(tr("Letters"), self._fine)
         form.addRow("", self.white)
         self._propose()
         self.preset.currentIndexChanged.connect(self._propose)
@@ -114,21 +118,32 @@ class PictureRows(QObject):
         most = self.width.maximum()
         if most not in (self.width.value(), self.height.value()):
             return self._sides_told()
-        limit = f"At {self.dpi.currentText()} a side has at most {most} {self._unit}"
+        limit = tr(
+            "At {dpi} a side has at most {most} {unit}",
+            dpi=self.dpi.currentText(),
+            most=most,
+            unit=self.unit.currentText(),
+        )
         return f"{self._sides_told()}. {limit}"
 
     def _sides_told(self) -> str:
         wide, high = self.size
-        pixels = f"{wide} × {high} pixels" if high else f"{wide} pixels wide"
+        pixels = (
+            tr("{wide} × {high} pixels", wide=wide, high=high)
+            if high
+            else tr("{wide} pixels wide", wide=wide)
+        )
         if self.dpi.currentData() == SCREEN_DPI:
             return pixels
         mm = [round(_INCH * side / self.dpi.currentData()) for side in (wide, high)]
-        return f"{mm[0]} × {mm[1]} mm ({pixels})" if high else f"{mm[0]} mm wide ({wide} pixels)"
+        if high:
+            return f"{mm[0]} × {mm[1]} mm ({pixels})"
+        return tr("{mm} mm wide ({wide} pixels)", mm=mm[0], wide=wide)
 
     def _propose(self) -> None:
         """What the preset stands for."""
         preset = self.preset.currentData()
-        self.unit.setCurrentText(preset.unit)
+        self.unit.setCurrentIndex(self.unit.findData(preset.unit))
         self.dpi.setCurrentIndex(self.dpi.findData(preset.dpi))
         self._limit()
         self.width.setValue(preset.width)
@@ -159,4 +174,4 @@ class PictureRows(QObject):
 
     @property
     def _unit(self) -> str:
-        return self.unit.currentText()
+        return str(self.unit.currentData())

@@ -8,6 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
+from inspector.language import of_core, tr
 from inspector.recording.choice import RecordChoice
 from inspector.recording.record_dialog import RecordDialog
 from inspector.recording.recorder import Recorder, save_picture
@@ -41,9 +42,9 @@ class RecordActions:
     def record_dialog(self) -> None:
         """Ask what to record, and record it."""
         if self.document.data is None:
-            self.bar.show_message("Open a clip first.", False)
+            self.bar.show_message(tr("Open a clip first."), False)
         elif self.recorder.running:
-            self.bar.show_message("A film is being made; wait for it or cancel it.", False)
+            self.bar.show_message(tr("A film is being made; wait for it or cancel it."), False)
         else:
             seen = self.timeline.visible.ends
             teaching = self.taught.active
@@ -54,10 +55,11 @@ class RecordActions:
     def record(self, choice: RecordChoice) -> None:
         """Make a film in the background of what goes on, or a picture at once."""
         if choice.path.exists() and not choice.replace:
-            self.bar.show_message(f"{choice.path}: there is such a file already.", True)
+            told = tr("{path}: there is such a file already.", path=choice.path)
+            self.bar.show_message(told, True)
             return
         if self.viewport.view is None and choice.contents.view:
-            self.bar.show_message("Without OpenGL there is no 3D view to record.", True)
+            self.bar.show_message(tr("Without OpenGL there is no 3D view to record."), True)
             return
         taught = choice.contents.equations or choice.sweep is not None or self.taught.active
         typeset = self.typesetter.has(typeset_texts())  # a lesson has its own set alone
@@ -73,19 +75,21 @@ class RecordActions:
             save_picture(stage, choice, self.document.frame)
             self._recorded(choice.path)
         except OSError as error:
-            self.bar.show_message(f"{choice.path}: not written ({error.strerror}).", True)
+            why = of_core(error.strerror)
+            told = tr("{path}: not written ({why}).", path=choice.path, why=why)
+            self.bar.show_message(told, True)
         finally:
             stage.strike()
 
     def _typeset_first(self, choice: RecordChoice) -> None:
         """The symbols take a moment where the teaching tab has not been seen yet."""
-        self.bar.show_message("The equations are being typeset.", False)
+        self.bar.show_message(tr("The equations are being typeset."), False)
         ready = self.typesetter.ready
         ready.connect(lambda: self.record(choice), Qt.ConnectionType.SingleShotConnection)
         self.typesetter.start(typeset_texts())
 
     def _recorded(self, path: Path) -> None:
-        self.bar.show_message(f"{path.name} written.", False)
+        self.bar.show_message(tr("{name} written.", name=path.name), False)
 
     def _not_recorded(self, why: str) -> None:
         if why:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
+from inspector.language import tr, tr_as
 from inspector.recording.choice import Contents, Paper, RecordChoice, shots
 from inspector.recording.film import SUFFIXES
 from inspector.recording.picture_rows import PictureRows
@@ -18,17 +19,22 @@ from inspector.widgets.write_dialog import WriteDialog
 from twistcore.limb import Limb
 
 _FORMATS = {
-    ".mp4": "Film, MP4",
-    ".gif": "Film, GIF",
-    ".png": "Picture, PNG",
-    ".svg": "Picture, SVG (lines and letters)",
-    ".pdf": "Picture, PDF (lines and letters)",
+    ".mp4": tr("Film, MP4"),
+    ".gif": tr("Film, GIF"),
+    ".png": tr("Picture, PNG"),
+    ".svg": tr("Picture, SVG (lines and letters)"),
+    ".pdf": tr("Picture, PDF (lines and letters)"),
 }
 _SIZES = ((1280, 720), (1920, 1080), (960, 540))
-_SPEEDS = {"Real time": 1.0, "Half speed": 0.5, "A quarter": 0.25, "A tenth": 0.1}
+_SPEEDS = {
+    tr("Real time"): 1.0,
+    tr("Half speed"): 0.5,
+    tr("A quarter"): 0.25,
+    tr("A tenth"): 0.1,
+}
 _AROUND_S = 0.5
-_SWEEP = "A slider that moves, at this frame"
-_NEEDS_CHAIN = "Select a chain: of a whole limb there are no equations"
+_SWEEP = tr("A slider that moves, at this frame")
+_NEEDS_CHAIN = tr("Select a chain: of a whole limb there are no equations")
 
 
 class RecordDialog(WriteDialog):
@@ -40,7 +46,7 @@ class RecordDialog(WriteDialog):
         """`seen`: the frames that the plots show now; teaching: its tab is in front."""
         assert document.data is not None
         wanted = document.proposed(f"_{document.chain or 'clip'}.mp4")
-        super().__init__("Record", wanted, parent)
+        super().__init__(tr("Record"), wanted, parent)
         self._document = document
         chain = selected_chain(document)
         taught = chain is not None and not isinstance(chain, Limb)
@@ -48,23 +54,23 @@ class RecordDialog(WriteDialog):
         self.range = _box(self._ranges(seen, taught=taught))
         self.speed = _box(_SPEEDS.items())
         self.size_box = _box((f"{width} × {height}", (width, height)) for width, height in _SIZES)
-        self.view, self.curves = QCheckBox("3D view"), QCheckBox("Curves")
-        self.equations = QCheckBox("Equations")
+        self.view, self.curves = QCheckBox(tr("3D view")), QCheckBox(tr("Curves"))
+        self.equations = QCheckBox(tr("Equations"))
         self.view.setChecked(True)
         self.curves.setChecked(True)
         self.equations.setChecked(taught and teaching)
         self.equations.setEnabled(taught)
         self.equations.setToolTip("" if taught else _NEEDS_CHAIN)
         self.length = soft(QLabel())
-        self.form.addRow("Format", self.format)
-        self.form.addRow("Write to", self.where)
+        self.form.addRow(tr("Format"), self.format)
+        self.form.addRow(tr("Write to"), self.where)
         self.form.addRow("", self.replace)
-        self.form.addRow("Film of", self.range)
-        self.form.addRow("Speed", self.speed)
+        self.form.addRow(tr("Film of"), self.range)
+        self.form.addRow(tr("Speed"), self.speed)
         self.sweep = SweepRows(self.form)
         contents = hbox(self.view, self.curves, self.equations, None, spacing=14)
-        self.form.addRow("Show", contents)
-        self.form.addRow("Size", self.size_box)
+        self.form.addRow(tr_as("film", "Show"), contents)
+        self.form.addRow(tr("Size"), self.size_box)
         self.picture = PictureRows(self.form)
         self.form.addRow("", self.length)
         self.end_form()
@@ -114,11 +120,11 @@ class RecordDialog(WriteDialog):
         if (judged := document.interval) is not None:
             around = round(_AROUND_S * document.data.motion.fps)
             low, high = judged.interval.start - around, judged.interval.stop + around
-            out.append(("The selected interval ± 0.5 s", (max(0, low), min(frames, high))))
+            out.append((tr("The selected interval ± 0.5 s"), (max(0, low), min(frames, high))))
         first, stop = max(0, round(seen[0] + 0.5)), min(frames, round(seen[1] + 0.5))
         if stop - first < frames and stop > first:
-            out.append(("What the plots show", (first, stop)))
-        out.append(("The whole clip", (0, frames)))
+            out.append((tr("What the plots show"), (first, stop)))
+        out.append((tr("The whole clip"), (0, frames)))
         if taught:
             out.append((_SWEEP, None))
         return out
@@ -148,13 +154,18 @@ class RecordDialog(WriteDialog):
     def _words(self, choice: RecordChoice) -> str:
         document = self._document
         if not choice.contents.anything:
-            return "Nothing is to be shown."
+            return tr("Nothing is to be shown.")
         if document.data is None:
             return ""
         if not choice.film:
-            return f"Frame {document.frame + document.first_frame}: {self.picture.words()}."
+            frame, size = document.frame + document.first_frame, self.picture.words()
+            return tr("Frame {frame}: {size}.", frame=frame, size=size)
         count = len(shots(choice, document.data.motion.fps, document.frame))
-        return f"{count} pictures, {count / choice.fps:.1f} s; the camera stays as it is now."
+        return tr(
+            "{n} pictures, {seconds:.1f} s; the camera stays as it is now.",
+            n=count,
+            seconds=count / choice.fps,
+        )
 
     def pattern(self) -> str:
         """Files of the chosen format."""

@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QWidget
 
+from inspector.language import of_core, tr
 from inspector.recording.choice import RecordChoice, Shot, shots
 from inspector.recording.figure_file import figure_file
 from inspector.recording.film import FilmWriter
@@ -58,7 +59,8 @@ class Recorder(QObject):
             self._writer = FilmWriter(choice.path, size, choice.fps)
         except OSError as error:
             self._end()
-            self.failed.emit(f"{choice.path}: not written ({error.strerror}).")
+            why = of_core(error.strerror)
+            self.failed.emit(tr("{path}: not written ({why}).", path=choice.path, why=why))
             return
         self.progress.emit(0, len(self._shots))
         self._timer.start(0)
@@ -102,7 +104,8 @@ class Recorder(QObject):
             writer.keep()
         except OSError as error:
             self._end()
-            self.failed.emit(f"{writer.path}: not written ({error}).")
+            why = of_core(error)
+            self.failed.emit(tr("{path}: not written ({why}).", path=writer.path, why=why))
         else:
             self._end()
             self.finished.emit(writer.path)
@@ -118,11 +121,11 @@ class RecordingBar(QWidget):
 
     def __init__(self, recorder: Recorder) -> None:
         super().__init__()
-        self.label = QLabel("Recording")
+        self.label = QLabel(tr("Recording"))
         self.bar = QProgressBar(textVisible=False)
         self.bar.setFixedWidth(160)
         self.bar.setMaximumHeight(10)
-        self.stop = QPushButton("Cancel")
+        self.stop = QPushButton(tr("Cancel"))
         self.stop.clicked.connect(recorder.cancel)
         hbox(self.label, self.bar, self.stop, owner=self, margins=(8, 0, 8, 0))
         recorder.progress.connect(self._moved)
@@ -133,7 +136,7 @@ class RecordingBar(QWidget):
     def _moved(self, done: int, total: int) -> None:
         self.bar.setRange(0, total)
         self.bar.setValue(done)
-        self.label.setText(f"Recording {done} / {total}")
+        self.label.setText(tr("Recording {done} / {total}", done=done, total=total))
         self.show()
 
 

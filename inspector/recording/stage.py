@@ -11,6 +11,7 @@ from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, QRectF, QS
 from PySide6.QtGui import QColor, QImage, QPainter, QPalette, QRegion
 from PySide6.QtWidgets import QLabel, QWidget
 
+from inspector.language import tr
 from inspector.recording.choice import SCREEN_DPI, USUAL_POINTS, Contents, Paper, RecordChoice, Shot
 from inspector.recording.page_layout import boxes, natural_height
 from inspector.recording.sheet import Sheet
@@ -26,7 +27,7 @@ from inspector.widgets.typeset import Typesetter
 
 WHITE = replace(LIGHT, window="#ffffff", raised="#ffffff")  # paper has no grey of its own
 _TYPE = 9.0  # points of the legend and of the equations where the plots have USUAL_POINTS
-_STAR = "* as corrected here; the paper prints it otherwise."
+_STAR = tr("* as corrected here; the paper prints it otherwise.")
 _NOTHING = QSizeF(1.0, 1.0)
 
 

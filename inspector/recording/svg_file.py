@@ -13,6 +13,7 @@ from html import escape
 from PySide6.QtCore import QBuffer, QIODevice, Qt
 from PySide6.QtGui import QColor, QImage, QPainterPath, QPen
 
+from inspector.language import tr
 from inspector.recording.sheet import Item, Shape, Sheet, Words
 from twistcore.encoding import encoded
 
@@ -119,5 +120,5 @@ def png_of(image: QImage) -> bytes:
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not image.save(buffer, "PNG"):  # type: ignore[call-overload]  # its stub wants bytes
-        raise OSError(EFBIG, "is more than a PNG can hold here")
+        raise OSError(EFBIG, tr("is more than a PNG can hold here"))
     return bytes(buffer.data().data())

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from inspector.language import tr
 from inspector.teaching.taught_frame import TaughtFrame
 
 
@@ -25,12 +26,12 @@ class Swept:
 
 
 SWEPT = {
-    "twist": Swept("Twist of the parent", "°", -180.0, 180.0),
-    "swing": Swept("Swing α", "°", 0.0, 180.0),
-    "bend": Swept("Bend", "°", 0.0, 180.0),
-    "nudge": Swept("Nudge", "°", -3.0, 3.0, 1),
-    "applied": Swept("Apply: offset taken off", "%", 0.0, 100.0),
-    "stage": Swept("Stages: a, swing, then twist", "", 0.0, 2.0, 1),
+    "twist": Swept(tr("Twist of the parent"), "°", -180.0, 180.0),
+    "swing": Swept(tr("Swing α"), "°", 0.0, 180.0),
+    "bend": Swept(tr("Bend"), "°", 0.0, 180.0),
+    "nudge": Swept(tr("Nudge"), "°", -3.0, 3.0, 1),
+    "applied": Swept(tr("Apply: offset taken off"), "%", 0.0, 100.0),
+    "stage": Swept(tr("Stages: a, swing, then twist"), "", 0.0, 2.0, 1),
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QFormLayout
 
+from inspector.language import tr, tr_as
 from inspector.recording.sweep import SWEPT, Sweep
 from inspector.widgets.building import hbox
 from inspector.widgets.signed_numbers import SignedBox
@@ -25,14 +26,15 @@ class SweepRows(QObject):
         self.seconds = QDoubleSpinBox(suffix=" s", decimals=1, singleStep=0.5)
         self.seconds.setRange(0.5, 60.0)
         self.seconds.setValue(4.0)
-        self.and_back = QCheckBox("and back")
+        self.and_back = QCheckBox(tr("and back"))
         self.and_back.setChecked(True)
-        self.first.setAccessibleName("From")
-        self.last.setAccessibleName("To")
-        self.seconds.setAccessibleName("Seconds each way")
-        ends = "from", self.first, "to", self.last, "in", self.seconds, self.and_back, None
-        self._ends = hbox(*ends, spacing=6)
-        form.addRow("Slider", self.slider)
+        self.first.setAccessibleName(tr("From"))
+        self.last.setAccessibleName(tr("To"))
+        self.seconds.setAccessibleName(tr("Seconds each way"))
+        start, end, within = tr_as("slider", "from"), tr_as("slider", "to"), tr_as("slider", "in")
+        ends = start, self.first, end, self.last, within, self.seconds
+        self._ends = hbox(*ends, self.and_back, None, spacing=6)
+        form.addRow(tr("Slider"), self.slider)
         form.addRow("", self._ends)
         self._propose()
         self.slider.currentIndexChanged.connect(self._propose)

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
+from inspector.language import tr
 from inspector.session.opening import ClipMissingError, analyse, analyse_session
 from inspector.widgets.background import OneTask
 from twistcore.analysis import ClipAnalysis
@@ -42,12 +43,12 @@ class ClipOpener(QObject):
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
         """Open a clip; profile: τ for one that has no session yet."""
-        what = f"Opening {path.name}"
+        what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse(path, profile, tell), self.analysed.emit)
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
         """Open a session and its clip, which may have moved to `clip`."""
-        what = f"Opening {path.name}"
+        what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
@@ -55,7 +56,7 @@ class ClipOpener(QObject):
         if clip.kept(method) is not None:
             then()
         else:
-            what = f"Detecting in {clip.name}"
+            what = tr("Detecting in {clip}", clip=clip.name)
             self._start(what, lambda tell: clip.by(method, tell), lambda _: then())
 
     def prepare(
@@ -87,6 +88,6 @@ class ClipOpener(QObject):
         self.over.emit()
         if isinstance(error, ClipMissingError):
             session = error.session
-            self._ask.emit(str(error), (("Locate it…", lambda: self.locate.emit(session)),))
+            self._ask.emit(str(error), ((tr("Locate it…"), lambda: self.locate.emit(session)),))
         else:
             self._tell.emit(str(error), True)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
+from inspector.language import of_core, tr
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.open_clip import Borrowed, OpenClip
@@ -37,7 +38,7 @@ from twistcore.review.reasons import found_again
 from twistcore.rig import Rig
 from twistcore.tuning import Profile
 
-BLIND = "In an exercise the detector says nothing, and its τ stays: you are the detector."
+BLIND = tr("In an exercise the detector says nothing, and its τ stays: you are the detector.")
 
 
 class Document(OpenClip):
@@ -150,7 +151,7 @@ class Document(OpenClip):
         try:
             self.review.do(command)
         except (KeyError, ValueError) as error:
-            self.message.emit(f"{command.text}: {error}", True)
+            self.message.emit(f"{of_core(command.text)}: {of_core(str(error))}", True)
             return False
         self.keeper.journal.record(command, getattr(command, "drag", 0))
         self._review_changed()
@@ -160,7 +161,8 @@ class Document(OpenClip):
         if self.data is None:
             return False
         if self.opener.busy:
-            self.message.emit("Another clip is being opened; nothing was changed.", False)
+            told = tr("Another clip is being opened; nothing was changed.")
+            self.message.emit(told, False)
             return False
         if self.borrowed is not None and self.borrowed.over:
             self.message.emit(self.borrowed.why, False)
@@ -203,7 +205,7 @@ class Document(OpenClip):
             return
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
         if not chosen:
-            self.message.emit("Select an interval first (N goes to the next).", False)
+            self.message.emit(tr("Select an interval first (N goes to the next)."), False)
             return
         there = [self.review.state.find(k) for k in chosen]
         judged = all(j.decision == decision and not j.in_bulk for j in there)
@@ -285,9 +287,13 @@ class Document(OpenClip):
             interval = self.data.proposed(self.chain, frame)
         if (there := self.review.state.same_frames(interval)) is not None:
             first, last = (t + self.first_frame for t in (interval.start, interval.stop - 1))
-            frames = f"frame {first}" if first == last else f"frames {first}–{last}"
+            told = tr(
+                "There is an interval here already: frames {first}–{last}.", first=first, last=last
+            )
+            if first == last:
+                told = tr("There is an interval here already: frame {first}.", first=first)
             self.select_interval(there.id)
-            self.message.emit(f"There is an interval here already: {frames}.", False)
+            self.message.emit(told, False)
             return
         number = self.review.state.next_id
         if self.do(Insert(interval)):

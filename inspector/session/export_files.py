@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from inspector.language import of_core, plural, tr
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
 from twistcore.analysis import ClipAnalysis
@@ -14,7 +15,7 @@ from twistcore.atomic import same_file
 from twistcore.chain import Chain
 from twistcore.clip import ChannelJump, Clip, check_ending, write_clip
 from twistcore.errors import TwistError
-from twistcore.export.compare import compare
+from twistcore.export.compare import Difference, compare
 from twistcore.export.replay import accepted_motion
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.formats import own_name
@@ -71,7 +72,8 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
     own = document.keeper.files
     check_targets(choice, data.clip, document.exported, own)
     if choice.undecided and not document.accept_undecided():
-        raise TwistError(f"{choice.path}: not written, since nothing can be accepted here.")
+        told = tr("{path}: not written, since nothing can be accepted here.", path=choice.path)
+        raise TwistError(told)
     return Export(
         choice,
         data.clip,
@@ -138,20 +140,26 @@ def check_targets(
     """
     path, replay = choice.path, replay_path(choice.path)
     if path.resolve() == clip.path.resolve() or same_file(path, clip.path):
-        raise TwistError(f"{path}: choose another name; the source is never overwritten.")
+        told = tr("{path}: choose another name; the source is never overwritten.", path=path)
+        raise TwistError(told)
     if path in own or replay in own:
-        raise TwistError(f"{path}: choose another name; the review itself is kept there.")
+        told = tr("{path}: choose another name; the review itself is kept there.", path=path)
+        raise TwistError(told)
     check_ending(clip, path)
     known = _known(path, ours)
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, known)):
-            raise TwistError(f"{file}: there is such a file already; choose another name.")
+            told = tr("{path}: there is such a file already; choose another name.", path=file)
+            raise TwistError(told)
     if choice.session and replay.exists():
         try:
             read_session(replay)
         except TwistError:
-            told = f"{replay}: there is a file that this program did not write"
-            raise TwistError(f"{told}; choose another name.") from None
+            told = tr(
+                "{path}: there is a file that this program did not write; choose another name.",
+                path=replay,
+            )
+            raise TwistError(told) from None
     if choice.report:
         check_report(path.parent, own_name(path))
 
@@ -206,35 +214,62 @@ def _take_note(export: Export, path: Path) -> None:
 
 def _told(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> str:
     name = export.choice.path.name
-    stale = f" {export.changed} This is the version that is open." if export.changed else ""
+    stale = ""
+    if export.changed:
+        stale = f" {export.changed} " + tr("This is the version that is open.")
     change = compare(export.clip.motion, refined)
     if not change.joints:
-        why = export.left_out or "no correction was accepted."
-        return f"{name}: written byte for byte as the source; {why}{stale}"
+        why = export.left_out or tr("no correction was accepted.")
+        return tr("{name}: written byte for byte as the source; {why}", name=name, why=why) + stale
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})
-    still, moved = change.rest_of_height < _STILL, "no joint moved"
-    if change.moved:
-        *rest, last = [f"{m.joint} by up to {100.0 * m.of_height:.1f} %" for m in change.moved]
-        names = f"{', '.join(rest)} and {last}" if rest else last
-        if len(rest) > 2:  # tracked, a whole figure may
-            most = max(m.of_height for m in change.moved)
-            names = f"{len(change.moved)} joints by up to {100.0 * most:.1f} %"
-        moved = f"moved: {names} of the height; no other joint{' moves' if still else ''}"
-    if not still:
-        moved += f" by more than {change.rest_of_height:.0e} of the height"
-    frames = "1 frame" if change.frames == 1 else f"{change.frames} frames"
-    steps = "1 channel step" if len(jumps) == 1 else f"{len(jumps)} channel steps"
-    return (
-        f"{name}: {frames} of {joints} joint{'s' if joints != 1 else ''} changed by up to "
-        f"{largest:.1f}°; {moved}; "
-        f"every other byte is the source's. {export.left_out}"
-        + (
-            f" {steps} of more than 180° stay{'s' if len(jumps) == 1 else ''}: {jumps[0]}."
-            if jumps
-            else ""
+    told = plural(
+        "{name}: {frames} of {n} joint changed by up to {largest:.1f}°; {moved}; "
+        "every other byte is the source's.",
+        "{name}: {frames} of {n} joints changed by up to {largest:.1f}°; {moved}; "
+        "every other byte is the source's.",
+        joints,
+        name=name,
+        frames=plural("{n} frame", "{n} frames", change.frames),
+        largest=largest,
+        moved=_moved(change),
+    )
+    steps = ""
+    if jumps:
+        steps = plural(
+            "{n} channel step of more than 180° stays: {first}.",
+            "{n} channel steps of more than 180° stay: {first}.",
+            len(jumps),
+            first=of_core(str(jumps[0])),
         )
-    ).strip() + stale
+    return " ".join(filter(None, (told, export.left_out, steps))) + stale
+
+
+def _moved(change: Difference) -> str:
+    """Which joints the correction moved, of the figure's height."""
+    rest, still = change.rest_of_height, change.rest_of_height < _STILL
+    if not change.moved and still:
+        return tr("no joint moved")
+    if not change.moved:
+        return tr("no joint moved by more than {rest:.0e} of the height", rest=rest)
+    *before, last = (
+        tr("{joint} by up to {percent:.1f} %", joint=m.joint, percent=100.0 * m.of_height)
+        for m in change.moved
+    )
+    names = last
+    if before:
+        names = tr("{before} and {last}", before=", ".join(before), last=last)
+    if len(before) > 2:  # tracked, a whole figure may
+        most = 100.0 * max(m.of_height for m in change.moved)
+        count = len(change.moved)
+        names = tr("{count} joints by up to {percent:.1f} %", count=count, percent=most)
+    if still:
+        return tr("moved: {names} of the height; no other joint moves", names=names)
+    return tr(
+        "moved: {names} of the height; no other joint by more than {rest:.0e} of the height",
+        names=names,
+        rest=rest,
+    )
 
 
 def uncorrected(document: Document) -> str:
@@ -243,8 +278,10 @@ def uncorrected(document: Document) -> str:
     motion = document.data.motion
     accepted = document.review.state.chosen()
     stuck = "; ".join(
-        f"{c.label} ({', '.join(joints)})"
+        f"{of_core(c.label)} ({', '.join(joints)})"
         for c in document.data.chains_and_limbs
         if (joints := stuck_joints(motion, c, accepted))
     )
-    return f"Not corrected, for want of three rotation channels: {stuck}." if stuck else ""
+    if not stuck:
+        return ""
+    return tr("Not corrected, for want of three rotation channels: {chains}.", chains=stuck)

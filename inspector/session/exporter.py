@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEventLoop, QObject, Signal
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.export_files import Export, ExportChoice, prepare, write
 from inspector.widgets.background import Task
@@ -31,7 +32,8 @@ class Exporter(QObject):
         """Write what was chosen, with the review as it is now."""
         if self._export is not None:
             name = self._export.choice.path.name
-            self._document.message.emit(f"{name} is still being written; export again then.", True)
+            told = tr("{name} is still being written; export again then.", name=name)
+            self._document.message.emit(told, True)
             return
         try:
             export = prepare(self._document, choice)
@@ -57,14 +59,17 @@ class Exporter(QObject):
 
     def _tell(self, share: float) -> None:
         if self._export is not None:
+            told = tr("Writing {name} …", name=self._export.choice.path.name)
             done = f" {100.0 * share:.0f} %" if share > 0.0 else ""
-            self._document.message.emit(f"Writing {self._export.choice.path.name} …{done}", False)
+            self._document.message.emit(told + done, False)
 
     def _fail(self, export: Export, error: Exception) -> None:
         self._failed = True
-        told = f"{export.choice.path}: not written: {error}"
+        path, why = export.choice.path, of_core(str(error))
+        told = tr("{path}: not written: {why}", path=path, why=why)
         if isinstance(error, OSError):
-            told = f"{error.filename or export.choice.path}: not written ({error.strerror})."
+            path, why = error.filename or path, of_core(str(error.strerror))
+            told = tr("{path}: not written ({why}).", path=path, why=why)
         self._end(export, told, wrong=True)
 
     def _done(self, export: Export, text: str) -> None:

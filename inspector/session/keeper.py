@@ -8,6 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
+from inspector.language import of_core, tr
 from inspector.session.leftovers import Leftover, holds_more, read_leftover
 from inspector.session.opening import Analysed
 from inspector.session.review_journal import KeptReview, ReviewJournal
@@ -166,7 +167,9 @@ class Keeper(QObject):
         try:
             work()
         except OSError as error:
-            self.told.emit(f"{leftover.path}: it stays where it is ({error.strerror}).", True)
+            why = of_core(str(error.strerror))
+            told = tr("{path}: it stays where it is ({why}).", path=leftover.path, why=why)
+            self.told.emit(told, True)
             return False
         return True
 
@@ -176,10 +179,13 @@ class Keeper(QObject):
         """Write the session file, at `path` if given; whether it was, and what is to be said."""
         kept = self._kept
         if kept is None:
-            return False, "Nothing was saved: the clip is no longer open for review."
+            return False, tr("Nothing was saved: the clip is no longer open for review.")
         if (self.read_only or not self.may_change()) and path in (None, kept.session_file):
             name = kept.clip.name
-            return False, f"This window cannot save it: {name} is under review in another one."
+            told = tr(
+                "This window cannot save it: {name} is under review in another one.", name=name
+            )
+            return False, told
         self.journal.flush()
         places = (path,) if path else kept.places
         try:
@@ -187,10 +193,17 @@ class Keeper(QObject):
         except TwistError as error:
             return False, str(error)
         except OSError as error:
-            stay = f"Your decisions stay {self.journal.where()}."
-            return False, f"{places[0]}: not saved ({error.strerror}). {stay}"
+            why = of_core(str(error.strerror))
+            told = tr("{path}: not saved ({why}).", path=places[0], why=why)
+            stay = tr("Your decisions stay {place}.", place=self.journal.where())
+            return False, f"{told} {stay}"
         if trouble is not None:
-            told += f"{places[0]}: not saved ({trouble.strerror}); the session is {place} instead."
+            told += tr(
+                "{path}: not saved ({why}); the session is {place} instead.",
+                path=places[0],
+                why=of_core(str(trouble.strerror)),
+                place=place,
+            )
         kept.session_file = place
         remember_place(kept.clip.path, place)
         kept.review.mark_saved()
@@ -207,7 +220,10 @@ class Keeper(QObject):
         if self.lock is not None and self.lock.path == lock.path:
             return write_known(path, data, kept.known)
         if not lock.take():
-            raise TwistError(f"{path.name} is open in another window ({lock.holder}).")
+            told = tr(
+                "{name} is open in another window ({holder}).", name=path.name, holder=lock.holder
+            )
+            raise TwistError(told)
         try:
             told = write_known(path, data, kept.known)
         except OSError:
@@ -248,9 +264,10 @@ class Keeper(QObject):
         try:
             self.read_only = not self.lock.take_over()
         except OSError as error:
-            return f"{self.lock.path.name}: the lock cannot be taken ({error.strerror})."
+            name, why = self.lock.path.name, of_core(str(error.strerror))
+            return tr("{name}: the lock cannot be taken ({why}).", name=name, why=why)
         if self.read_only:
-            return f"The lock is held again by {self.lock.holder}."
+            return tr("The lock is held again by {holder}.", holder=self.lock.holder)
         self._robbed = self._kept.clip.path
         return ""
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from inspector.language import tr
 from inspector.session.opening import with_every_kind
 from inspector.session.session_files import (
     journal_owners,
@@ -107,7 +108,11 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
         return None, str(error)
     told = ""
     if recovered.damaged:
-        told = f"{path.name}: {recovered.damaged} entries are damaged; those before are kept."
+        told = tr(
+            "{name}: {n} entries are damaged; those before are kept.",
+            name=path.name,
+            n=recovered.damaged,
+        )
     began, left = recovered.session.state, recovered.review.state
     if recovered.session.sha256 != clip.sha256 or not _has_chains(began, clip):
         return Leftover(recovered, False), told

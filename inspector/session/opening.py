@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from inspector.language import of_core, tr
 from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import kept_sessions, set_aside
 from twistcore import analysis as core
@@ -122,7 +123,10 @@ class ClipMissingError(TwistError):
     """A session whose clip is neither where it was nor beside the session."""
 
     def __init__(self, session: Path, clip: str) -> None:
-        super().__init__(f"{session.name}: its clip {clip} is not where it was.")
+        told = tr(
+            "{session}: its clip {clip} is not where it was.", session=session.name, clip=clip
+        )
+        super().__init__(told)
         self.session = session
 
 
@@ -140,12 +144,16 @@ def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> 
     if not sessions:
         return _read(path, profile, tell)
     session, *older = sessions
-    notes = [f"Another session of {path.name}, not the latest, is {other}." for other in older]
+    notes = [
+        tr("Another session of {clip}, not the latest, is {path}.", clip=path.name, path=other)
+        for other in older
+    ]
     try:
         kept, sha256 = read_session_file(session)
     except TwistError as error:
-        damaged = isinstance(error, FormatError)
-        why = set_aside(session, str(error)) if damaged else f"{error}: its review is not shown."
+        why = tr("{error}: its review is not shown.", error=of_core(str(error)))
+        if isinstance(error, FormatError):
+            why = set_aside(session, str(error))
         found, notes = _read(path, profile, tell), [*notes, why]
     else:
         found = _with_session(session, sha256, kept, path, tell)
@@ -262,32 +270,44 @@ def opening_notes(
     away: where its review is kept, if not beside it; notes: on taking that up.
     """
     if data.session is not None:
-        told = f"Going on with {data.session.name}."
+        told = tr("Going on with {session}.", session=data.session.name)
         if data.added is not None:
-            found = f"{data.added} found, undecided" if data.added else "none found"
-            told += " Flips of limbs and lone jumps, of which it knew nothing, were looked for as "
-            told += f"well: {found}."
+            found = tr("{n} found, undecided", n=data.added) if data.added else tr("none found")
+            told += " " + tr(
+                "Flips of limbs and lone jumps, of which it knew nothing, were looked for as "
+                "well: {found}.",
+                found=found,
+            )
         yield told, False
     if rig := data.analysis.rig:
-        yield f"Chains of this rig: {rig.summary()}.", False
+        yield tr("Chains of this rig: {summary}.", summary=of_core(rig.summary())), False
     chain_notes = dict.fromkeys(w for c in data.chains_and_limbs for w in c.warnings)
     name, notices = data.clip.name, []
     if away is not None:
-        cannot = f"{name} lies in a folder that cannot be written"
-        notices.append(f"{cannot}: your decisions are kept in {away}.")
-    warned = (*map(str, data.clip.warnings), *data.borders, *chain_notes)
-    notices += [f"{name}: {w}" for w in warned]
-    if not data.chains:
-        notices.append(f"{name}: no chain of parent, child and grandchild; nothing to detect.")
-    motion, every = data.motion, data.chains_and_limbs
-    stuck = [c.label for c in every if uncorrectable_joints(motion, c, carried=True)]
-    if stuck:
-        notices.append(
-            f"{', '.join(stuck)}: shown but not corrected, for want of rotation channels."
+        told = tr(
+            "{name} lies in a folder that cannot be written: your decisions are kept in {folder}.",
+            name=name,
+            folder=away,
         )
+        notices.append(told)
+    warned = (*map(str, data.clip.warnings), *data.borders, *chain_notes)
+    notices += [f"{name}: {of_core(w)}" for w in warned]
+    if not data.chains:
+        told = tr("{name}: no chain of parent, child and grandchild; nothing to detect.", name=name)
+        notices.append(told)
+    motion, every = data.motion, data.chains_and_limbs
+    stuck = [of_core(c.label) for c in every if uncorrectable_joints(motion, c, carried=True)]
+    if stuck:
+        told = tr(
+            "{chains}: shown but not corrected, for want of rotation channels.",
+            chains=", ".join(stuck),
+        )
+        notices.append(told)
     if notices:
-        more = f" (and {len(notices) - 3} more: see the chains)" if len(notices) > 3 else ""
-        yield " ".join(notices[:3]) + more, False
+        told = " ".join(notices[:3])
+        if len(notices) > 3:
+            told += " " + tr("(and {n} more: see the chains)", n=len(notices) - 3)
+        yield told, False
     if notes := [*data.notes, *notes]:
         yield " ".join(notes), True
 
@@ -309,9 +329,10 @@ def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     if now == then:
         return ""
     if now is None:
-        return f"{clip.name} is no longer where it was; what is open stays as it is."
+        return tr("{clip} is no longer where it was; what is open stays as it is.", clip=clip.name)
     try:
         same = file_mark(clip.path) == clip.sha256
     except OSError as error:
-        return f"{clip.name} can no longer be read ({error.strerror})."
-    return "" if same else f"{clip.name} has changed on disk since it was opened."
+        why = of_core(str(error.strerror))
+        return tr("{clip} can no longer be read ({why}).", clip=clip.name, why=why)
+    return "" if same else tr("{clip} has changed on disk since it was opened.", clip=clip.name)

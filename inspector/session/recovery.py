@@ -8,6 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from inspector.language import plural, tr, tr_as
 from inspector.session.keeper import Keeper
 from inspector.session.leftovers import Leftover, missing
 from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
@@ -89,8 +90,8 @@ class Recovery(QObject):
         if stamp != self._stamp:
             self._stamp = stamp
             self._changed = what_changed(data.clip, data.stamp, stamp)
-            keep = ("Keep what is open", lambda: None)
-            again = ("Open it again", lambda: self.open_again.emit(self._source()))
+            keep = (tr("Keep what is open"), lambda: None)
+            again = (tr("Open it again"), lambda: self.open_again.emit(self._source()))
             if self._changed:
                 self.question.emit(self._changed, (again, keep) if stamp else (keep,))
         return self._changed
@@ -103,25 +104,39 @@ class Recovery(QObject):
         elif data.earlier:
             carry = CarryOver(_fitting(data.earlier, data.motion.frames))
             self.question.emit(
-                f"{data.clip.name} has changed since its session was saved.",
-                (("Carry decisions over", lambda: self._do(carry)),),
+                tr("{clip} has changed since its session was saved.", clip=data.clip.name),
+                ((tr("Carry decisions over"), lambda: self._do(carry)),),
             )
 
     def _offer(self, leftover: Leftover) -> None:
         steps = leftover.recovered.steps
-        kept = "1 step was kept" if steps == 1 else f"{steps} steps were kept"
+        kept = plural("{n} step was kept", "{n} steps were kept", steps)
+        # How day, month, hour and minute stand, as `strftime` has it.
+        when = datetime.fromtimestamp(written(leftover.path) / 1e9).strftime(tr("%d %B, %H:%M"))
         if not leftover.same_clip:
-            which = f"A review of another version of {self._open().clip.name}"
-            answer = "Carry decisions over"
+            told = tr(
+                "A review of another version of {clip} ended without saving ({when}); {kept}.",
+                clip=self._open().clip.name,
+                when=when,
+                kept=kept,
+            )
+            answer = tr("Carry decisions over")
         elif self._touched:
-            which, answer = "Another review of this clip", "Add its decisions"
+            told = tr(
+                "Another review of this clip ended without saving ({when}); {kept}.",
+                when=when,
+                kept=kept,
+            )
+            answer = tr("Add its decisions")
         else:
-            which, answer = "The last review of this clip", "Restore"
-        when = datetime.fromtimestamp(written(leftover.path) / 1e9)
-        self.question.emit(
-            f"{which} ended without saving ({when:%d %B, %H:%M}); {kept}.",
-            ((answer, lambda: self.restore(leftover)), ("Discard", lambda: self.discard(leftover))),
-        )
+            told = tr(
+                "The last review of this clip ended without saving ({when}); {kept}.",
+                when=when,
+                kept=kept,
+            )
+            answer = tr_as("the review", "Restore")
+        discard = tr_as("the review", "Discard"), lambda: self.discard(leftover)
+        self.question.emit(told, ((answer, lambda: self.restore(leftover)), discard))
 
     @property
     def _touched(self) -> bool:
@@ -166,11 +181,14 @@ class Recovery(QObject):
         if not lost:
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):
-            self._keeper.told.emit(
-                f"{of - lost} of {of} decisions were taken over; the others are about nothing "
-                f"here, or were decided otherwise. They stay in {name}.",
-                True,
+            told = tr(
+                "{taken} of {total} decisions were taken over; the others are about nothing "
+                "here, or were decided otherwise. They stay in {name}.",
+                taken=of - lost,
+                total=of,
+                name=name,
             )
+            self._keeper.told.emit(told, True)
         return True
 
     def discard(self, leftover: Leftover) -> None:
@@ -182,11 +200,14 @@ class Recovery(QObject):
     def _ask_about_lock(self) -> None:
         lock, name = self._keeper.lock, self._open().clip.name
         if lock is not None and lock.is_free():
-            text, take = f"{name} is no longer open in the other window.", "Review it here"
+            text = tr("{name} is no longer open in the other window.", name=name)
+            take = tr("Review it here")
         else:
-            text, take = f"{name} is open in another window ({lock and lock.holder}). ", "Take over"
-            text += "You can look; nothing can be changed here."
-        self.question.emit(text, ((take, self._take_over), ("Look only", lambda: None)))
+            holder = lock and lock.holder
+            text = tr("{name} is open in another window ({holder}).", name=name, holder=holder)
+            text += " " + tr("You can look; nothing can be changed here.")
+            take = tr("Take over")
+        self.question.emit(text, ((take, self._take_over), (tr("Look only"), lambda: None)))
 
     def _take_over(self) -> None:
         if trouble := self._keeper.take_over():
@@ -202,14 +223,14 @@ class Recovery(QObject):
 
     def _ask_about_disk(self, text: str) -> None:
         self._asks_about_disk = True
-        again = ("Try again", self._keeper.journal.retry)  # which asks anew if that fails
-        self.question.emit(text, (again, ("Save elsewhere…", self.save_elsewhere.emit)))
+        again = (tr("Try again"), self._keeper.journal.retry)  # which asks anew if that fails
+        self.question.emit(text, (again, (tr("Save elsewhere…"), self.save_elsewhere.emit)))
 
     def _disk_has_room(self) -> None:
         if self._asks_about_disk:
             self._asks_about_disk = False
             self.withdrawn.emit()
-            self._keeper.told.emit("All steps are on disk.", False)
+            self._keeper.told.emit(tr("All steps are on disk."), False)
             self._ask_next()
 
 

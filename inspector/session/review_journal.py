@@ -10,6 +10,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, SignalInstance
 
+from inspector.language import of_core, plural, tr
 from inspector.session.leftovers import same_review
 from inspector.session.session_files import JOURNAL_SUFFIX, at_first, refuge_path, session_path
 from twistcore.atomic import free_name
@@ -194,8 +195,8 @@ class ReviewJournal(QObject):
         """Where the steps are that no session has, as the end of a sentence."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
-            return f"in the journal {journal.path.name}"
-        return "in this window only"
+            return tr("in the journal {name}", name=journal.path.name)
+        return tr("in this window only")
 
     # -- the file -----------------------------------------------------------------------------
 
@@ -218,8 +219,12 @@ class ReviewJournal(QObject):
         if journal is not None:  # deleted, or its folder was
             self.close()
             if self._begin(self._kept.review.state):
-                told = f"{journal.path.name} was deleted while it was open; it is now "
-                self._told.emit(f"{told}{self.path}.", True)
+                told = tr(
+                    "{name} was deleted while it was open; it is now {path}.",
+                    name=journal.path.name,
+                    path=self.path,
+                )
+                self._told.emit(told, True)
         elif self._detached:  # an undo of what was saved
             self._begin(self._kept.review.state)
         elif (begun := self._begin_before_last()) is not None:
@@ -255,11 +260,13 @@ class ReviewJournal(QObject):
         self._behind = True
         self._again.start()
         waiting = self._journal.waiting if self._journal is not None else self.steps
-        steps = "step is" if waiting == 1 else f"{waiting} steps are"
-        self.failing.emit(
-            f"The journal cannot be written ({error.strerror}): the last {steps} in this window "
-            "only."
+        told = plural(
+            "The journal cannot be written ({why}): the last step is in this window only.",
+            "The journal cannot be written ({why}): the last {n} steps are in this window only.",
+            waiting,
+            why=of_core(str(error.strerror)),
         )
+        self.failing.emit(told)
 
     def _caught_up(self) -> None:
         if self._behind:

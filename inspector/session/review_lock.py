@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from inspector.language import tr
 from twistcore.file_lock import lock
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link there leads to a file that is not ours
@@ -39,9 +40,14 @@ class Holder:
         return self.computer in ("", socket.gethostname())
 
     def __str__(self) -> str:
-        who = f"{self.program or 'a program'}" + (f", process {self.process}" * bool(self.process))
-        where = "on this computer" if self.here else f"on the computer {self.computer}"
-        return f"{who}, {where}, since {self.since:%d %B %H:%M}"
+        who = self.program or tr("a program")
+        if self.process:
+            who = tr("{program}, process {number}", program=who, number=self.process)
+        where = tr("on this computer")
+        if not self.here:
+            where = tr("on the computer {name}", name=self.computer)
+        since = self.since.strftime(tr("%d %B %H:%M"))
+        return tr("{who}, {where}, since {since}", who=who, where=where, since=since)
 
 
 class ReviewLock:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from inspector.language import of_core, tr
 from inspector.session.session_files import set_aside
 from inspector.session.settings import settings_path
 from twistcore.errors import FormatError, TwistError
@@ -30,7 +31,7 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
     except FormatError as error:
         return AS_FOUND, set_aside(path, str(error))
     except TwistError as error:
-        return AS_FOUND, f"{error}: the chains are as found."
+        return AS_FOUND, tr("{error}: the chains are as found.", error=of_core(str(error)))
     return rig, ""
 
 
@@ -48,4 +49,4 @@ def _fit(path: Path, rig: Rig, motion: Motion) -> None:
     try:
         rig.chains(motion)
     except TwistError as error:
-        raise FormatError(f"{path}: {error}") from None
+        raise FormatError(f"{path}: {of_core(str(error))}") from None

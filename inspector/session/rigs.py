@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from inspector.language import tr
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.opening import Analysed
 from twistcore.analysis import ClipAnalysis
@@ -49,7 +50,7 @@ class Rigs:
             then()
             return
         self._opener.prepare(
-            f"Analysing the chains of {present.name}",
+            tr("Analysing the chains of {clip}", clip=present.name),
             lambda tell: self._made(present, state.rig, state.method, tell),
             lambda _: then(),
         )
@@ -65,7 +66,7 @@ class Rigs:
             analysis = self._made(present, rig, state.method, tell)
             return changed_chains(present, analysis, state, what)
 
-        self._opener.prepare(f"Analysing the chains of {present.name}", work, do)
+        self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
         """In another thread: nothing changes the review or the clip meanwhile."""

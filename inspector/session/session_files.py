@@ -16,6 +16,7 @@ from typing import TypeVar
 
 import platformdirs
 
+from inspector.language import of_core, tr
 from twistcore.atomic import free_name, write_atomically
 from twistcore.encoding import json_bytes
 from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
@@ -144,8 +145,9 @@ def set_aside(path: Path, why: str) -> str:
     try:
         path.replace(aside)
     except OSError as error:
-        return f"{why}. It cannot be set aside ({error.strerror})."
-    return f"{why}. It was set aside as {aside.name}."
+        trouble = of_core(str(error.strerror))
+        return tr("{why}. It cannot be set aside ({trouble}).", why=of_core(why), trouble=trouble)
+    return tr("{why}. It was set aside as {name}.", why=of_core(why), name=aside.name)
 
 
 def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
@@ -160,7 +162,12 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
         if hashlib.sha256(there).hexdigest() != known.get(path):
             kept = free_name(path, ".earlier")
             write_atomically(kept, there)
-            told = f"{path.name} held another review; that one is now {kept.name}. "
+            told = tr(
+                "{name} held another review; that one is now {kept}.",
+                name=path.name,
+                kept=kept.name,
+            )
+            told += " "
     write_atomically(path, data)
     known[path] = hashlib.sha256(data).hexdigest()
     return told

@@ -14,6 +14,7 @@ from typing import Any
 
 import platformdirs
 
+from inspector.language import tr
 from inspector.session import settings_checks as checks
 from inspector.session.settings_checks import Check
 from twistcore.atomic import free_name, write_atomically
@@ -45,7 +46,8 @@ class Settings:
     intervals, none for those there is room for; interval_sort: the column it is sorted by, '-'
     before it where the other way round, '' for none; alarm_points, smallest_error, error_draws: of
     a suggested τ, points of FSR that a false alarm may cost, degrees of the smallest errors looked
-    for, draws of errors to measure with; of_others: what the file holds beside, of a
+    for, draws of errors to measure with; language: of texts, 'system' or a code such as 'de', one
+    that there is not is as 'system'; of_others: what the file holds beside, of a
     newer version perhaps, kept for it.
     """
 
@@ -70,6 +72,7 @@ class Settings:
     alarm_points: float = 5.0
     smallest_error: float = 2.0
     error_draws: int = 3
+    language: str = "system"
     of_others: dict[str, Any] = field(default_factory=dict)
 
     def remember(self, path: Path) -> None:
@@ -130,6 +133,7 @@ CHECKS: dict[str, Check] = {
     "alarm_points": checks.number(0.0, 100.0),
     "smallest_error": checks.number(0.1, 180.0),
     "error_draws": checks.whole(1, MOST_DRAWS),
+    "language": checks.text(20),
 }
 
 
@@ -147,22 +151,28 @@ def load_settings(path: Path) -> tuple[Settings, str]:
     a copy of the damaged file is kept beside it, under a name that no other file has.
     """
     if trouble := _trouble(path):
-        return Settings(), f"{path}: the settings cannot be read ({trouble})."
+        return Settings(), _unread(path, trouble)
     try:
         data = path.read_bytes()
     except FileNotFoundError:
         return Settings(), ""
     except OSError as error:
-        return Settings(), f"{path}: the settings cannot be read ({error.strerror})."
+        return Settings(), _unread(path, error.strerror)
     settings, damaged = settings_from_json(data)
     if not damaged:
         return settings, ""
-    which = "All settings" if len(damaged) >= len(CHECKS) else f"The settings {', '.join(damaged)}"
-    said = f"{which} were damaged: what was good of them is kept, the rest is as it was at first;"
+    which = tr("All settings")
+    if len(damaged) < len(CHECKS):
+        which = tr("The settings {names}", names=", ".join(damaged))
+    said = tr(
+        "{settings} were damaged: what was good of them is kept, the rest is as it was at first;",
+        settings=which,
+    )
     try:
-        return settings, f"{said} the old file was set aside as {_set_aside(path, data)}."
+        aside = tr("the old file was set aside as {file}.", file=_set_aside(path, data))
     except OSError as error:
-        return settings, f"{said} the old file could not be set aside ({error.strerror})."
+        aside = tr("the old file could not be set aside ({why}).", why=error.strerror)
+    return settings, f"{said} {aside}"
 
 
 def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
@@ -193,7 +203,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
 def save_settings(path: Path, settings: Settings) -> str:
     """Write the settings; a sentence if that failed, else ''; raises nothing."""
     if trouble := _trouble(path):
-        return f"{path}: the settings cannot be written ({trouble})."
+        return _unwritten(path, trouble)
     document = asdict(settings)
     document = {**document.pop("of_others"), **document}
     for name in ("geometry", "layout"):
@@ -203,7 +213,7 @@ def save_settings(path: Path, settings: Settings) -> str:
         # In ASCII: halves of surrogate pairs, as in paths that are not UTF-8, have no other form.
         write_atomically(path, (json.dumps(document, indent=1) + "\n").encode("ascii"))
     except OSError as error:
-        return f"{path}: the settings cannot be written ({error.strerror})."
+        return _unwritten(path, error.strerror)
     return ""
 
 
@@ -244,6 +254,14 @@ def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
     return replace(theirs, **changed)
 
 
+def _unread(path: Path, why: str | None) -> str:
+    return tr("{file}: the settings cannot be read ({why}).", file=path, why=why)
+
+
+def _unwritten(path: Path, why: str | None) -> str:
+    return tr("{file}: the settings cannot be written ({why}).", file=path, why=why)
+
+
 def _new_folder() -> dict[str, Any]:
     """What is kept of a folder in which nothing was done yet."""
     return {"clip": "", "profile": "", "method": "", "tau": {}}
@@ -271,9 +289,9 @@ def _trouble(path: Path) -> str:
     except OSError as error:
         return str(error.strerror)
     if not stat.S_ISREG(status.st_mode):  # to open a FIFO would wait for somebody
-        return "it is no file"
+        return tr("it is no file")
     if status.st_size > _LARGEST_FILE:
-        return f"it has {status.st_size // 1_000_000} MB"
+        return tr("it has {size} MB", size=status.st_size // 1_000_000)
     return "" if os.access(path, os.R_OK) else "Permission denied"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from inspector.language import of_core
 from inspector.session.document import Document
 from twistcore.analysis import Detection
 from twistcore.why_not import Reason, Why, peaks_without_interval, unexplained_peaks, why_not
@@ -53,7 +54,8 @@ def reason_near(document: Document, frame: int) -> Reason | None:
 
 def told(document: Document, reason: Reason) -> str:
     """The sentence after the chain's name."""
-    return f"{document.find_chain(reason.chain).label}: {reason.text}"
+    label = of_core(document.find_chain(reason.chain).label)
+    return f"{label}: {of_core(reason.text)}"
 
 
 def peaks(document: Document) -> Iterator[Reason]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from inspector.language import tr, tr_as
 from inspector.teaching.symbols import MARKS
 from inspector.teaching.taught_frame import Numbers, degrees, numbers, reliable
 from inspector.widgets.signed_numbers import plain
@@ -16,7 +17,9 @@ from twistcore.decomposition import UNDEFINED, Decomposition, FrameCorrection
 NEAR_SWING = 0.10  # reliability of θp below which it is told: a swing beyond 168°
 NEAR_STRAIGHT = 0.17  # of the azimuth: a limb straighter than 10°
 LEAST = float(np.radians(0.005))  # an m that is more than the rounding of a file's numbers
-_UNDEFINED = "undefined"
+_UNDEFINED = tr("undefined")
+_IF, _ELSE = tr_as("equation", "if"), tr_as("equation", "else")
+_SHARE = tr_as("equation", "share")
 _NOT_YET = "–"  # while P's rotation is shown on its way
 _STAGED = frozenset(("a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"))
 
@@ -76,7 +79,9 @@ def _dtheta_p(of: Numbers) -> str:
 
 def _across(of: Numbers) -> str:
     d = of.frame
-    return numbers(d.across) + (", no\u00a0direction" if d.azimuth_reliability <= UNDEFINED else "")
+    return numbers(d.across) + (
+        tr(", no\u00a0direction") if d.azimuth_reliability <= UNDEFINED else ""
+    )
 
 
 def _dtheta_c(of: Numbers) -> str:
@@ -93,7 +98,9 @@ def _opposed(of: Numbers) -> str:
     product = float(np.degrees(np.degrees(of.frame.product)))
     size = f"{abs(product):.{2 if abs(product) >= 0.01 else 4}f}"
     sign = "−" if product < 0.0 else "+" if product > 0.0 else ""
-    answer = "yes" if of.frame.strength >= LEAST else "no, rounding" if sign == "−" else "no"
+    answer = (
+        tr("yes") if of.frame.strength >= LEAST else tr("no, rounding") if sign == "−" else tr("no")
+    )
     return f"{answer}: {sign}{size} (°)²"
 
 
@@ -117,11 +124,16 @@ def _offset(of: Numbers) -> str:
 
 def _taken(of: Numbers) -> str:
     c = of.correction
-    return f"{plain(100.0 * c.applied, 0)} % of {of.whose}{degrees(c.whole)}: {degrees(c.taken)}"
+    told = {"share": plain(100.0 * c.applied, 0), "whole": degrees(c.whole)}
+    if of.own:
+        text = tr("{share} % of the interval’s {whole}: {taken}", **told, taken=degrees(c.taken))
+    else:
+        text = tr("{share} % of {whole}: {taken}", **told, taken=degrees(c.taken))
+    return text
 
 
 def _apart(c: FrameCorrection) -> str:
-    return f"{plain(np.degrees(c.difference), 3)}° apart"
+    return tr("{angle}° apart", angle=plain(np.degrees(c.difference), 3))
 
 
 def _unsigned(angle: float) -> str:
@@ -134,7 +146,7 @@ def _unsure(reliability: float, near: float) -> str:
 
 SECTIONS = (
     Section(
-        "Parent P = {P}: swing and twist",
+        tr("Parent P = {P}: swing and twist"),
         (
             Equation("a", r"\mathrm{unit}(P\rightarrow C)", ""),
             Equation("q", r"q_\mathrm{swing}\,q_\mathrm{twist}", "2"),
@@ -161,28 +173,30 @@ SECTIONS = (
                 "twist",
                 r"q_\mathrm{swing}^{-1}\,q_P",
                 "7",
-                "printed as q_P q_swing⁻¹, which is the twist about w: the same angle, another "
-                "quaternion",
+                tr(
+                    "printed as q_P q_swing⁻¹, which is the twist about w: the same angle, another "
+                    "quaternion"
+                ),
                 shown=_of_one_swing(lambda d: numbers(d.twist)),
             ),
             Equation(
                 "theta_p",
                 r"2\,\mathrm{atan2}(\vec{q}_\mathrm{twist}\cdot\mathbf{a},\ w_\mathrm{twist})",
                 "8",
-                "printed with the norm of the vector part, which loses the sign",
+                tr("printed with the norm of the vector part, which loses the sign"),
                 shown=_of_one_swing(_theta),
             ),
             Equation(
                 "dtheta_p",
                 r"\mathrm{wrap}(\theta_p(t)-\theta_p(t{-}1))",
                 "9",
-                "printed without wrapping to (−180°, 180°]",
+                tr("printed without wrapping to (−180°, 180°]"),
                 shown=_dtheta_p,
             ),
         ),
     ),
     Section(
-        "Child C = {C}, G = {G}: azimuth about the bone",
+        tr("Child C = {C}, G = {G}: azimuth about the bone"),
         (
             Equation("v", r"\mathbf{R}_C\,\mathbf{b}", "10"),
             Equation(
@@ -195,30 +209,33 @@ SECTIONS = (
                 "dtheta_c",
                 r"\angle_{\mathbf{a}}(\mathbf{v}_\perp(t{-}1),\ \mathbf{v}_\perp(t))",
                 "12",
-                "printed as θ_C(t), but it is the change from frame to frame: "
-                "atan2((v⊥(t−1) × v⊥(t))·a, v⊥(t−1)·v⊥(t))",
+                tr(
+                    "printed as θ_C(t), but it is the change from frame to frame: "
+                    "atan2((v⊥(t−1) × v⊥(t))·a, v⊥(t−1)·v⊥(t))"
+                ),
                 shown=_dtheta_c,
             ),
         ),
     ),
     Section(
-        "Do they twist against each other?",
+        tr("Do they twist against each other?"),
         (
             Equation("product", r"<0\ ?", "1", shown=_opposed),
             Equation("m", r"\min(|\Delta\theta_p|,|\Delta\theta_c|)", "13", shown=_strength),
         ),
     ),
     Section(
-        "Take the error off and keep the child where it is",
+        tr("Take the error off and keep the child where it is"),
         (
             Equation(
                 "err",
-                r"\mathrm{sign}(\Delta\theta_p)\,m\ \ \mathrm{if}\ m\geq\tau,\ \mathrm{else}\ 0",
+                r"\mathrm{sign}(\Delta\theta_p)\,m\ \ "
+                rf"\mathrm{{{_IF}}}\ m\geq\tau,\ \mathrm{{{_ELSE}}}\ 0",
                 "",
                 shown=_err,
             ),
             Equation("offset", r"\mathrm{offset}(t{-}1)+\mathrm{err}(t)", "", shown=_offset),
-            Equation("taken", r"\mathrm{share}\cdot\mathrm{offset}", "", shown=_taken),
+            Equation("taken", rf"\mathrm{{{_SHARE}}}\cdot\mathrm{{offset}}", "", shown=_taken),
             Equation(
                 "parent_after",
                 r"q_P\,R_{\mathbf{a}}(-\delta)",

@@ -7,9 +7,10 @@ from collections.abc import Iterable
 from textwrap import wrap
 
 from PySide6.QtCore import QPoint, QRectF, QSize, QSizeF, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QRegion
+from PySide6.QtGui import QColor, QFocusEvent, QPainter, QPaintEvent, QPalette, QPen, QRegion
 from PySide6.QtWidgets import QAbstractButton, QGridLayout, QLabel, QSizePolicy, QWidget
 
+from inspector.language import tr
 from inspector.teaching.equation_table import SECTIONS, Equation
 from inspector.teaching.section_head import SectionHead
 from inspector.teaching.symbols import SYMBOLS, colour
@@ -26,7 +27,7 @@ _Row = tuple[float, float]
 # Above and below the baseline of a row, heights of the font; by what in a formula asks for more.
 _ROW = (0.83, 0.31)
 _HIGHER_ROWS = {r"\frac": (0.96, 0.54), "^{-1}": (0.89, 0.44)}
-_CONVENTIONS = (
+_CONVENTIONS = tr(
     "Hamilton, scalar first (w, x, y, z); q = swing · twist; rotations are local; degrees."
 )
 
@@ -73,12 +74,14 @@ class SymbolButton(QAbstractButton):
         self._formula = _Typeset(self, typesetter, SYMBOLS[symbol].tex, row)
         self._theme: Theme | None = None
         self._calm = False
+        self._value = ""
         self._ink = self._paper = "#000000"
         self.setCheckable(True)
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)  # painted anew under the mouse
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         words = SYMBOLS[symbol].words
-        self.setToolTip(f"{words[0].upper()}{words[1:]}. Click to light it up.")
+        what = f"{words[0].upper()}{words[1:]}"
+        self.setToolTip(tr("{what}. Click to light it up.", what=what))
         self.setAccessibleName(words)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
@@ -98,6 +101,17 @@ class SymbolButton(QAbstractButton):
             family = "bone" if self._calm else SYMBOLS[self.symbol].family
             self._ink, self._paper = colour(family, theme), theme.surface
             self.update()
+
+    def tell_value(self, value: str) -> None:
+        """What the symbol is now, for those who hear it: said while it has the focus."""
+        self._value = value
+        if self.hasFocus():
+            self.setAccessibleDescription(value)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Its value is heard with its name."""
+        self.setAccessibleDescription(self._value)
+        super().focusInEvent(event)
 
     def sizeHint(self) -> QSize:
         """The formula's."""
@@ -183,7 +197,13 @@ class Equations(QWidget):
         number = soft(QLabel(text, alignment=RIGHT))
         number.setContentsMargins(2, 0, 0, 0)
         if equation.corrected:
-            number.setToolTip(f"Equation {equation.number} is {equation.corrected}.")
+            number.setToolTip(
+                tr(
+                    "Equation {number} is {printed}.",
+                    number=equation.number,
+                    printed=equation.corrected,
+                )
+            )
         equals = QLabel("" if equation.right.startswith("<") else "=")
         # In one cell: the widest formula and the widest number are not of one row.
         both = Wrapping(hbox(right, None), hbox(None, value), spacing=4)
@@ -208,6 +228,7 @@ class Equations(QWidget):
         for equation in itertools.chain(*(section.rows for section in SECTIONS)):
             text = equation.value(numbers) if numbers is not None else ""
             self.values[equation.symbol].setText("\n".join(wrap(text, _LONGEST)))
+            self.buttons[equation.symbol].tell_value(text)
         joints = self._taught.joints
         for head, section in zip(self.heads, SECTIONS, strict=True):
             head.set_text(section.title.format(**joints) if joints else section.bare_title)

@@ -6,6 +6,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QGridLayout, QLabel, QSlider, QSpinBox, QWidget
 
+from inspector.language import tr
 from inspector.teaching.five_trackers import FRAMES, euler_angles, followers, turning
 from inspector.widgets.axes import root_scale
 from inspector.widgets.building import hbox, soft, vbox
@@ -16,18 +17,34 @@ from inspector.widgets.traces import Trace, TracePlot
 from twistcore.rotation import Array
 
 _WORDS = {
-    "Quaternion": "The way from the pose to the input is a rotation itself, the shorter of two. "
-    "It has no seam: what is left is the lag of the gains.",
-    "axis-angle, raw": "At 180° the vector leaps from one end to the other. The tracker runs all "
-    "the way back, through poses nobody made.",
-    "Euler XYZ, raw": "180° becomes −180° between two frames. The tracker takes the leap of the "
-    "number for a motion.",
-    "Euler XYZ, wrapped": "Differences taken into ±180° close the seam. But the three angles do "
-    "not run evenly where the joint does: the faster it turns, the further off.",
-    "Quaternion, first-order": "A straight step, put back onto the sphere, falls short of "
-    "the turn. The next frame's error makes up for it: here it hardly shows.",
+    "Quaternion": tr(
+        "The way from the pose to the input is a rotation itself, the shorter of two. "
+        "It has no seam: what is left is the lag of the gains."
+    ),
+    "axis-angle, raw": tr(
+        "At 180° the vector leaps from one end to the other. The tracker runs all "
+        "the way back, through poses nobody made."
+    ),
+    "Euler XYZ, raw": tr(
+        "180° becomes −180° between two frames. The tracker takes the leap of the "
+        "number for a motion."
+    ),
+    "Euler XYZ, wrapped": tr(
+        "Differences taken into ±180° close the seam. But the three angles do "
+        "not run evenly where the joint does: the faster it turns, the further off."
+    ),
+    "Quaternion, first-order": tr(
+        "A straight step, put back onto the sphere, falls short of "
+        "the turn. The next frame's error makes up for it: here it hardly shows."
+    ),
 }
-_TITLES = {"axis-angle, raw": "Axis-angle"}
+_TITLES = {
+    "Quaternion": tr("Quaternion"),
+    "axis-angle, raw": tr("Axis-angle"),
+    "Euler XYZ, raw": tr("Euler XYZ, raw"),
+    "Euler XYZ, wrapped": tr("Euler XYZ, wrapped"),
+    "Quaternion, first-order": tr("Quaternion, first-order"),
+}
 _EULER = (("X", "before"), ("Y", "accepted"), ("Z", "after"))
 _LEAP = 180.0  # degrees
 
@@ -37,7 +54,7 @@ class FiveTrackers(QWidget):
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent, Qt.WindowType.Window)
-        self.setWindowTitle("Why quaternions")
+        self.setWindowTitle(tr("Why quaternions"))
         self.frame = 0
         self._build(theme)
         self.set_theme(theme)
@@ -48,16 +65,17 @@ class FiveTrackers(QWidget):
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setRange(10, 150)  # hundredths of a turn a second
         self.slider.setValue(40)
-        self.slider.setAccessibleName("Speed of the joint")
+        self.slider.setAccessibleName(tr("Speed of the joint"))
         self.slider.valueChanged.connect(self.refresh)
         self.speed = SteadyLabel()
-        self.at = QSpinBox(minimum=0, maximum=FRAMES - 1, prefix="frame ")
+        self.at = QSpinBox(minimum=0, maximum=FRAMES - 1, prefix=tr("frame "))
+        self.at.setAccessibleName(tr("Frame"))
         self.at.valueChanged.connect(self.go_to)
-        head = hbox("Speed", (self.slider, 1), self.speed, self.at)
+        head = hbox(tr("Speed"), (self.slider, 1), self.speed, self.at)
         self.input_words = Caption()
         self.input = TracePlot(theme, "°")
         self.input.setMinimumHeight(140)
-        self.input.setAccessibleName("Euler angles of the input")
+        self.input.setAccessibleName(tr("Euler angles of the input"))
         grid = QGridLayout()
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(2)
@@ -66,7 +84,9 @@ class FiveTrackers(QWidget):
         for column, name in enumerate(_WORDS):
             title, plot = Caption(), TracePlot(theme, root=True)
             note = soft(QLabel(_WORDS[name], wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop))
-            plot.setAccessibleName(f"{name}: distance from the input over time")
+            plot.setAccessibleName(
+                tr("{tracker}: distance from the input over time", tracker=_TITLES[name])
+            )
             plot.setMinimumHeight(150)
             plot.asked.connect(self.go_to)
             grid.addWidget(title, 0, column)
@@ -100,10 +120,13 @@ class FiveTrackers(QWidget):
             role = "after" if name.startswith("Quaternion") else "before"
             plot.show_lines([Trace(x, root_scale(self.found[name]), role)])
             plot.show_range(FRAMES, 0.0, float(root_scale(max(top, 10.0))))
-        self.speed.setText(f"{0.01 * self.slider.value():.2f} turns/s")
+        speed = tr("{turns:.2f} turns/s", turns=0.01 * self.slider.value())
+        self.speed.setText(speed)
         self.words.set_text(
-            "One joint turns about one axis at 25 Hz. Five trackers follow it with the same gains "
-            "(κP 600, κD 15): how far is each from its input? (√ scale)"
+            tr(
+                "One joint turns about one axis at 25 Hz. Five trackers follow it with the same "
+                "gains (κP 600, κD 15): how far is each from its input? (√ scale)"
+            )
         )
         self.go_to(self.frame)
 
@@ -114,17 +137,20 @@ class FiveTrackers(QWidget):
             self.at.setValue(self.frame)
         for plot in (self.input, *self.plots.values()):
             plot.show_frame(self.frame)
-        keys = " &nbsp; ".join(
-            inked(f"━ {name} {signed(self.angles[self.frame, k], 0)}°", getattr(self._theme, role))
-            for k, (name, role) in enumerate(_EULER)
-        )
-        self.input_words.set_text(f"The input as Euler angles XYZ &nbsp; {keys}")
+        told = [f"{n} {signed(self.angles[self.frame, k], 0)}°" for k, (n, _) in enumerate(_EULER)]
+        inks = [getattr(self._theme, role) for _, role in _EULER]
+        keys = " &nbsp; ".join(inked(f"━ {t}", ink) for t, ink in zip(told, inks, strict=True))
+        self.input_words.set_text(f"{tr('The input as Euler angles XYZ')} &nbsp; {keys}")
+        self.input.setAccessibleDescription(", ".join(told))
         for name, title in self.titles.items():
             distance = self.found[name]
-            title.set_text(
-                f"<b>{_TITLES.get(name, name)}</b><br>{distance[self.frame]:.1f}° off, "
-                f"at most {distance.max():.1f}°"
+            off = tr(
+                "{angle:.1f}° off, at most {most:.1f}°",
+                angle=distance[self.frame],
+                most=distance.max(),
             )
+            title.set_text(f"<b>{_TITLES[name]}</b><br>{off}")
+            self.plots[name].setAccessibleDescription(off)
 
 
 def _broken(angles: Array) -> Array:

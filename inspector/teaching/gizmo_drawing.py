@@ -7,6 +7,7 @@ from PySide6.QtCore import QRectF
 from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
+from inspector.language import tr
 from inspector.session.open_clip import Show
 from inspector.teaching import gizmo_joints
 from inspector.teaching.equation_table import NEAR_SWING
@@ -31,7 +32,7 @@ from twistcore.rotation import Array, conjugate, multiply, rotate
 
 _WIDTHS = {BOLD: 3.0, THIN: 1.6}
 _DIMMED = 0.22  # of what is not lit, beside what is
-_FAMILY = "Swing near 180°: one pose, many (<b>n</b>, θp)"
+_FAMILY = tr("Swing near 180°: one pose, many (<b>n</b>, θp)")
 # What lights up along with a symbol.
 _TOGETHER = {
     "q": ("a", "w", "alpha", "theta_p", "n"),
@@ -79,7 +80,7 @@ class GizmoGuest:
         """Rich text for the corner."""
         theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
         name = f"<b>{chain.label}</b>&nbsp;&nbsp; " if chain is not None else ""
-        captured = f"{inked('□', theme.before)}&nbsp;as captured"
+        captured = f"{inked('□', theme.before)}&nbsp;{tr('as captured')}"
         if stage is not None:
             return (
                 f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;{_stage_words(stage)}"
@@ -88,8 +89,9 @@ class GizmoGuest:
         near = d is not None and d.swing_reliability < NEAR_SWING
         family = f"<br>{_FAMILY}" if near else ""
         if not self._taught.what_if.changes:
-            return f"{name}as captured{family}"
-        return f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;what if{family}"
+            return f"{name}{tr('as captured')}{family}"
+        altered = f"{inked('■', theme.after)}&nbsp;{tr('what if')}"
+        return f"{name}{captured}&nbsp;&nbsp; {altered}{family}"
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
         """Move, paint and label everything for the pose."""
@@ -233,7 +235,7 @@ class GizmoGuest:
 def _stage_words(stage: float) -> str:
     """How much of P's rotation is there, as 0…2 of TaughtFrame."""
     if stage <= 0.0:
-        return "no rotation: along <b>a</b>"
+        return tr("no rotation: along <b>a</b>")
     if stage <= 1.0:
-        return f"swing: {100.0 * stage:.0f}&nbsp;%"
-    return f"swing, then twist: {100.0 * (stage - 1.0):.0f}&nbsp;%"
+        return tr("swing: {percent:.0f}&nbsp;%", percent=100.0 * stage)
+    return tr("swing, then twist: {percent:.0f}&nbsp;%", percent=100.0 * (stage - 1.0))

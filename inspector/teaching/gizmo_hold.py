@@ -16,6 +16,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QToolTip, QWidget
 
+from inspector.language import tr
 from inspector.teaching.gizmo_handles import DIAL, Handles, SwingDrag, TwistDrag, W, taken
 from inspector.teaching.symbols import MARKS, colour
 from inspector.teaching.taught_frame import TaughtFrame, degrees
@@ -27,8 +28,8 @@ from twistcore.rotation import Array, wrap
 _LEFT = Qt.MouseButton.LeftButton
 KEY = Qt.KeyboardModifier.ControlModifier  # no window manager takes a drag with it
 _TIPS = {
-    W: "Drag w: the bone swings. Esc: as it was",
-    DIAL: "Drag the dial: the parent twists; with Ctrl the child counters. Esc: as it was",
+    W: tr("Drag w: the bone swings. Esc: as it was"),
+    DIAL: tr("Drag the dial: the parent twists; with Ctrl the child counters. Esc: as it was"),
 }
 _KNOBS = {False: 5.0, True: 8.0}  # pixels: radius of what can be taken, and under the mouse
 _BESIDE = QPointF(18.0, -22.0)  # pixels from the mouse to the number
@@ -227,9 +228,9 @@ class Hold(QObject):
             if self.under == W:
                 words = f"α {degrees(d.alpha).removeprefix('+')}"
             else:
-                words = f"θp {degrees(d.theta_p) if d.swing_is_one else 'undefined'}"
+                words = f"θp {degrees(d.theta_p) if d.swing_is_one else tr('undefined')}"
             if self.under == DIAL and self._taught.what_if.counter:
-                words += ", child counters"
+                words += tr(", child counters")
         size = view.picture_size()
         corner = np.array([view.width() - size[0], 0.0])
         at = np.stack([places.tip, places.hand_tip])

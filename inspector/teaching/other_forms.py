@@ -6,6 +6,7 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
 
+from inspector.language import tr
 from inspector.teaching.equation_table import OTHER_FORMS
 from inspector.teaching.equations import RightSide
 from inspector.teaching.section_head import SectionHead
@@ -24,14 +25,18 @@ from twistcore.decomposition import (
 from twistcore.rotation import wrap
 
 ROWS = ("order", "minus_q", "euler")  # what a lesson may list
-_UNDEFINED = "undefined: w points against a"
+_UNDEFINED = tr("undefined: w points against a")
 _TIPS = {
-    "order": "Twist first or swing first: the same twist about a and the same α, but another axis "
-    "of the swing, n′ = n turned back by the twist.",
-    "minus_q": "q and −q are one rotation. Before it is wrapped θp of −q is a full turn off.",
-    "euler": "The channels of the file in its order, degrees: the first axis is turned by none of "
-    "the others, the last by both. Near ±90° of the middle one the first and the last turn "
-    "about one line.",
+    "order": tr(
+        "Twist first or swing first: the same twist about a and the same α, but another axis "
+        "of the swing, n′ = n turned back by the twist."
+    ),
+    "minus_q": tr("q and −q are one rotation. Before it is wrapped θp of −q is a full turn off."),
+    "euler": tr(
+        "The channels of the file in its order, degrees: the first axis is turned by none of "
+        "the others, the last by both. Near ±90° of the middle one the first and the last turn "
+        "about one line."
+    ),
 }
 
 
@@ -41,11 +46,11 @@ class OtherForms(QWidget):
     def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
         super().__init__()
         self._taught = taught
-        self.head = SectionHead("The same rotation in other forms", folded=True)
+        self.head = SectionHead(tr("The same rotation in other forms"), folded=True)
         self.values: dict[str, QLabel] = {}
         self._rows: dict[str, list[QWidget]] = {name: [] for name in ROWS}
         self._rights: list[RightSide] = []
-        self.minus = tool_button("−q", "Write the same pose with −q", flat=False)
+        self.minus = tool_button("−q", tr("Write the same pose with −q"), flat=False)
         self.minus.setCheckable(True)
         grid = QGridLayout(self)
         grid.setContentsMargins(4, 0, 6, 4)
@@ -59,9 +64,9 @@ class OtherForms(QWidget):
         self._add(
             grid, 2, "order", "n_after", self._formula(OTHER_FORMS["twist first"], typesetter)
         )
-        self._add(grid, 3, "order", "both", soft(QLabel("the same in both")))
+        self._add(grid, 3, "order", "both", soft(QLabel(tr("the same in both"))))
         self._add(grid, 4, "minus_q", "q", *self._plus_and_minus, self.minus)
-        self._add(grid, 5, "minus_q", "theta_p", soft(QLabel("θp → wrapped")))
+        self._add(grid, 5, "minus_q", "theta_p", soft(QLabel(tr("θp → wrapped"))))
         self._add(grid, 6, "euler", "parent", soft(QLabel()))
         self._add(grid, 7, "euler", "child", soft(QLabel()))
         self._add(grid, 8, "euler", "lock", QLabel())
@@ -128,7 +133,7 @@ class OtherForms(QWidget):
             return
         _, after = other_order(d.q, d.a)
         length = float(np.linalg.norm(after[1:]))
-        none = "n undefined: no swing"
+        none = tr("n undefined: no swing")
         self.values["n"].setText(f"n  {numbers(d.n)}" if d.n_is_defined else none)
         self.values["n_after"].setText(
             f"n′ {numbers(after[1:] / length)}" if d.n_is_defined else none
@@ -160,7 +165,7 @@ class OtherForms(QWidget):
             before.setText(f"{file}: {joints[letter]}")
             found = self._channels(joint)
             if found is None:
-                self.values[key].setText("no three Euler angles in the file")
+                self.values[key].setText(tr("no three Euler angles in the file"))
                 continue
             turned = zip(found.order, found.angles, strict=True)
             self.values[key].setText("  ".join(f"{axis} {degrees(x)}" for axis, x in turned))
@@ -197,4 +202,7 @@ def _lock(found: EulerChannels) -> str:
     first, middle, last = tuple(found.order)
     at = degrees(float(wrap(found.angles[1])))
     apart = degrees(found.between).removeprefix("+")
-    return f"gimbal lock, {middle} {at}: {first} and {last} turn {apart} apart"
+    return tr(
+        "gimbal lock, {middle} {at}: {first} and {last} turn {apart} apart",
+        middle=middle, at=at, first=first, last=last, apart=apart,
+    )  # fmt: skip

@@ -6,6 +6,8 @@ from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QPainter, QPaintEvent, QPalette, QPolygonF
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
+from inspector.language import tr
+
 _ARROW = 8.0  # pixels, and a little room
 _GAP = 6.0
 
@@ -33,7 +35,7 @@ class SectionHead(QAbstractButton):
         """Other words."""
         if text != self.text():
             self.setText(text)
-            self.setToolTip(f"{text}. Click to fold or unfold.")
+            self.setToolTip(tr("{what}. Click to fold or unfold.", what=text))
             self.setAccessibleName(text)
 
     def sizeHint(self) -> QSize:

@@ -6,6 +6,7 @@ from PySide6.QtCore import QElapsedTimer, QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QLabel, QMenu, QSizePolicy, QSlider, QWidget
 
+from inspector.language import tr
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.widgets.building import hbox, tool_button
 
@@ -17,7 +18,7 @@ _SECONDS = 1.6  # of a stage at 1×
 _REST = 0.6  # seconds at the end, before it begins again
 _SPEEDS = {"¼×": 0.25, "½×": 0.5, "1×": 1.0, "2×": 2.0}
 _PLAY, _PAUSE = "▶", "⏸"
-_TIP = (
+_TIP = tr(
     "a → swing → twist: P’s rotation on its way. In the first half the swing takes a to w, in the "
     "second the twist rolls the bone; the children are carried. At the end stands the whole pose."
 )
@@ -30,14 +31,15 @@ class StagePlayer(QWidget):
         super().__init__()
         self._taught = taught
         self._at: float | None = None  # the stage that this player has set
-        self.play = tool_button(_PLAY, "Play: a → swing → twist")
+        self.play = tool_button(_PLAY, tr("Play: a → swing → twist"))
+        self.play.setAccessibleName(self.play.toolTip())
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setRange(0, round(_END * _STEPS))
         self.slider.setPageStep(_STEPS // 4)
         self.slider.setToolTip(_TIP)
-        self.slider.setAccessibleName("Swing, then twist")
+        self.slider.setAccessibleName(tr("Swing, then twist"))
         self.slider.setMinimumWidth(50)
-        self.speed = tool_button("1×", "How fast")
+        self.speed = tool_button("1×", tr("How fast"))
         menu = QMenu(self.speed)
         self.speeds: dict[str, QAction] = {}
         for text in _SPEEDS:
@@ -45,11 +47,12 @@ class StagePlayer(QWidget):
             self.speeds[text].triggered.connect(lambda _=False, t=text: self.speed.setText(t))
         self.speed.setMenu(menu)
         self.speed.setPopupMode(self.speed.ToolButtonPopupMode.InstantPopup)
-        self.loop = tool_button("↻", "Again and again")
+        self.loop = tool_button("↻", tr("Again and again"))
+        self.loop.setAccessibleName(self.loop.toolTip())
         self.loop.setCheckable(True)
         for button in (self.play, self.speed, self.loop):
             button.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self._words = QLabel("a→swing→twist")
+        self._words = QLabel(tr("a→swing→twist"))
         hbox(
             self._words, self.play, (self.slider, 1), self.speed, self.loop,
             owner=self, margins=(0, 0, 0, 0), spacing=_GAP,

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.viewport.frame_drawing import selected_chain
 from inspector.widgets.signed_numbers import signed
@@ -38,7 +39,7 @@ class Numbers(NamedTuple):
 
     frame: Decomposition
     correction: FrameCorrection
-    whose: str = ""  # 'the interval's ' where the selected one's own offset is taken off
+    own: bool = False  # the selected interval's own offset is taken off, no running sum
     staged: bool = False  # the pose that is seen is on its way
 
     @property
@@ -108,9 +109,8 @@ class TaughtFrame(QObject):
             if what_if.applied or stage is not None:
                 off = found.whole
                 shown = decompose(data.motion, chain, frame, what_if, offset=off, stage=stage)
-            whose = "" if own is None else "the interval’s "
             self._known = key
-            self._numbers = Numbers(shown, found, whose, stage is not None)
+            self._numbers = Numbers(shown, found, own is not None, stage is not None)
         return self._numbers
 
     @property
@@ -228,12 +228,13 @@ def joint_names(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
         return told | {"G": names[chain.grandchild]}
     arm, end = np.atleast_2d(chain.arm)[0], skeleton.end_offsets.get(chain.child)
     at_end = end is not None and float(np.linalg.norm(np.cross(arm, end))) < _ALONG
-    return told | {"G": "its End Site" if at_end else "none (an axis of C)"}
+    return told | {"G": tr("its End Site") if at_end else tr("none (an axis of C)")}
 
 
 def reliable(share: float) -> str:
     """How far an angle near its singularity is to be trusted."""
-    return "under 1 % reliable" if share < 0.01 else f"{100.0 * share:.0f} % reliable"
+    percent = tr("under 1") if share < 0.01 else f"{100.0 * share:.0f}"
+    return tr("{percent} % reliable", percent=percent)
 
 
 def numbers(values: Array) -> str:

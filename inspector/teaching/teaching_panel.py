@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QScrollArea, QSizePolicy, QWidget
 
+from inspector.language import tr
 from inspector.teaching.equation_table import typeset_texts
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
@@ -22,8 +23,7 @@ from inspector.widgets.labels import Headline
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
-_EMPTY = "Open a clip and select a chain: its swing, twist and azimuth are taken apart here."
-_WHOLE = "{}: select a chain"
+_EMPTY = tr("Open a clip and select a chain: its swing, twist and azimuth are taken apart here.")
 _FEW_ROWS = 110  # pixels: of the equations, some are always seen
 
 
@@ -49,6 +49,7 @@ class TeachingPanel(QWidget):
             button.setAutoRaise(True)
         head = hbox((self.title, 1), *buttons, margins=(12, 4, 8, 2), spacing=2)
         self.scroll_area = QScrollArea(widgetResizable=True)
+        self.scroll_area.setAccessibleName(tr("Equations"))
         self.other_forms = OtherForms(taught, self.typesetter)
         self.listed = QWidget()
         vbox(
@@ -109,10 +110,11 @@ class TeachingPanel(QWidget):
         chain, document = self._taught.chain, self._taught.document
         if chain is None:
             limb = selected_limb(document)
-            self.title.setText(_WHOLE.format(limb.label) if limb is not None else _EMPTY)
+            whole = tr("{limb}: select a chain", limb=limb.label) if limb is not None else _EMPTY
+            self.title.setText(whole)
             return
         frame = document.frame + document.first_frame
-        self.title.setText(f"{chain.label}, frame {frame}")
+        self.title.setText(tr("{chain}, frame {frame}", chain=chain.label, frame=frame))
 
     def _lit(self) -> None:
         lit = self._taught.lit

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
+from inspector.language import tr
 from inspector.teaching.stage_player import StagePlayer
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if_words import words
@@ -40,18 +42,25 @@ class _Knob:
 
 _LEAST = 36  # pixels of a slider
 _KNOBS = {
-    "twist": _Knob("Twist parent", -180, 180, "Turns the parent about its bone"),
-    "swing": _Knob("Swing α", 0, 180, "The angle between a and w; at 180° the twist is undefined"),
-    "bend": _Knob("Bend", 0, 180, "The angle between v and a; at 0° the limb is straight"),
+    "twist": _Knob(tr("Twist parent"), -180, 180, tr("Turns the parent about its bone")),
+    "swing": _Knob(
+        tr("Swing α"), 0, 180, tr("The angle between a and w; at 180° the twist is undefined")
+    ),
+    "bend": _Knob(tr("Bend"), 0, 180, tr("The angle between v and a; at 0° the limb is straight")),
     "nudge": _Knob(
-        "Nudge", -3, 3, "Tips both bones sideways by up to 3°: little, but at a singularity"
+        tr("Nudge"),
+        -3,
+        3,
+        tr("Tips both bones sideways by up to 3°: little, but at a singularity"),
     ),
     "applied": _Knob(
-        "Apply",
+        tr("Apply"),
         0,
         100,
-        "How much of the offset is taken off (Eq. 14-15), from wrong to right: of the selected "
-        "interval’s own at a frame of it as captured, else of the paper’s running sum offset(t)",
+        tr(
+            "How much of the offset is taken off (Eq. 14-15), from wrong to right: of the selected "
+            "interval’s own at a frame of it as captured, else of the paper’s running sum offset(t)"
+        ),
         " %",
         1,
     ),
@@ -63,6 +72,25 @@ def _told(knob: _Knob, value: float) -> str:
     return f"{number(knob.shown(value), len(str(knob.steps)) - 1)}{knob.unit}"
 
 
+class ToldSlider(QSlider):
+    """Beside its place, which counts steps, those who hear it are told its value with its unit."""
+
+    def __init__(self) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        self._told = ""
+
+    def tell(self, value: str) -> None:
+        """Another value: said while the slider has the focus."""
+        self._told = value
+        if self.hasFocus():
+            self.setAccessibleDescription(value)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """The value is heard with the name."""
+        self.setAccessibleDescription(self._told)
+        super().focusInEvent(event)
+
+
 class WhatIfBox(QWidget):
     """Sliders, the player of the stages, what the child does, reset, and a sentence."""
 
@@ -71,13 +99,13 @@ class WhatIfBox(QWidget):
         self._taught = taught
         self._theme: Theme | None = None
         self._role = ""
-        self.sliders: dict[str, QSlider] = {}
+        self.sliders: dict[str, ToldSlider] = {}
         self.numbers: dict[str, QLabel] = {}
         grid = QGridLayout()
         grid.setHorizontalSpacing(6)
         grid.setVerticalSpacing(2)
         for k, (name, knob) in enumerate(_KNOBS.items()):
-            slider = QSlider(Qt.Orientation.Horizontal)
+            slider = ToldSlider()
             slider.setRange(knob.low * knob.steps, knob.high * knob.steps)
             slider.setPageStep(5 * knob.steps if knob.high > 10 else knob.steps)
             slider.setToolTip(knob.tip)
@@ -97,18 +125,18 @@ class WhatIfBox(QWidget):
         self.player = StagePlayer(taught)
         grid.addWidget(self.player, 2, 4, 1, 3)
         grid.setColumnMinimumWidth(3, 8)
-        self.follow = QPushButton("Child goes along")
-        self.counter = QPushButton("Child counter-twists")
-        self.follow.setToolTip("The parent's twist carries the child: a real movement")
-        self.counter.setToolTip("The child turns back by as much: an axial twist error")
+        self.follow = QPushButton(tr("Child goes along"))
+        self.counter = QPushButton(tr("Child counter-twists"))
+        self.follow.setToolTip(tr("The parent's twist carries the child: a real movement"))
+        self.counter.setToolTip(tr("The child turns back by as much: an axial twist error"))
         group = QButtonGroup(self)
         for button in (self.follow, self.counter):
             button.setCheckable(True)
             group.addButton(button)
         self.follow.setChecked(True)
         self.counter.toggled.connect(lambda on: taught.alter(counter=on))
-        self.reset = QPushButton("Reset")
-        self.reset.setToolTip("The frame as captured")
+        self.reset = QPushButton(tr("Reset"))
+        self.reset.setToolTip(tr("The frame as captured"))
         self.reset.clicked.connect(taught.reset)
         self.words = QLabel(wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop)
         self.words.setMinimumHeight(2 * self.words.fontMetrics().lineSpacing() + 2)
@@ -152,6 +180,7 @@ class WhatIfBox(QWidget):
                 with QSignalBlocker(slider):
                     slider.setValue(place)
             self.numbers[name].setText(_told(knob, value))
+            slider.tell(_told(knob, value))
         for button, on in ((self.counter, what_if.counter), (self.follow, not what_if.counter)):
             if button.isChecked() != on:
                 with QSignalBlocker(button):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from inspector.language import tr
 from inspector.teaching.equation_table import LEAST, NEAR_STRAIGHT, NEAR_SWING
 from inspector.teaching.taught_frame import Numbers, reliable
 from inspector.widgets.signed_numbers import plain, signed
 from twistcore.decomposition import UNDEFINED, Decomposition, WhatIf
 
-_HINT = "The frame as captured. Move a slider: what if …? Nothing of it reaches the review."
+_HINT = tr("The frame as captured. Move a slider: what if …? Nothing of it reaches the review.")
 _TIP = np.radians(1.0)  # the nudge whose effect is told
 _HALF_TURN = np.radians(120.0)  # a twist beyond which wrapping may turn a sign over
 
@@ -40,56 +41,85 @@ def azimuth_per_tip(reliability: float) -> float:
 
 def _on_its_way(d: Decomposition, stage: float) -> str:
     if stage <= 1.0:
-        return f"First the swing: {_share(stage)} of it, α = {_whole(d.alpha)}. It takes a to w."
-    return (
-        f"Then the twist: {_share(stage - 1.0)} of it, θp = {_tenths(d.theta_p)}. It rolls the "
-        "bone about itself: w, n and α stay."
+        return tr(
+            "First the swing: {share} of it, α = {alpha}. It takes a to w.",
+            share=_share(stage),
+            alpha=_whole(d.alpha),
+        )
+    return tr(
+        "Then the twist: {share} of it, θp = {theta}. It rolls the bone about itself: w, n and α "
+        "stay.",
+        share=_share(stage - 1.0),
+        theta=_tenths(d.theta_p),
     )
 
 
 def _singular(d: Decomposition) -> str:
     """Words on the angles that are undefined, or nearly so."""
     turned, straight = d.swing_reliability < NEAR_SWING, d.azimuth_reliability < NEAR_STRAIGHT
-    lies = "is straight" if d.bend < np.pi / 2.0 else "is folded flat"
+    lies = tr("is straight") if d.bend < np.pi / 2.0 else tr("is folded flat")
     if turned and straight:
-        return (
-            f"Both singularities: θp is {_state(d.swing_reliability)}, Δθc "
-            f"{_state(d.azimuth_reliability)}. A nudge of 1° turns n and v⊥ by 5° or more."
+        return tr(
+            "Both singularities: θp is {theta}, Δθc {azimuth}. A nudge of 1° turns n and v⊥ by 5° "
+            "or more.",
+            theta=_state(d.swing_reliability),
+            azimuth=_state(d.azimuth_reliability),
         )
     if not d.swing_is_one:
-        return (
+        return tr(
             "Singularity of θp: w points against a, θp is undefined. One pose has many (n, θp), "
             "none better than another. Nudge, and there is one."
         )
     if turned:
-        return (
-            f"Singularity of θp near: w points almost against a ({reliable(d.swing_reliability)}). "
-            f"Tipped sideways by 1°, θp would change by {_whole(theta_per_tip(d.alpha))}."
+        return tr(
+            "Singularity of θp near: w points almost against a ({reliable}). Tipped sideways by "
+            "1°, θp would change by {angle}.",
+            reliable=reliable(d.swing_reliability),
+            angle=_whole(theta_per_tip(d.alpha)),
         )
     if d.azimuth_reliability <= UNDEFINED:
-        return (
-            f"Singularity of θc: the limb {lies}, v⊥ has no direction, Δθc is undefined, and so is "
-            "m. Nudge, and there is one."
+        return tr(
+            "Singularity of θc: the limb {lies}, v⊥ has no direction, Δθc is undefined, and so is "
+            "m. Nudge, and there is one.",
+            lies=lies,
         )
     if straight:
-        tipped = _whole(azimuth_per_tip(d.azimuth_reliability))
-        return (
-            f"Singularity of θc near: the limb almost {lies} ({reliable(d.azimuth_reliability)}). "
-            f"Tipped sideways by 1°, v⊥ would turn by {tipped}."
+        return tr(
+            "Singularity of θc near: the limb almost {lies} ({reliable}). Tipped sideways by 1°, "
+            "v⊥ would turn by {angle}.",
+            lies=lies,
+            reliable=reliable(d.azimuth_reliability),
+            angle=_whole(azimuth_per_tip(d.azimuth_reliability)),
         )
     if not d.dtheta_p_is_defined:
-        return "θp was undefined in the frame before, so Δθp, the product and m are undefined here."
+        return tr(
+            "θp was undefined in the frame before, so Δθp, the product and m are undefined here."
+        )
     if not d.dtheta_c_is_defined:
-        return "The limb was straight in the frame before, so Δθc, the product and m are undefined."
+        return tr(
+            "The limb was straight in the frame before, so Δθc, the product and m are undefined."
+        )
     return ""
 
 
 def _applied(numbers: Numbers) -> str:
     c = numbers.correction
-    return (
-        f"{_share(c.applied)} of {numbers.whose or 'offset(t) = '}{_tenths(c.whole)} is off P’s "
-        f"twist: m was {_tenths(c.before.strength)}, is {_tenths(numbers.frame.strength)}. C turns "
-        "back as far (15) and stands as it stood (14)."
+    told = {
+        "share": _share(c.applied),
+        "whole": _tenths(c.whole),
+        "before": _tenths(c.before.strength),
+        "now": _tenths(numbers.frame.strength),
+    }
+    if numbers.own:
+        return tr(
+            "{share} of the interval’s {whole} is off P’s twist: m was {before}, is {now}. C turns "
+            "back as far (15) and stands as it stood (14).",
+            **told,
+        )
+    return tr(
+        "{share} of offset(t) = {whole} is off P’s twist: m was {before}, is {now}. C turns back "
+        "as far (15) and stands as it stood (14).",
+        **told,
     )
 
 
@@ -97,13 +127,16 @@ def _event(numbers: Numbers, what_if: WhatIf) -> str:
     d, c = numbers.frame, numbers.correction
     passed = f"m = {_tenths(d.strength)} ≥ τ = {_tenths(c.tau)}"
     if what_if.counter and what_if == WhatIf(twist=what_if.twist, counter=True) and what_if.twist:
-        return (
-            f"P and C twist against each other, {passed}. Only P has turned; C and G stand as "
-            "captured: a twist error."
+        return tr(
+            "P and C twist against each other, {passed}. Only P has turned; C and G stand as "
+            "captured: a twist error.",
+            passed=passed,
         )
-    return (
-        f"Opposed, {passed}: an event, and err = {_signed(c.err)} goes into offset(t). An edge of "
-        "an error, or motion as lively as one."
+    return tr(
+        "Opposed, {passed}: an event, and err = {err} goes into offset(t). An edge of an error, or "
+        "motion as lively as one.",
+        passed=passed,
+        err=_signed(c.err),
     )
 
 
@@ -111,35 +144,37 @@ def _no_event(numbers: Numbers, what_if: WhatIf) -> str:
     d, c = numbers.frame, numbers.correction
     small = f"m = {plain(np.degrees(d.strength), 2)}° < τ = {_tenths(c.tau)}"
     if what_if.counter and min(abs(d.dtheta_p), abs(d.dtheta_c)) > _HALF_TURN:
-        return (
+        return tr(
             "C turns back as far, yet Δθp and Δθc have one sign: near ±180° wrapping turns one "
             "over. The paper’s test is blind to this error."
         )
     if what_if == WhatIf(twist=what_if.twist) and what_if.twist:
         if d.strength >= LEAST:
-            return (
+            return tr(
                 "A pure twist: w, n, α and Δθc stay. Δθp·Δθc < 0 by the child’s own small motion "
-                f"({small}): that is why there is a τ."
+                "({small}): that is why there is a τ.",
+                small=small,
             )
-        return (
+        return tr(
             "A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc stays too: a "
             "real movement, no error."
         )
     if d.strength >= LEAST:
-        return (
-            f"Opposed, but {small}: no event. Natural motion often makes small opposed changes; "
-            "that is why there is a τ."
+        return tr(
+            "Opposed, but {small}: no event. Natural motion often makes small opposed changes; "
+            "that is why there is a τ.",
+            small=small,
         )
     kept = WhatIf(swing=what_if.swing, toward=what_if.toward, counter=what_if.counter)
     if what_if.changes and what_if == kept:
-        return "Another swing with the same twist: w and q_swing change; θp, v and Δθc stay."
+        return tr("Another swing with the same twist: w and q_swing change; θp, v and Δθc stay.")
     if what_if.changes and what_if == WhatIf(bend=what_if.bend, counter=what_if.counter):
-        return "Another bend of the child: v changes, v⊥ keeps its direction; P and Δθc stay."
-    return f"No event: {small}." if what_if.changes else _HINT
+        return tr("Another bend of the child: v changes, v⊥ keeps its direction; P and Δθc stay.")
+    return tr("No event: {small}.", small=small) if what_if.changes else _HINT
 
 
 def _state(reliability: float) -> str:
-    return "undefined" if reliability <= UNDEFINED else reliable(reliability)
+    return tr("undefined") if reliability <= UNDEFINED else reliable(reliability)
 
 
 def _share(x: float) -> str:

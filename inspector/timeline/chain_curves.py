@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.timeline.curve_values import centre_of, degrees_about, unreliable_spans
 from inspector.timeline.curves import NOTHING, SAME, Curves, in_degrees, number, widened
@@ -22,12 +23,12 @@ class ChainCurves(Curves):
     panes: Mapping[str, str] = {
         "theta": "θ (°)",
         "delta": "Δθ (°)",
-        "strength": "strength (°)",
-        "other": "strength (°)",
-        "offset": "offset (°)",
+        "strength": tr("strength (°)"),
+        "other": tr("strength (°)"),
+        "offset": tr("offset (°)"),
     }
-    unreliable_words = "azimuth unreliable"
-    unreliable_hint = (
+    unreliable_words = tr("azimuth unreliable")
+    unreliable_hint = tr(
         "Limb nearly straight: the azimuth θc, and so the strength, is unreliable here."
     )
 
@@ -91,8 +92,11 @@ class ChainCurves(Curves):
         """Words and the numbers at a frame, as (text, colour role), by plot."""
         out = {}
         after = self._after
-        for key, words, prefix in (("theta", "Twist ", ""), ("delta", "Per frame ", "d")):
-            title = [(words, "soft")]
+        for key, words, prefix in (
+            ("theta", tr("Twist"), ""),
+            ("delta", tr("Per frame"), "d"),
+        ):
+            title = [(f"{words} ", "soft")]
             for k, name in _ANGLES:
                 symbol = ("Δ" if prefix else "") + "θ" + k + (" ╌" if k == "c" else "")
                 title.append((symbol, "text"))
@@ -102,21 +106,21 @@ class ChainCurves(Curves):
                     title.append((number(getattr(after, turned), frame), "after"))
                 title.append(("   ", "soft"))
             if key == "theta":
-                title += [("━ before ", "before"), ("━ after", "after")]
+                title += [(f"{tr('━ before')} ", "before"), (tr("━ after"), "after")]
             else:
-                title.append(("√ scale", "soft"))
+                title.append((tr("√ scale"), "soft"))
             out[key] = title
         own = in_degrees(self.strength[frame])
         if self._method == "paper":
-            strength = [("Strength ", "soft"), ("m", "text"), (own, "before")]
+            strength = [(f"{tr('Strength')} ", "soft"), ("m", "text"), (own, "before")]
         else:
             m = in_degrees(float(np.degrees(self._before.strength[frame])))
             strength = [
-                ("Strength ", "soft"),
+                (f"{tr('Strength')} ", "soft"),
                 (own, "before"),
-                ("   paper's m ╌", "soft"),
+                ("   " + tr("paper's m ╌"), "soft"),
                 (m, "soft"),
             ]
-        out["strength"] = [*strength, ("   √ scale", "soft")]
+        out["strength"] = [*strength, (f"   {tr('√ scale')}", "soft")]
         out["offset"] = self.offset_title(frame)
         return out

@@ -8,6 +8,7 @@ from functools import partial
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.timeline.tau_line import set_tau_degrees
 from inspector.timeline.visible_range import VisibleRange
@@ -39,19 +40,19 @@ def context_menu(
         return action
 
     there = judged or document.interval
-    add("Zoom to interval", lambda: visible.zoom_to_interval(there), enabled=there is not None)
-    add("Show all", visible.show_all)
+    add(tr("Zoom to interval"), lambda: visible.zoom_to_interval(there), enabled=there is not None)
+    add(tr("Show all"), visible.show_all)
     for text, slot in plots:
         add(text, slot)
     menu.addSeparator()
-    add(f"New interval at frame {at}", lambda: document.insert_interval(at))
+    add(tr("New interval at frame {frame}", frame=at), lambda: document.insert_interval(at))
     if degrees > 0.0:
-        add(f"Set τ to {degrees:.1f}°", lambda: set_tau_degrees(document, degrees))
+        add(tr("Set τ to {tau:.1f}°", tau=degrees), lambda: set_tau_degrees(document, degrees))
     menu.addSeparator()
     for text, decision in (
-        ("Accept", Decision.ACCEPTED),
-        ("Reject", Decision.REJECTED),
-        ("Reset to undecided", Decision.UNDECIDED),
+        (tr("Accept"), Decision.ACCEPTED),
+        (tr("Reject"), Decision.REJECTED),
+        (tr("Reset to undecided"), Decision.UNDECIDED),
     ):
         able = there is not None and there.decision != decision
         add(text, partial(document.decide, decision, [there.id] if there else []), enabled=able)

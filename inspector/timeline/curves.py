@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.timeline.pane import Pane
 from inspector.widgets.signed_numbers import plain
@@ -75,7 +76,7 @@ class Curves(ABC):
     def offset_title(self, frame: int) -> list[tuple[str, str]]:
         """The words over it."""
         offset = self.document.offset(self.document.chain)
-        return [("Offset taken out ", "soft"), (number(offset, frame), "text")]
+        return [(f"{tr('Offset taken out')} ", "soft"), (number(offset, frame), "text")]
 
     def grow(self, pane: Pane, degrees: Array) -> None:
         """Widen a plot's range where a curve leaves it; it never narrows under the hand."""

@@ -11,6 +11,7 @@ import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu, QWidget
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.why_here import peak_near, reason_here, told
 from inspector.timeline.context_menu import context_menu
@@ -182,8 +183,9 @@ class Gestures:
     def _words(self, start: int, stop: int = 0) -> str:
         first = self._document.first_frame
         if stop - start < 2:
-            return f"frame {start + first}"
-        return f"frames {start + first}–{stop - 1 + first} ({stop - start})"
+            return tr("frame {frame}", frame=start + first)
+        last, n = stop - 1 + first, stop - start
+        return tr("frames {first}–{last} ({n})", first=start + first, last=last, n=n)
 
     def _end(self, drawn: tuple[int, int] | None) -> None:
         """Let go; drawn: the frames [start, stop) of a new interval."""
@@ -284,13 +286,16 @@ class Gestures:
     def _hint(self, judged: Judged | None, frame: float) -> str:
         """What a tool tip says of a place."""
         if judged is not None:
-            i, first = judged.interval, self._document.first_frame
+            i = judged.interval
+            kind, decision = of_core(i.kind), of_core(judged.decision)
             lines = [
-                f"{i.chain}  frames {i.start + first}–{i.stop - 1 + first} ({i.frames})",
-                f"{i.kind}, δ {signed(np.degrees(i.size))}°, {judged.decision}",
+                f"{i.chain}  {self._words(i.start, i.stop)}",
+                f"{kind}, δ {signed(np.degrees(i.size))}°, {decision}",
             ]
             if not judged.supported:
-                lines.append("No longer found at this τ; kept because you decided or edited it.")
+                lines.append(
+                    tr("No longer found at this τ; kept because you decided or edited it.")
+                )
             if judged.note:
                 lines.append(judged.note)
             return "\n".join(lines)

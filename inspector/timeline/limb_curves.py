@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.timeline.curve_values import above, rarest, unreliable_spans
 from inspector.timeline.curves import NOTHING, SAME, Curves, in_degrees, number, widened
@@ -20,12 +21,12 @@ class LimbCurves(Curves):
 
     panes: Mapping[str, str] = {
         "theta": "φ (°)",
-        "height": "off line (%)",
+        "height": tr("off line (%)"),
         "strength": "Δφ (°)",
-        "offset": "offset (°)",
+        "offset": tr("offset (°)"),
     }
-    unreliable_words = "φ unreliable"
-    unreliable_hint = "Limb nearly straight: its swivel φ means nothing here."
+    unreliable_words = tr("φ unreliable")
+    unreliable_hint = tr("Limb nearly straight: its swivel φ means nothing here.")
 
     def __init__(self, document: Document) -> None:
         limb, flips = document.find_chain(document.chain), document.limb
@@ -74,27 +75,29 @@ class LimbCurves(Curves):
     def titles(self, frame: int) -> dict[str, list[tuple[str, str]]]:
         """Words and the numbers at a frame, as (text, colour role), by plot."""
         swivel, after = self._flips.swivel, float(np.degrees(np.abs(self._departures[frame])))
+        joint = of_core(self._limb.middle_word)
+        joint = joint[:1].upper() + joint[1:]
         return {
             "theta": [
-                ("Swivel ", "soft"),
+                (f"{tr('Swivel')} ", "soft"),
                 ("φ", "text"),
                 (number(swivel.angle, frame), "before"),
                 (number(self._after, frame), "after"),
                 ("   ", "soft"),
-                ("━ before ", "before"),
-                ("━ after", "after"),
+                (f"{tr('━ before')} ", "before"),
+                (tr("━ after"), "after"),
             ],
             "height": [
-                (f"{self._limb.middle_word.capitalize()} off the line ", "soft"),
+                (f"{tr('{joint} off the line', joint=joint)} ", "soft"),
                 (f"{self._height[frame]:5.1f} %", "text"),
-                (" of the limb", "soft"),
+                (f" {tr('of the limb')}", "soft"),
             ],
             "strength": [
-                ("Jump per frame ", "soft"),
+                (f"{tr('Jump per frame')} ", "soft"),
                 ("Δφ", "text"),
                 (in_degrees(float(self.strength[frame])), "before"),
                 (in_degrees(after), "after"),
-                ("   √ scale", "soft"),
+                (f"   {tr('√ scale')}", "soft"),
             ],
             "offset": self.offset_title(frame),
         }

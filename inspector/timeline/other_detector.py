@@ -6,6 +6,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtWidgets import QWidget
 
+from inspector.language import plural, tr
 from inspector.session.document import Document
 from inspector.timeline.gestures import Gestures, Hit, Part
 from inspector.timeline.layers import Scenery
@@ -17,8 +18,8 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.detection import DETECTORS
 from twistcore.review import Judged
 
-_NAMES = {"paper": "Paper's detector", "consistency": "Our detector"}
-_STRENGTHS = {"paper": "m", "consistency": "strength"}
+_NAMES = {"paper": tr("Paper's detector"), "consistency": tr("Our detector")}
+_STRENGTHS = {"paper": "m", "consistency": tr("strength")}
 _HEADROOM = 2.2  # times τ that the plot reaches at least
 
 
@@ -92,9 +93,9 @@ class OtherDetector(Pane):
         self._line.setValue(float(np.sqrt(degrees)))
         self.show_tau(self._line.value(), tau_words(degrees))
         self.show_values(0.0, max(float(strength.max(initial=0.0)), _HEADROOM * degrees))
-        count = "1 interval" if len(found) == 1 else f"{len(found)} intervals"
+        count = plural("{n} interval", "{n} intervals", len(found))
         title = [(f"{_NAMES[self.method]} ", "soft"), (_STRENGTHS[self.method], "text")]
-        self.show_title([*title, (f"   {count}", "text"), ("   √ scale", "soft")])
+        self.show_title([*title, (f"   {count}", "text"), (f"   {tr('√ scale')}", "soft")])
         self.touch()
 
     def _begin(self, clip: ClipAnalysis) -> None:

@@ -9,6 +9,7 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from inspector.language import tr
 from inspector.timeline.visible_range import SMALLEST
 from inspector.widgets.theme import Theme, mixed
 from twistcore.review import Decision, Judged
@@ -62,11 +63,13 @@ class OverviewStrip(QWidget):
         self._others: tuple[object, list[Judged], QPixmap] | None = None
         self.setFixedHeight(HEIGHT)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setAccessibleName("Overview of the clip")
+        self.setAccessibleName(tr("Overview of the clip"))
         self.setToolTip(
-            "Whole clip: intervals of every chain, the selected chain large.\n"
-            "Click an interval to select it, elsewhere to move the playhead.\n"
-            "Drag the window of what the plots show, or its edges; beside it the playhead."
+            tr(
+                "Whole clip: intervals of every chain, the selected chain large.\n"
+                "Click an interval to select it, elsewhere to move the playhead.\n"
+                "Drag the window of what the plots show, or its edges; beside it the playhead."
+            )
         )
 
     # -- what it shows ------------------------------------------------------------------------

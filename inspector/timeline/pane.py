@@ -12,6 +12,7 @@ from PySide6.QtCore import QEvent, QRectF, Qt, Signal
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QWidget
 
+from inspector.language import tr_as
 from inspector.timeline.curve_line import Line
 from inspector.timeline.curve_values import thinned
 from inspector.timeline.layers import BackLayer, FrontLayer, Scenery
@@ -189,7 +190,7 @@ class Pane(Canvas):
         axis = self.axes["bottom"]
         axis.setStyle(showValues=shown)
         axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)
-        self.front.time = "frame" if shown else ""
+        self.front.time = tr_as("axis", "frame") if shown else ""
         self._bottom_shown = shown
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:

@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QColor, QPalette
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.timeline.chain_curves import ChainCurves
 from inspector.timeline.curves import Curves
@@ -20,6 +21,7 @@ from inspector.timeline.other_detector import Onlooker, OtherDetector
 from inspector.timeline.overview import OverviewStrip
 from inspector.timeline.pane import AXIS_WIDTH, CurveStyle, Pane
 from inspector.timeline.pane_grid import PaneGrid
+from inspector.timeline.plot_descriptions import PlotDescriptions
 from inspector.timeline.tau_line import ChainTauLine, colour_tau
 from inspector.timeline.visible_range import VisibleRange
 from inspector.timeline.what_if_dots import WhatIfDots
@@ -30,12 +32,12 @@ from inspector.widgets.theme import Theme, figures_font
 from twistcore.review import Judged
 
 _TITLES = {  # from top to bottom
-    "theta": "Twist θp and azimuth θc; a limb's swivel φ",
-    "delta": "Per frame: Δθp and Δθc",
-    "height": "A limb's middle joint off its line",
-    "strength": "Strength with τ",
-    "other": "The other detector",
-    "offset": "Offset taken out",
+    "theta": tr("Twist θp and azimuth θc; a limb's swivel φ"),
+    "delta": tr("Per frame: Δθp and Δθc"),
+    "height": tr("A limb's middle joint off its line"),
+    "strength": tr("Strength with τ"),
+    "other": tr("The other detector"),
+    "offset": tr("Offset taken out"),
 }
 _BEFORE_AND_AFTER = (
     CurveStyle("c_before", "before", dashed=True),
@@ -58,7 +60,7 @@ _STYLES = {  # of the plots that are shown at first
 }
 
 
-_ONE_DETECTOR = "Flips of a limb have one detector; the other is shown with a chain."
+_ONE_DETECTOR = tr("Flips of a limb have one detector; the other is shown with a chain.")
 
 
 class Timeline(QWidget):
@@ -96,8 +98,8 @@ class Timeline(QWidget):
         self.overview.ranged.connect(self.visible.show)
         self.readout = SteadyLabel(self)
         self.readout.setFont(figures_font(9.0))
-        self.readout.setToolTip("Playhead")
-        self.plots_button = tool_button("Plots ▾", "Choose which plots are shown")
+        self.readout.setToolTip(tr("Playhead"))
+        self.plots_button = tool_button(f"{tr('Plots')} ▾", tr("Choose which plots are shown"))
         self.plots_button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
         self.plots_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._head = hbox(
@@ -146,6 +148,7 @@ class Timeline(QWidget):
         self.gestures.plots = self._menu_rows
         layout.addWidget(self.grid, 1)
         self.setMinimumHeight(120)
+        PlotDescriptions(self.document, {_TITLES[key]: p for key, p in self.panes.items()}, self)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
         """Show or hide a plot, by its key; some mean something of a limb only, some of a chain."""
@@ -192,8 +195,8 @@ class Timeline(QWidget):
 
     def _menu_rows(self, key: str) -> tuple[tuple[str, Callable[[], None]], ...]:
         """What the menu of a plot can do to it."""
-        alone = "All plots" if self.grid.alone else "This plot alone"
-        fit = "Fit its height", self.panes[key].time.fit
+        alone = tr("All plots") if self.grid.alone else tr("This plot alone")
+        fit = tr("Fit its height"), self.panes[key].time.fit
         return fit, (alone, partial(self.grid.enlarge, key))
 
     def fit(self) -> None:
@@ -207,10 +210,11 @@ class Timeline(QWidget):
         self._show_other()
         seen, wanted = len(self.grid.shown), len(self.grid.wanted)
         hidden = seen < wanted and self.document.data is not None
-        some = f"{seen} of {wanted} " if hidden else ""
-        self.plots_button.setText(f"Plots {some}▾")
-        room = "" if self.grid.alone or not some else ". A higher panel has room for the others."
-        self.plots_button.setToolTip(f"Choose which plots are shown{room}")
+        some = tr("Plots {seen} of {wanted}", seen=seen, wanted=wanted) if hidden else tr("Plots")
+        self.plots_button.setText(f"{some} ▾")
+        tip = tr("Choose which plots are shown")
+        room = tr("A higher panel has room for the others.")
+        self.plots_button.setToolTip(tip if self.grid.alone or not hidden else f"{tip}. {room}")
 
     def set_theme(self, theme: Theme) -> None:
         """Other colours."""
@@ -300,9 +304,9 @@ class Timeline(QWidget):
         if data is None or not document.chain:
             self.scenery.set_intervals(())
             self.grid.show_hint(
-                "No chain in this skeleton: nothing twists against its parent."
+                tr("No chain in this skeleton: nothing twists against its parent.")
                 if data is not None
-                else "Open a clip to see its twist over time."
+                else tr("Open a clip to see its twist over time.")
             )
             return
         curves = LimbCurves(document) if document.limb is not None else ChainCurves(document)
@@ -377,9 +381,9 @@ class Timeline(QWidget):
             return
         step = document.data.motion.frame_time
         first, last = document.first_frame, document.frames - 1
-        frame = f"{document.frame + first:{len(str(last + first))}d}"
+        at = f"{document.frame + first:{len(str(last + first))}d} / {last + first}"
         seconds = f"{document.frame * step:{len(f'{last * step:.3f}')}.3f}"
-        self.readout.setText(f"frame {frame} / {last + first} · {seconds} s")
+        self.readout.setText(tr("frame {at} · {seconds} s", at=at, seconds=seconds))
 
     def _show_titles(self) -> None:
         if self._curves is None:

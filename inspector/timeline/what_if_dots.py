@@ -13,6 +13,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
+from inspector.language import tr
 from inspector.timeline.curves import Curves, in_degrees
 from inspector.timeline.layers import Layer, Scenery
 from inspector.timeline.pane import Pane
@@ -53,7 +54,7 @@ class WhatIfDots:
         for name, symbol, ring in _SHOWN.get(key, ()):
             if name in self._values:
                 angle = in_degrees(float(np.degrees(self._values[name]))).strip()
-                first = "" if told else " what if"
+                first = "" if told else f" {tr('what if')}"
                 told.append((f"  {first} {symbol} {'○' if ring else '●'} {angle}", "after"))
         return told
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.tuning.strength_histogram import bar_of, bar_words
 from twistcore.rotation import Array
@@ -71,4 +72,10 @@ class BarFrames:
         if not len(at):
             return ""
         frame = self._document.frame + self._document.first_frame
-        return f"frame {frame}, {at[0] + 1} of {len(own)} in {bar_words(self.chosen)}"
+        return tr(
+            "frame {frame}, {k} of {n} in {bar}",
+            frame=frame,
+            k=at[0] + 1,
+            n=len(own),
+            bar=bar_words(self.chosen),
+        )

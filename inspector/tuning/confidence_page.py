@@ -6,22 +6,24 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QCheckBox, QLabel, QLineEdit, QStackedLayout, QWidget
 
+from inspector.language import of_core, tr, tr_as
 from inspector.session.document import Document
 from inspector.tuning.remembered_profiles import keep_profile
 from inspector.tuning.verdict_evidence import CLIP, FOLDER, RIG, VerdictEvidence
 from inspector.tuning.verdict_page import NARROW
 from inspector.tuning.verdict_plots import ReliabilityPlot
 from inspector.widgets.building import Wrapping, hbox, hint, tool_button, vbox
-from inspector.widgets.labels import Caption, inked
+from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Theme
 from twistcore.tuning.learned_confidence import ENOUGH
 from twistcore.tuning.learned_profile import LearnedProfile
 
-_NOTHING = (
-    f"Nothing is learned yet. From {ENOUGH} verdicts on listed intervals on, in this clip and in "
-    "sessions beside its folder's other clips, the confidence is fitted to what you accept."
+_NOTHING = tr(
+    "Nothing is learned yet. From {n} verdicts on listed intervals on, in this clip and in "
+    "sessions beside its folder's other clips, the confidence is fitted to what you accept.",
+    n=ENOUGH,
 )
-_PAPER = "The paper's detector has no confidence: there is nothing to learn."
+_PAPER = tr("The paper's detector has no confidence: there is nothing to learn.")
 
 
 class ConfidencePage(QWidget):
@@ -38,23 +40,30 @@ class ConfidencePage(QWidget):
         self.hint = hint(_NOTHING)
         self._pages = QStackedLayout(self)
         self.plot = ReliabilityPlot(theme)
-        self.plot.setAccessibleName("Share accepted against confidence")
+        self.plot.setAccessibleName(tr("Share accepted against confidence"))
         self.plot.setToolTip(
-            "Across: the confidence of intervals. Up: the share of them that was accepted.\n"
-            "On the dashed line a confidence means what it says."
+            tr(
+                "Across: the confidence of intervals. Up: the share of them that was accepted.\n"
+                "On the dashed line a confidence means what it says."
+            )
         )
         self.legend, self.words = Caption(), Caption(soft=True)
-        self.use = QCheckBox("Use learned confidence")
+        self.use = QCheckBox(tr("Use learned confidence"))
         self.use.setToolTip(
-            "In the list, for filters and for 'Accept the sure ones';\n"
-            "sessions and exports keep the detector's own"
+            tr(
+                "In the list, for filters and for 'Accept the sure ones';\n"
+                "sessions and exports keep the detector's own"
+            )
         )
         self.use.toggled.connect(self._use)
-        self.performer = QLineEdit(placeholderText="unknown")
-        self.performer.setToolTip("Who performs this clip: verdicts are counted by performer, too")
+        self.performer = QLineEdit(placeholderText=tr_as("performer", "unknown"))
+        self.performer.setAccessibleName(tr("Performer"))
+        self.performer.setToolTip(
+            tr("Who performs this clip: verdicts are counted by performer, too")
+        )
         self.performer.setMaximumWidth(110)
         self.performer.editingFinished.connect(self._name)
-        self.remember = tool_button("Remember", "", flat=False)
+        self.remember = tool_button(tr("Remember"), "", flat=False)
         self.remember.clicked.connect(self.keep)
         self.figure = QWidget()
         figure = self.legend, (self.plot, 1), self.words
@@ -63,7 +72,7 @@ class ConfidencePage(QWidget):
         self._pages.addWidget(learning)
         whose = Wrapping(
             hbox(self.use, None, spacing=4),
-            hbox(QLabel("Performer"), self.performer, self.remember, None, spacing=4),
+            hbox(QLabel(tr("Performer")), self.performer, self.remember, None, spacing=4),
             spacing=6,
         )
         parts = (self.hint, 1), (self.figure, 1), whose
@@ -106,7 +115,8 @@ class ConfidencePage(QWidget):
         try:
             performers.name(data.clip.path, name)
         except OSError as error:
-            self._document.message.emit(f"The name is not kept ({error.strerror}).", True)
+            why = of_core(error.strerror)
+            self._document.message.emit(tr("The name is not kept ({why}).", why=why), True)
         self._evidence.again()
 
     def keep(self) -> None:
@@ -118,11 +128,15 @@ class ConfidencePage(QWidget):
         try:
             path = keep_profile(found, data.clip.path.parent.name)
         except OSError as error:
-            self._document.message.emit(f"The profile is not kept ({error.strerror}).", True)
+            why = of_core(error.strerror)
+            self._document.message.emit(tr("The profile is not kept ({why}).", why=why), True)
             return
-        self._document.message.emit(
-            f"{whose}: remembered as {path.name}. It is offered when such a clip opens.", False
+        told = tr(
+            "{whose}: remembered as {name}. It is offered when such a clip opens.",
+            whose=whose,
+            name=path.name,
         )
+        self._document.message.emit(told, False)
 
     # -- drawing ------------------------------------------------------------------------------
 
@@ -148,9 +162,12 @@ class ConfidencePage(QWidget):
         self.remember.setToolTip(
             borrowed.why
             if borrowed
-            else f"Keep τ and learned confidence ({whose}); offered when such a clip opens"
+            else tr(
+                "Keep τ and learned confidence ({whose}); offered when such a clip opens",
+                whose=whose,
+            )
             if found
-            else "From 10 accepted intervals on there is a τ to remember"
+            else tr("From 10 accepted intervals on there is a τ to remember")
         )
         if known and found is not None:
             self._show(whose, found)
@@ -160,17 +177,21 @@ class ConfidencePage(QWidget):
         assert found.before is not None
         assert found.after is not None
         self.plot.show_reliability(found.before, found.after)
-        self.legend.set_text(
-            inked(f"■ detector's off by {100 * found.before.error:.1f} points", theme.before)
-            + " &nbsp; "
-            + inked(f"● learned {100 * found.after.error:.1f}", theme.after)
-        )
+        before, after = 100 * found.before.error, 100 * found.after.error
+        own = tr("■ detector's off by {points:.1f} points", points=before)
+        learned = tr("● learned {points:.1f}", points=after)
+        self.legend.set_text(f"{inked(own, theme.before)} &nbsp; {inked(learned, theme.after)}")
+        self.plot.setAccessibleDescription(plain_text(self.legend.text()))
         confidence = found.profile.confidence
         assert confidence is not None
         used = self._document.learned
         stale = used is not None and used != confidence
-        self.words.set_text(
-            f"{whose}: learned from {confidence.accepted} accepted and {confidence.rejected} "
-            "rejected intervals; each dot's were held out when its confidence was learned."
-            + (" What is used now was learned before: tick again to take this." if stale else "")
+        told = tr(
+            "{whose}: learned from {accepted} accepted and {rejected} rejected intervals; "
+            "each dot's were held out when its confidence was learned.",
+            whose=whose,
+            accepted=confidence.accepted,
+            rejected=confidence.rejected,
         )
+        again = tr("What is used now was learned before: tick again to take this.")
+        self.words.set_text(f"{told} {again}" if stale else told)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from inspector.language import of_core, tr, use_language
+from inspector.language.catalogue import SOURCE
 from twistcore.errors import TwistError
 from twistcore.formats import read_clip
 from twistcore.rig import Rig
@@ -20,7 +22,7 @@ class Request:
     """Which clip, as it was opened (its SHA-256), by which detector, judged how, which chains.
 
     rig: of which set of chains; left_out: frames in which nothing counts; draws: of errors, a chain
-    and protocol.
+    and protocol; language: of the sentence why not.
     """
 
     path: Path
@@ -31,6 +33,7 @@ class Request:
     rig: Rig
     left_out: tuple[Span, ...]
     draws: int
+    language: str = SOURCE
 
 
 @dataclass(frozen=True)
@@ -48,10 +51,15 @@ def measure(pipe: Connection, request: Request) -> None:
     """
     if hasattr(os, "nice"):
         os.nice(_NICE)
+    use_language(request.language)
     try:
         clip = read_clip(request.path)
         if clip.sha256 != request.sha256:
-            pipe.send(f"{clip.name} has changed on disk: open it again to measure what τ costs.")
+            changed = tr(
+                "{clip} has changed on disk: open it again to measure what τ costs.",
+                clip=clip.name,
+            )
+            pipe.send(changed)
             return
         tuning = clip_tuning(
             clip.motion,
@@ -72,7 +80,7 @@ def measure(pipe: Connection, request: Request) -> None:
             pipe.send((name, tuning.curve(name)))
         pipe.send(None)
     except TwistError as error:
-        pipe.send(str(error))
+        pipe.send(of_core(error))
     except (BrokenPipeError, EOFError):
         return  # nobody waits for the rest
     except Exception as error:  # a defect of ours is told, and takes only this process down

@@ -10,6 +10,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
+from inspector.language import of_core, plural, tr
 from inspector.session.document import BLIND, Document
 from inspector.tuning.bar_frames import BarFrames
 from inspector.tuning.cost_plot import CostPlot
@@ -17,11 +18,11 @@ from inspector.tuning.strength_histogram import Histogram
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
-from inspector.widgets.labels import Caption, inked
+from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Theme
 from twistcore.tuning.cost_words import band_words, count_words, fsr_words
 
-_NO_COSTS = "What τ costs is measured for chains; a limb has its automatic τ."
+_NO_COSTS = tr("What τ costs is measured for chains; a limb has its automatic τ.")
 
 
 class CurvesPage(QWidget):
@@ -45,15 +46,15 @@ class CurvesPage(QWidget):
         self.bars = BarFrames(document)
         self.histogram, self.cost = Histogram(theme), CostPlot(theme)
         for plot, name in (
-            (self.histogram, "Frames by strength"),
-            (self.cost, "FSR and false alarms against τ"),
+            (self.histogram, tr("Frames by strength")),
+            (self.cost, tr("FSR and false alarms against τ")),
         ):
             plot.setAccessibleName(name)
             plot.asked.connect(self._ask)
             plot.dropped.connect(self.dropped)
-        tau = "Drag the τ line, or double click where it should be"
+        tau = tr("Drag the τ line, or double click where it should be")
         self.cost.setToolTip(tau)
-        self.histogram.setToolTip(f"A click on a bar goes to its frames. {tau}")
+        self.histogram.setToolTip(f"{tr('A click on a bar goes to its frames.')} {tau}")
         self.histogram.picked.connect(self._pick)
         document.frame_changed.connect(self._say_where)
         document.numbering_changed.connect(self._say_where)
@@ -120,19 +121,27 @@ class CurvesPage(QWidget):
         """What stands above the plots, and the line below."""
         self.strength_words.set_text(self._strength_text(degrees))
         left = int((~self._counted).sum())
-        self.strength_words.setToolTip(f"{left} frames are left out (Suggestion)" if left else "")
+        out = plural(
+            "{n} frame is left out (Suggestion)", "{n} frames are left out (Suggestion)", left
+        )
+        self.strength_words.setToolTip(out if left else "")
         limb = self._document.limb is not None
         self.cost_words.set_text(_NO_COSTS if limb else self._cost_text())
         found = len(self._document.review.state.of_chain(self._document.chain))
-        count = "1 interval" if found == 1 else f"{found} intervals"
-        parts = [f"{count} at τ {degrees:.2f}°"]
+        at = plural(
+            "{n} interval at τ {tau:.2f}°", "{n} intervals at τ {tau:.2f}°", found, tau=degrees
+        )
+        parts = [at]
         if (curve := self._costs.curves.get(self._document.chain)) is not None:
             cost = curve.cost(float(np.radians(degrees)))
-            parts += [f"FSR {fsr_words(cost)}", f"false alarms {count_words(cost)}"]
-            self.state.setToolTip(band_words(cost))
+            alarms = tr("false alarms {count}", count=count_words(cost))
+            parts += [f"FSR {fsr_words(cost)}", alarms]
+            self.state.setToolTip(of_core(band_words(cost)))
         if not limb and (progress := self.progress()):
             parts.append(progress)
         self.state.set_text(" · ".join(parts))
+        self.histogram.setAccessibleDescription(plain_text(self.strength_words.text()))
+        self.cost.setAccessibleDescription(self.state.text())
 
     def _strength_text(self, degrees: float) -> str:
         document, theme = self._document, self._theme
@@ -140,23 +149,25 @@ class CurvesPage(QWidget):
         limb = document.limb is not None
         paper = document.review.state.method == "paper" or limb
         square = inked("■", theme.before)
-        what = "jump of the limb" if limb else "strength"
         frames = int(self._counted.sum())
-        words = [f"Frames by {what}  {square} {reach} of {frames} reach τ"]
+        what = tr("Frames by jump of the limb") if limb else tr("Frames by strength")
+        reached = tr("{square} {reach} of {n} reach τ", square=square, reach=reach, n=frames)
+        words = [f"{what}  {reached}"]
         if not paper:
-            words.append(_inked("■ the paper's m(t)", theme.soft))
+            words.append(_inked(tr("■ the paper's m(t)"), theme.soft))
         # The paper's detector, and that of limbs, has a fixed τ and knows no noise.
-        name = "automatic τ" if paper else "noise floor"
+        name = tr("automatic τ") if paper else tr("noise floor")
         words.append(_inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
         return "  ".join(words)
 
     def _cost_text(self) -> str:
         theme = self._theme
-        words = [_inked("━ FSR", theme.after), _inked("■ false alarms", theme.rejected)]
+        words = [_inked("━ FSR", theme.after), _inked(tr("■ false alarms"), theme.rejected)]
         if (curve := self._costs.curves.get(self._document.chain)) is not None:
             suggested = np.degrees(self._wishes.suggested(curve))
-            words.append(_inked(f"▼ suggested {suggested:.2f}°", theme.accepted))
-        return "Errors put into this clip  " + "  ".join(words)
+            told = tr("▼ suggested {tau:.2f}°", tau=suggested)
+            words.append(_inked(told, theme.accepted))
+        return "  ".join([tr("Errors put into this clip"), *words])
 
     def progress(self) -> str:
         """What is being measured, or why it is not; '' when all is known."""
@@ -165,8 +176,9 @@ class CurvesPage(QWidget):
             return costs.trouble
         known, total = len(costs.curves), len(costs.names)
         if not total:
-            return "no chain of this clip can be corrected"
-        return f"measuring, {known} of {total} chains …" if known < total else ""
+            return tr("no chain of this clip can be corrected")
+        coming = tr("measuring, {known} of {total} chains …", known=known, total=total)
+        return coming if known < total else ""
 
     # -- frames behind a bar ------------------------------------------------------------------
 
@@ -211,4 +223,4 @@ def _inked(text: str, colour: str) -> str:
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 
-_STEPS = {"next_bar": "Bar ▸", "next_in_bar": "Frame ▸"}
+_STEPS = {"next_bar": tr("Bar ▸"), "next_in_bar": tr("Frame ▸")}

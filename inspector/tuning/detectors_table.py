@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from inspector.language import of_core, tr, tr_as
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
@@ -16,13 +17,14 @@ from twistcore.tuning import Cost, TauCurve, cost_of_all
 from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words, count_words, fsr_words
 
 _KINDS = ("suggested", "automatic")
-_AUTOMATIC = "    automatic τ"
-_WHOSE = {"consistency": "Ours", "paper": "Paper's"}
-_HEADS = ("τ", "FSR %", "alarms")
+_AUTOMATIC = f"    {tr('automatic τ')}"
+_AT = dict(zip(_KINDS, (tr("At the suggested τ"), tr("At the automatic τ")), strict=True))
+_WHOSE = {"consistency": tr_as("detector", "Ours"), "paper": tr_as("detector", "Paper's")}
+_HEADS = ("τ", "FSR %", tr("alarms"))
 _TIPS = (
-    "τ of the chain",
-    "Share of injected error frames repaired, and where it lies by those drawn",
-    "False alarms in this clip",
+    tr("τ of the chain"),
+    tr("Share of injected error frames repaired, and where it lies by those drawn"),
+    tr("False alarms in this clip"),
 )
 
 
@@ -39,8 +41,11 @@ class _Line:
 class DetectorsModel(RowModel[_Line]):
     """Two rows a chain, of its suggested and its automatic τ, and at the end two of all chains."""
 
-    heads = ("\nChain", *(f"{whose}\n{what}" for whose in _WHOSE.values() for what in _HEADS))
-    head_tips = ("", *(f"{tip}: {DETECTORS[m]}" for m in _WHOSE for tip in _TIPS))
+    heads = (
+        "\n" + tr("Chain"),
+        *(f"{whose}\n{what}" for whose in _WHOSE.values() for what in _HEADS),
+    )
+    head_tips = ("", *(f"{tip}: {of_core(DETECTORS[m])}" for m in _WHOSE for tip in _TIPS))
     right = range(1, len(heads))
 
     def __init__(self, document: Document, theme: Theme, costs: Costs, wishes: Wishes) -> None:
@@ -60,15 +65,16 @@ class DetectorsModel(RowModel[_Line]):
     def refresh(self) -> None:
         """Numbers as they are known now."""
         data = self._document.data
-        names = {c.name: c.label for c in data.chains} if data else {}
+        names = {c.name: of_core(c.label) for c in data.chains} if data else {}
         chains = [(name, label) for name, label in names.items() if name in self._costs.names]
         if not chains:
             self.show(())
             return
-        self.show([self._line(*c, kind) for c in [*chains, ("", "All chains")] for kind in _KINDS])
+        lines = [*chains, ("", tr("All chains"))]
+        self.show([self._line(*c, kind) for c in lines for kind in _KINDS])
 
     def _line(self, chain: str, label: str, kind: str) -> _Line:
-        texts, tips = [label if kind == _KINDS[0] else _AUTOMATIC], [f"At the {kind} τ"]
+        texts, tips = [label if kind == _KINDS[0] else _AUTOMATIC], [_AT[kind]]
         for method in _WHOSE:
             curves = self._costs.by(method)
             said, cost = "", None
@@ -83,7 +89,7 @@ class DetectorsModel(RowModel[_Line]):
                 tips += 3 * [""]
             else:
                 texts += [said, fsr_words(cost, 0, unit=""), count_words(cost)]
-                tips += ["", band_words(cost), alarm_words(cost)]
+                tips += ["", of_core(band_words(cost)), of_core(alarm_words(cost))]
         return _Line(chain, kind, tuple(texts), tuple(tips))
 
     def _total(self, curves: Mapping[str, TauCurve], kind: str) -> Cost | None:

@@ -9,6 +9,7 @@ from PySide6.QtCore import QModelIndex, Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QMenu, QStackedWidget, QToolButton, QWidget
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.tuning.detectors_table import DetectorsModel, rows_of
 from inspector.tuning.tau_costs import Costs
@@ -22,14 +23,16 @@ from twistcore.detection import DETECTORS
 
 _OF_FILES = ("load_profile", "save_profile", "profile_to_folder", "automatic_folder")
 _BUTTONS = {  # the words on them: it is plain what they are about
-    "compare_profiles": "Compare…",
-    "take_profile": "Take over",
-    "close_comparison": "Close",
-    "both_costs": "Both detectors",
+    "compare_profiles": tr("Compare…"),
+    "take_profile": tr("Take over"),
+    "close_comparison": tr("Close"),
+    "both_costs": tr("Both detectors"),
 }
 
 
-_BOTH = "Of each chain first its suggested τ. In brackets: where the FSR lies, by the errors drawn."
+_BOTH = tr(
+    "Of each chain first its suggested τ. In brackets: where the FSR lies, by the errors drawn."
+)
 
 
 class ProfilesPage(QWidget):
@@ -50,6 +53,8 @@ class ProfilesPage(QWidget):
         self.model = ComparisonModel(document, theme, costs)
         self.detectors = DetectorsModel(document, theme, costs, wishes)
         self.table, self.both_table = RowTable(self.model, room=5), RowTable(self.detectors, room=5)
+        self.table.setAccessibleName(tr("τ of every chain and what it costs"))
+        self.both_table.setAccessibleName(tr("What τ costs with both detectors"))
         self._tables = QStackedWidget()
         for table in (self.table, self.both_table):
             header = table.horizontalHeader()
@@ -60,8 +65,8 @@ class ProfilesPage(QWidget):
             self._tables.addWidget(table)
         self.note = Caption(soft=True)
         files = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup)
-        files.setText("Profile")
-        files.setToolTip("Load and save τ, or use it for the folder")
+        files.setText(tr("Profile"))
+        files.setToolTip(tr("Load and save τ, or use it for the folder"))
         menu = QMenu(files)
         menu.addActions([actions[name] for name in _OF_FILES])
         files.setMenu(menu)

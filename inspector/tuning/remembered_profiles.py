@@ -10,6 +10,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.session_files import set_aside
 from inspector.session.settings import settings_path
@@ -113,22 +114,31 @@ class ProfileOffers(QObject):
         mark = skeleton_mark(data.motion.skeleton)
         profile, trouble = kept_profile(mark, self._performers.of(data.clip.path))
         if trouble:
-            self._document.message.emit(trouble, True)
+            self._document.message.emit(of_core(trouble), True)
         if profile is None or (mark, profile.performer) in self._declined:
             return
         own, now = profile.of(data.chains), self._document.review.state.tau
         if profile.confidence is None and all(abs(now[n] - t) < 1e-6 for n, t in own.items()):
             return  # it would change nothing
-        whose = f"performer {profile.performer} on this rig" if profile.performer else "this rig"
-        learnt = ""
-        if (c := profile.confidence) is not None:
-            learnt = f", and a confidence learned from {c.accepted + c.rejected} verdicts"
-        text = f"For {whose} a profile is remembered: τ of {len(own)} chains{learnt}."
+        n, who, c = len(own), profile.performer, profile.confidence
+        text = (
+            tr("For performer {who} on this rig a profile is remembered:", who=who)
+            if who
+            else tr("For this rig a profile is remembered:")
+        )
+        if c is None:
+            text += " " + tr("τ of {n} chains.", n=n)
+        else:
+            text += " " + tr(
+                "τ of {n} chains, and a confidence learned from {verdicts} verdicts.",
+                n=n,
+                verdicts=c.accepted + c.rejected,
+            )
         self._offer(
             text,
             (
-                ("Use it", lambda: self.take(profile)),
-                ("Not now", lambda: self._declined.add((mark, profile.performer))),
+                (tr("Use it"), lambda: self.take(profile)),
+                (tr("Not now"), lambda: self._declined.add((mark, profile.performer))),
             ),
         )
 

@@ -11,6 +11,7 @@ from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QLabel
 
+from inspector.language import plural
 from inspector.tuning.tau_plots import AXIS_WIDTH, HIGHEST, LABEL_ROOM, LOWEST, TauPlot
 from inspector.widgets.axes import Axis, apart
 from inspector.widgets.theme import Theme, figures_font
@@ -136,7 +137,8 @@ class Histogram(TauPlot):
         said = self._said
         if self._pointed >= 0 and (self._pointed != self._chosen or not said):
             frames = int(self._counts[self._pointed])
-            said = f"{bar_words(self._pointed)}: {frames} frame{'s' * (frames > 1)}"
+            bar = bar_words(self._pointed)
+            said = plural("{bar}: {n} frame", "{bar}: {n} frames", frames, bar=bar)
         self.words.setText(said)
         self.words.setVisible(bool(said))
         self._place_words()

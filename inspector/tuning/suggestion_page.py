@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QAbstractSpinBox, QDoubleSpinBox, QFormLayout, QSpinBox, QWidget
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.settings import MOST_DRAWS
 from inspector.tuning.tau_costs import Costs
@@ -17,9 +18,9 @@ from inspector.widgets.labels import Caption
 from twistcore.tuning import Span
 
 _LEAVE_OUT = {  # the words on the buttons, behind "Leave out:"
-    "leave_out_interval": "The interval",
-    "leave_out_visible": "The view",
-    "take_all_in": "Nothing",
+    "leave_out_interval": tr("The interval"),
+    "leave_out_visible": tr("The view"),
+    "take_all_in": tr("Nothing"),
 }
 
 
@@ -35,22 +36,26 @@ class SuggestionPage(QWidget):
     ) -> None:
         super().__init__()
         self._document, self._costs, self._wishes = document, costs, wishes
-        self.points = QDoubleSpinBox(decimals=1, maximum=100.0, suffix=" points of FSR")
-        self.points.setToolTip("What one false alarm a clip, or minute of a longer one, may cost")
+        self.points = QDoubleSpinBox(decimals=1, maximum=100.0, suffix=tr(" points of FSR"))
+        self.points.setToolTip(
+            tr("What one false alarm a clip, or minute of a longer one, may cost")
+        )
         self.smallest = QDoubleSpinBox(decimals=1, minimum=0.1, maximum=180.0, suffix="°")
-        self.smallest.setToolTip("Errors put in that are smaller do not count for the suggestion")
+        self.smallest.setToolTip(
+            tr("Errors put in that are smaller do not count for the suggestion")
+        )
         self.draws = QSpinBox(minimum=1, maximum=MOST_DRAWS)
         self.draws.setToolTip(
-            "How often errors are put into each chain: more take longer, and narrow the band"
+            tr("How often errors are put into each chain: more take longer, and narrow the band")
         )
         form = QFormLayout(labelAlignment=Qt.AlignmentFlag.AlignLeft)
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(3)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.FieldsStayAtSizeHint)
         boxes: tuple[tuple[str, QAbstractSpinBox], ...] = (
-            ("A false alarm may cost", self.points),
-            ("Errors are looked for from", self.smallest),
-            ("Draws of errors", self.draws),
+            (tr("A false alarm may cost"), self.points),
+            (tr("Errors are looked for from"), self.smallest),
+            (tr("Draws of errors"), self.draws),
         )
         for words, box in boxes:
             box.setKeyboardTracking(False)
@@ -67,7 +72,7 @@ class SuggestionPage(QWidget):
             form,
             self.shared,
             self.left_out,
-            hbox("Leave out", *buttons, None, spacing=4),
+            hbox(tr("Leave out"), *buttons, None, spacing=4),
             None,
             owner=self,
             margins=(0, 6, 0, 0),
@@ -88,22 +93,28 @@ class SuggestionPage(QWidget):
         curves = self._costs.curves
         known = len(curves) == len(self._costs.names)
         shared = self._wishes.shared(curves) if known else None
-        waiting = "" if known else f"Measuring, {len(curves)} of {len(self._costs.names)} chains …"
-        labels = {c.name: c.label for c in data.chains}
-        self.shared.set_text(shared.words(labels) if shared else waiting)
+        there, total = len(curves), len(self._costs.names)
+        coming = tr("Measuring, {known} of {total} chains …", known=there, total=total)
+        waiting = "" if known else coming
+        labels = {c.name: of_core(c.label) for c in data.chains}
+        self.shared.set_text(of_core(shared.words(labels)) if shared else waiting)
         self.left_out.set_text(self._left_out_words())
 
     def _left_out_words(self) -> str:
         frames, capture = self._document.frames, self._costs.capture
         said = []
         if capture is not None and capture.first:
-            said.append(f"{self._named((0, capture.first))} (a blend from a first pose)")
+            first = self._named((0, capture.first))
+            said.append(tr("{frames} (a blend from a first pose)", frames=first))
         if capture is not None and capture.stop < frames:
-            said.append(f"{self._named((capture.stop, frames))} (a blend into a rest pose)")
+            last = self._named((capture.stop, frames))
+            said.append(tr("{frames} (a blend into a rest pose)", frames=last))
         yours = [self._named(span) for span in self._document.review.state.left_out]
         if yours:
-            said.append(f"{', '.join(yours)} (yours)")
-        return f"Left out: frames {', '.join(said)}." if said else "All frames count."
+            said.append(tr("{frames} (yours)", frames=", ".join(yours)))
+        if not said:
+            return tr("All frames count.")
+        return tr("Left out: frames {frames}.", frames=", ".join(said))
 
     def _named(self, span: Span) -> str:
         first, last = (frame + self._document.first_frame for frame in (span[0], span[1] - 1))

@@ -11,6 +11,7 @@ from multiprocessing.process import BaseProcess
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from inspector.language import chosen_language, of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.cost_worker import Capture, Request, measure
 from inspector.tuning.wishes import Wishes
@@ -204,6 +205,7 @@ class Costs(QObject):
             rig=state.rig,
             left_out=state.left_out,
             draws=self._wishes.draws,
+            language=chosen_language(),
         )
         # Spawned, not forked: a fork of a program with threads and an X connection may hang.
         context = multiprocessing.get_context("spawn")
@@ -212,7 +214,8 @@ class Costs(QObject):
         try:
             process.start()
         except OSError as error:
-            self._fail(f"What τ costs cannot be measured ({error.strerror}).")
+            why = of_core(error.strerror)
+            self._fail(tr("What τ costs cannot be measured ({why}).", why=why))
             self.changed.emit()
             return
         finally:
@@ -230,7 +233,7 @@ class Costs(QObject):
                 news = True
         except (EOFError, OSError):
             self._fail(
-                "Measuring what τ costs was ended by the system, perhaps for want of memory."
+                tr("Measuring what τ costs was ended by the system, perhaps for want of memory.")
             )
             news = True
         if news:

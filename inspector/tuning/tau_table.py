@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.widgets.tables import Row, RowModel
@@ -14,11 +15,11 @@ from inspector.widgets.theme import Theme
 from twistcore.tuning import Cost, Profile, cost_of_all
 from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words
 
-_HEADS = ("τ", "FSR", "alarms")
+_HEADS = ("τ", "FSR", tr("alarms"))
 _TIPS = (
-    "Threshold of the chain",
-    "Share of injected error frames that are repaired at this τ, in this clip",
-    "False alarms in this clip at this τ",
+    tr("Threshold of the chain"),
+    tr("Share of injected error frames that are repaired at this τ, in this clip"),
+    tr("False alarms in this clip at this τ"),
 )
 
 
@@ -70,7 +71,7 @@ class ComparisonModel(RowModel[_Line]):
         if len(self.others) > 1 or self._document.data is None:
             return self.others
         state = self._document.review.state
-        return (Column("now", Profile(state.tau, state.method)), *self.others)
+        return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
         """The detector that a set of τ is costed with: its own, that in use where none is said."""
@@ -81,9 +82,12 @@ class ComparisonModel(RowModel[_Line]):
         """Which detector each set of τ is costed with; '' where there is but one set."""
         said = []
         for column in self.columns if self.others else ():
-            by = DETECTORS[self.method(column)]
-            unsaid = "" if column.profile.method else "detector not said; costed with "
-            said.append(f"{_short(column.name)}: {unsaid}{by}")
+            name, by = _short(column.name), of_core(DETECTORS[self.method(column)])
+            said.append(
+                f"{name}: {by}"
+                if column.profile.method
+                else tr("{name}: detector not said; costed with {by}", name=name, by=by)
+            )
         return " · ".join(said)
 
     def show_beside(self, others: Sequence[Column]) -> None:
@@ -103,8 +107,8 @@ class ComparisonModel(RowModel[_Line]):
     def _lines(self) -> Sequence[_Line]:
         data = self._document.data
         chains = data.chains_and_limbs if data else ()
-        lines = [self._line(c.name, c.label) for c in chains]
-        return [*lines, self._line("", "All chains")] if lines else ()
+        lines = [self._line(c.name, of_core(c.label)) for c in chains]
+        return [*lines, self._line("", tr("All chains"))] if lines else ()
 
     def _line(self, chain: str, label: str) -> _Line:
         texts, tips = [label], [""]
@@ -118,7 +122,7 @@ class ComparisonModel(RowModel[_Line]):
                 tips += 2 * [""]
             else:
                 texts += [f"{100 * cost.fsr:.1f} %", f"{cost.alarms:.3g}"]
-                tips += [band_words(cost), alarm_words(cost)]
+                tips += [of_core(band_words(cost)), of_core(alarm_words(cost))]
         return _Line(chain, tuple(texts), tuple(tips))
 
     def _unknown(self, column: Column, chain: str) -> str:
@@ -128,12 +132,13 @@ class ComparisonModel(RowModel[_Line]):
 
     def _take_heads(self) -> None:
         """What, and above it whose where there are several."""
-        heads, tips = ["\nChain" if self.others else "Chain"], [""]
+        heads, tips = ["\n" * bool(self.others) + tr("Chain")], [""]
         for column in self.columns:
             for what, tip in zip(_HEADS, _TIPS, strict=True):
                 whose = _short(column.name) if what == _HEADS[0] else ""
                 heads.append(f"{whose}\n{what}" if self.others else what)
-                tips.append(f"{column.name}: {tip}, by {DETECTORS[self.method(column)]}")
+                by = of_core(DETECTORS[self.method(column)])
+                tips.append(tr("{name}: {what}, by {by}", name=column.name, what=tip, by=by))
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 
     def _cost(self, column: Column, chain: str) -> Cost | None:

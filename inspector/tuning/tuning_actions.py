@@ -10,6 +10,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QDockWidget, QWidget
 
 from inspector.folder.queue import FolderQueue
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.remembered_profiles import ProfileOffers
 from inspector.tuning.tau_table import Column
@@ -23,7 +24,7 @@ from twistcore.review import LeaveOut
 from twistcore.review.left_out import joined
 from twistcore.tuning import Profile, read_profile, write_profile
 
-_PATTERN = "Profiles (*.toml);;All files (*)"
+_PATTERN = tr("Profiles (*.toml);;All files (*)")
 
 
 @dataclass(eq=False)
@@ -39,7 +40,7 @@ class TuningActions:
 
     def load_profile(self) -> None:
         """Ask for a profile and take its τ."""
-        ask_files(self.window, "Load profile", _PATTERN, lambda p: self.load_profile_from(p[0]))
+        ask_files(self.window, tr("Load profile"), _PATTERN, lambda p: self.load_profile_from(p[0]))
 
     def load_profile_from(self, path: Path) -> None:
         """Take a profile's τ; a damaged one changes nothing."""
@@ -48,27 +49,37 @@ class TuningActions:
 
     def _take(self, profile: Profile, name: str) -> None:
         if self.document.data is None:
-            self.bar.show_message("Open a clip first.", False)
+            self.bar.show_message(tr("Open a clip first."), False)
             return
         chains = self.document.review.state.tau
         known = [n for n in profile.tau if n in chains]
         if not known:
-            self.bar.show_message(f"{name} names no chain of this clip; nothing was changed.", True)
+            told = tr("{name} names no chain of this clip; nothing was changed.", name=name)
+            self.bar.show_message(told, True)
             return
         self.document.use_profile(profile)
         kept = len(chains) - len(known)
-        rest = f"; {kept} chains that it does not name keep theirs" if kept else ""
-        self.bar.show_message(f"{name}: τ of {len(known)} chains{rest}.", False)
+        told = (
+            tr(
+                "{name}: τ of {n} chains; {kept} chains that it does not name keep theirs.",
+                name=name,
+                n=len(known),
+                kept=kept,
+            )
+            if kept
+            else tr("{name}: τ of {n} chains.", name=name, n=len(known))
+        )
+        self.bar.show_message(told, False)
 
     def save_profile(self) -> None:
         """Ask where to and write the present τ."""
         if self.document.data is None:
-            self.bar.show_message("Open a clip first.", False)
+            self.bar.show_message(tr("Open a clip first."), False)
             return
         if self._nothing_kept():
             return
         wanted = self.document.proposed(".toml")
-        title, then = "Save profile", self.save_profile_to
+        title, then = tr("Save profile"), self.save_profile_to
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
@@ -83,24 +94,27 @@ class TuningActions:
         if data is None:
             return
         if is_clip(path) or path.resolve() == data.clip.path.resolve():
-            self.bar.show_message(f"{path.name}: expected a TOML file, not a clip.", True)
+            told = tr("{name}: expected a TOML file, not a clip.", name=path.name)
+            self.bar.show_message(told, True)
             return
         method = self.document.review.state.method
         try:
             write_profile(path, self.tuning.tuned(), data.clip.name, method)
         except OSError as error:
-            self.bar.show_message(f"{path}: not written ({error.strerror}).", True)
+            why = of_core(error.strerror)
+            self.bar.show_message(tr("{path}: not written ({why}).", path=path, why=why), True)
         else:
-            self.bar.show_message(f"Wrote {path.name}: twistcore takes it with --profile.", False)
+            told = tr("Wrote {name}: twistcore takes it with --profile.", name=path.name)
+            self.bar.show_message(told, False)
 
     def compare_profiles(self) -> None:
         """Ask for one profile to see beside the present τ, or for two to see side by side."""
-        ask_files(self.window, "Compare profiles", _PATTERN, self.compare_with, several=True)
+        ask_files(self.window, tr("Compare profiles"), _PATTERN, self.compare_with, several=True)
 
     def compare_with(self, paths: Sequence[Path]) -> None:
         """Show one profile beside the present τ, or two side by side."""
         if len(paths) > 2:
-            self.bar.show_message("Choose one profile, or two to see side by side.", False)
+            self.bar.show_message(tr("Choose one profile, or two to see side by side."), False)
             return
         read = [(path, self._read(path)) for path in paths]
         columns = [Column(p.name, profile) for p, profile in read if profile]
@@ -118,7 +132,8 @@ class TuningActions:
         try:
             return read_profile(path)
         except TwistError as error:
-            self.bar.show_message(f"{error}. Nothing was changed.", True)
+            why = of_core(error)
+            self.bar.show_message(tr("{why}. Nothing was changed.", why=why), True)
             return None
 
     def __post_init__(self) -> None:
@@ -132,7 +147,7 @@ class TuningActions:
     def leave_out_interval(self) -> None:
         """Leave the frames of the selected interval out."""
         if (judged := self.document.interval) is None:
-            self.bar.show_message("Select an interval first (N goes to the next).", False)
+            self.bar.show_message(tr("Select an interval first (N goes to the next)."), False)
         else:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
@@ -141,7 +156,7 @@ class TuningActions:
         start, stop = max(math.ceil(ends[0]), 0), min(math.floor(ends[1]) + 1, self.document.frames)
         if stop - start >= self.document.frames:
             self.bar.show_message(
-                "The plots show the whole clip: zoom to the frames to be left out first.", False
+                tr("The plots show the whole clip: zoom to the frames to be left out first."), False
             )
         else:
             self.leave_out(start, stop)
@@ -152,36 +167,43 @@ class TuningActions:
         wanted = joined([*before, (start, stop)])
         first, last = (frame + self.document.first_frame for frame in (start, stop - 1))
         if wanted == before:
-            self.bar.show_message(f"Frames {first}–{last} are left out already.", False)
+            told = tr("Frames {first}–{last} are left out already.", first=first, last=last)
+            self.bar.show_message(told, False)
         elif self.document.do(LeaveOut(wanted)):
-            self.bar.show_message(f"Frames {first}–{last} do not count in tuning.", False)
+            told = tr("Frames {first}–{last} do not count in tuning.", first=first, last=last)
+            self.bar.show_message(told, False)
 
     def take_all_in(self) -> None:
         """Leave none out but blends at the clip's ends."""
         if self.document.review.state.left_out and self.document.do(LeaveOut(())):
-            self.bar.show_message("All frames of the capture count in tuning.", False)
+            self.bar.show_message(tr("All frames of the capture count in tuning."), False)
 
     # -- the folder ---------------------------------------------------------------------------
 
     def profile_to_folder(self) -> None:
         """Analyse the open folder again with the present τ; its clips open with it."""
         if self.document.data is None or self.queue.folder is None:
-            self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
+            self.bar.show_message(tr("Open a folder first (Ctrl+Shift+O)."), False)
             return
         if self._nothing_kept():
             return
         state = self.document.review.state
-        name = f"of {self.document.data.clip.name}"
+        clip = self.document.data.clip.name
+        name = tr("of {clip}", clip=clip)
         self.queue.use_profile(Profile(dict(state.tau), state.method), name)
         self.bar.show_message(
-            f"{self.queue.folder.name} is analysed again with the τ of "
-            f"{self.document.data.clip.name}; clips with a session keep their own.",
+            tr(
+                "{folder} is analysed again with the τ of {clip}; "
+                "clips with a session keep their own.",
+                folder=self.queue.folder.name,
+                clip=clip,
+            ),
             False,
         )
 
     def automatic_folder(self) -> None:
         """Analyse the open folder again with the automatic τ of each clip."""
         if self.queue.folder is None:
-            self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
+            self.bar.show_message(tr("Open a folder first (Ctrl+Shift+O)."), False)
         elif self.queue.profile is not None:
             self.queue.use_profile(None)

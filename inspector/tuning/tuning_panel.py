@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.language import of_core, tr, tr_as
 from inspector.session.document import BLIND, Document
 from inspector.session.settings import Settings
 from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
@@ -35,9 +36,9 @@ from inspector.widgets.theme import Theme
 from twistcore.tuning import Tuned, tuned
 
 _SHORT = {  # on buttons, which stand where it is plain what they are about
-    "tau_for_chain": "Chain",
-    "tau_for_segment": "Both sides",
-    "tau_for_all": "All",
+    "tau_for_chain": tr("Chain"),
+    "tau_for_segment": tr("Both sides"),
+    "tau_for_all": tr_as("chains", "All"),
 }
 _SAME = 0.006  # degrees: the box has two decimals
 
@@ -87,7 +88,7 @@ class TuningPanel(QWidget):
     # -- building -----------------------------------------------------------------------------
 
     def _build(self, theme: Theme) -> None:
-        self.hint = hint("Open a clip to see what every τ costs it.")
+        self.hint = hint(tr("Open a clip to see what every τ costs it."))
         self._pages = QStackedLayout(self)
         self._pages.addWidget(self.hint)
         content = QWidget()
@@ -96,6 +97,7 @@ class TuningPanel(QWidget):
         self.box = QDoubleSpinBox(decimals=2, prefix="τ ", suffix="°")
         self.box.setRange(SMALLEST_TAU, LARGEST_TAU)
         self.box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+        self.box.setAccessibleName(tr("τ of the chains that are chosen"))
         self.box.setKeyboardTracking(False)
         self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.box.valueChanged.connect(
@@ -116,18 +118,19 @@ class TuningPanel(QWidget):
         self.curves.dropped.connect(self._drop)
         self.profiles.chosen.connect(self._document.select_chain)
         self.tabs = QTabWidget(documentMode=True)
-        self.tabs.addTab(self.curves, "Curves")
-        self.tabs.addTab(self.profiles, "Profiles")
-        self.tabs.addTab(self.suggestion, "Suggestion")
+        self.tabs.setAccessibleName(tr("Pages of tuning"))
+        self.tabs.addTab(self.curves, tr("Curves"))
+        self.tabs.addTab(self.profiles, tr("Profiles"))
+        self.tabs.addTab(self.suggestion, tr("Suggestion"))
         self.verdicts = VerdictPage(self._document, self.evidence, theme)
         self.verdicts.asked.connect(self._ask)
         self.verdicts.dropped.connect(self._drop)
         self.confidence = ConfidencePage(self._document, self.evidence, theme)
-        self.tabs.addTab(self.verdicts, "Verdicts")
+        self.tabs.addTab(self.verdicts, tr("Verdicts"))
         last = self.tabs.addTab(
-            self.confidence, "Conf."
+            self.confidence, tr("Conf.")
         )  # in a window of 1024 there is no more room
-        self.tabs.setTabToolTip(last, "Confidence, learned from verdicts")
+        self.tabs.setTabToolTip(last, tr("Confidence, learned from verdicts"))
         self.tabs.currentChanged.connect(self._stale.mark_all)
         self.tabs.currentChanged.connect(self._watch_verdicts)
         vbox(head, (self.tabs, 1), owner=content, margins=(8, 6, 8, 6), spacing=4)
@@ -178,13 +181,13 @@ class TuningPanel(QWidget):
         ready = document.data is not None and bool(document.chain) and not self._blind
         self._pages.setCurrentIndex(int(ready))
         if document.data is not None and not ready:
-            none = "No chain in this skeleton: there is no τ to tune."
+            none = tr("No chain in this skeleton: there is no τ to tune.")
             self.hint.setText(BLIND if self._blind else none)
         self._enable(ready)
         if not ready:
             return
         if everything:
-            self.title.setText(f"<b>{document.find_chain(document.chain).label}</b>")
+            self.title.setText(f"<b>{of_core(document.find_chain(document.chain).label)}</b>")
             self.curves.show_chain()
         degrees = self._degrees()
         self.curves.show_tau(degrees, held=bool(self._drag))

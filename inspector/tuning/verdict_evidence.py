@@ -10,6 +10,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.session.session_files import kept_sessions, written
@@ -25,7 +26,7 @@ from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
 from twistcore.tuning.verdicts_of import JudgedClip, judged_clip, judged_in
 
-CLIP, FOLDER, RIG = "This clip", "Folder", "This rig"
+CLIP, FOLDER, RIG = tr("This clip"), tr("Folder"), tr("This rig")
 _SETTLE_MS = 400  # verdicts come one after the other: count when the hand rests
 
 _Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, its age, and the performer
@@ -138,7 +139,8 @@ class VerdictEvidence(QObject):
         self.changed.emit()
 
     def _fail(self, error: object) -> None:
-        self.trouble = f"The verdicts cannot be counted ({error})."
+        why = of_core(error)
+        self.trouble = tr("The verdicts cannot be counted ({why}).", why=why)
         self.changed.emit()
 
 
@@ -163,12 +165,13 @@ def _counted(
             try:
                 known[key] = judged_in(path, sessions[0], key[2])
             except TwistError as error:
-                known[key] = str(error)
+                known[key] = of_core(error)
         judged = known[key]
         if isinstance(judged, str):
             skipped.append(judged)
         elif judged.method != state.method:
-            skipped.append(f"{path.name} is judged on what the other detector lists")
+            other = tr("{clip} is judged on what the other detector lists", clip=path.name)
+            skipped.append(other)
         else:
             others.append(judged)
     clips = (own, *others)
@@ -187,7 +190,8 @@ def _scopes(
     rig = tuple(c for c in clips if c.rig == own.rig)
     groups: dict[str, tuple[JudgedClip, ...]] = {CLIP: (own,)}
     if own.performer:
-        groups[f"Performer {own.performer}"] = tuple(c for c in rig if c.performer == own.performer)
+        name = tr("Performer {who}", who=own.performer)
+        groups[name] = tuple(c for c in rig if c.performer == own.performer)
     groups |= {RIG: rig, FOLDER: tuple(clips)}
     for name, some in groups.items():
         found = common_tau(some, *wanted)

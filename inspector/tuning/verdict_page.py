@@ -10,20 +10,22 @@ from PySide6.QtCore import QItemSelectionModel, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
 
+from inspector.language import of_core, plural, tr
 from inspector.session.document import Document
 from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
 from inspector.tuning.verdict_plots import PrecisionPlot
 from inspector.widgets.building import hbox, hint, tool_button, vbox
-from inspector.widgets.labels import Caption, inked
+from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.tables import Row, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, score
 
 NARROW = 420  # pixels of a page's width
-_NOTHING = (
+_NOTHING = tr(
     "Nothing is decided yet. Accept (A) or reject (R) intervals in the list: from "
-    f"{ENOUGH_ERRORS} accepted ones on, in this clip and in sessions beside its folder's other "
-    "clips, your verdicts suggest a τ."
+    "{n} accepted ones on, in this clip and in sessions beside its folder's other "
+    "clips, your verdicts suggest a τ.",
+    n=ENOUGH_ERRORS,
 )
 
 
@@ -39,14 +41,14 @@ class ScopeLine:
 class ScopeModel(RowModel[ScopeLine]):
     """A row a scope."""
 
-    heads = ("Verdicts of", "✓", "✗", "Precision", "Recall", "τ")
+    heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
-        "Whose intervals; of a chain, in all clips of this rig",
-        "Accepted: errors",
-        "Rejected: natural motion",
-        "Of what is found at the present τ, the share that was accepted",
-        "Of what was accepted, the share that is found at the present τ",
-        "The τ that the verdicts speak for",
+        tr("Whose intervals; of a chain, in all clips of this rig"),
+        tr("Accepted: errors"),
+        tr("Rejected: natural motion"),
+        tr("Of what is found at the present τ, the share that was accepted"),
+        tr("Of what was accepted, the share that is found at the present τ"),
+        tr("The τ that the verdicts speak for"),
     )
     right = (1, 2, 3, 4, 5)
 
@@ -85,12 +87,13 @@ def _line(scope: Scope, tau: Mapping[str, float], label: Mapping[str, str]) -> S
         _share(told.recall),
         f"{math.degrees(suggestion.tau):.2f}°" if suggestion else "–",
     )
-    tip = [f"{name}: {told.errors + told.natural} verdicts in {clips} clips"]
-    for what, share in (("Precision", told.precision), ("Recall", told.recall)):
-        tip.append(f"{what} {_share(share)}, between {_ends(share)} with a certainty of 90 %")
+    n = told.errors + told.natural
+    tip = [tr("{whose}: {n} verdicts in {clips} clips", whose=name, n=n, clips=clips)]
+    for what, share in ((tr("Precision"), told.precision), (tr("Recall"), told.recall)):
+        tip.append(_between(f"{what} {_share(share)}", *_ends(share)))
     if suggestion:
-        ends = f"{math.degrees(suggestion.low):.2f}° and {math.degrees(suggestion.high):.2f}°"
-        tip.append(f"Suggested τ {texts[-1]}, between {ends} with a certainty of 90 %")
+        ends = (f"{math.degrees(tau):.2f}°" for tau in (suggestion.low, suggestion.high))
+        tip.append(_between(tr("Suggested τ {tau}", tau=texts[-1]), *ends))
     return ScopeLine(scope.name, texts, "\n".join(tip))
 
 
@@ -102,21 +105,39 @@ def _half(share: tuple[float, float, float]) -> float:
     return 100 * max(share[2] - share[0], share[0] - share[1])
 
 
-def _ends(share: tuple[float, float, float]) -> str:
-    return f"{100 * share[1]:.0f} and {100 * share[2]:.0f} %"
+def _ends(share: tuple[float, float, float]) -> tuple[str, str]:
+    return f"{100 * share[1]:.0f}", f"{100 * share[2]:.0f} %"
+
+
+def _between(what: str, low: str, high: str) -> str:
+    return tr(
+        "{what}, between {low} and {high} with a certainty of 90 %", what=what, low=low, high=high
+    )
 
 
 def needed_words(scope: Scope) -> str:
     """What has to be decided before a scope suggests a τ."""
     errors, own = scope.curve.needed
     parts = []
-    if errors:
-        where = ", of any chain of this rig," if scope.chain else ""
-        parts.append(f"{errors} more accepted interval{'s' * (errors > 1)}{where}")
+    if errors and scope.chain:
+        parts.append(
+            plural(
+                "{n} more accepted interval, of any chain of this rig,",
+                "{n} more accepted intervals, of any chain of this rig,",
+                errors,
+            )
+        )
+    elif errors:
+        parts.append(plural("{n} more accepted interval", "{n} more accepted intervals", errors))
     if own and scope.chain:  # elsewhere these are among the accepted ones
-        parts.append(f"{own} more verdict{'s' * (own > 1)} on this chain")
-    are = "are" if len(parts) > 1 or max(errors, own) > 1 else "is"
-    return f"{' and '.join(parts)} {are} needed here for a τ."
+        parts.append(
+            plural("{n} more verdict on this chain", "{n} more verdicts on this chain", own)
+        )
+    what = tr(" and ").join(parts)
+    several = 2 if len(parts) > 1 else max(errors, own)
+    return plural(
+        "{what} is needed here for a τ.", "{what} are needed here for a τ.", several, what=what
+    )
 
 
 class VerdictPage(QWidget):
@@ -143,15 +164,15 @@ class VerdictPage(QWidget):
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.table.setAccessibleName("Verdicts by clip, performer, rig, folder and chain")
+        self.table.setAccessibleName(tr("Verdicts by clip, performer, rig, folder and chain"))
         self.table.selectionModel().currentRowChanged.connect(self._choose)
         self.plot = PrecisionPlot(theme)
-        self.plot.setAccessibleName("Precision and recall against τ")
-        self.plot.setToolTip("Drag the τ line, or double click where it should be")
+        self.plot.setAccessibleName(tr("Precision and recall against τ"))
+        self.plot.setToolTip(tr("Drag the τ line, or double click where it should be"))
         self.plot.asked.connect(self.asked)
         self.plot.dropped.connect(self.dropped)
         self.legend, self.words = Caption(), Caption(soft=True)
-        self.use = tool_button("Use", "", flat=False)
+        self.use = tool_button(tr("Use"), "", flat=False)
         self.use.clicked.connect(self.take)
         told = hbox((self.words, 1), self.use, spacing=6)
         parts = (self.table, 2), self.legend, (self.plot, 3), told
@@ -237,7 +258,7 @@ class VerdictPage(QWidget):
     @property
     def _labels(self) -> Mapping[str, str]:
         data = self._document.data
-        return {c.name: c.label for c in data.chains} if data else {}
+        return {c.name: of_core(c.label) for c in data.chains} if data else {}
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
         """The present τ of the selected chain."""
@@ -250,23 +271,26 @@ class VerdictPage(QWidget):
         suggestion = suggestion_of(scope)
         self.plot.show_curve(scope.curve, suggestion)
         legend = [
-            inked("━ recall", theme.after),
-            inked("━ precision", theme.accepted),
+            inked(tr("━ recall"), theme.after),
+            inked(tr("━ precision"), theme.accepted),
         ]
         if self.width() >= NARROW:
             seen = math.degrees(scope.curve.reviewed)
-            legend.append(inked(f"╌ listed from {seen:.2f}°", theme.soft))
+            legend.append(inked(tr("╌ listed from {tau:.2f}°", tau=seen), theme.soft))
         if suggestion is not None:
             ends = f"{math.degrees(suggestion.low):.2f}–{math.degrees(suggestion.high):.2f}°"
             legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))
         self.legend.set_text(" &nbsp; ".join(legend))
+        self.plot.setAccessibleDescription(plain_text(self.legend.text()))
         self.words.set_text(self._said(scope, self._labels.get))
         tau = self.suggested()
         now = self._document.review.state.tau
         self.use.setEnabled(any(abs(now[name] - t) > 1e-6 for name, t in tau.items()))
         label = self._labels.get(scope.chain, scope.chain)
         self.use.setToolTip(
-            f"Detect with the suggested τ in {label or f'{len(tau)} chains'}, one step"
+            tr("Detect with the suggested τ in {chain}, one step", chain=label)
+            if label
+            else tr("Detect with the suggested τ in {n} chains, one step", n=len(tau))
         )
 
     def _said(self, scope: Scope, label: Callable[[str], str | None]) -> str:
@@ -276,10 +300,11 @@ class VerdictPage(QWidget):
         if suggestion_of(scope) is None:
             told = needed_words(scope)
         elif scope.found is not None:
-            told = " ".join(scope.found.words(lambda name: label(name) or name))
+            told = " ".join(map(of_core, scope.found.words(lambda name: label(name) or name)))
         else:
-            told = "What this chain alone suggests; the rows above say if all may share one."
+            told = tr("What this chain alone suggests; the rows above say if all may share one.")
         skipped = evidence.present.skipped if evidence.present else ()
         if skipped:
-            told += f" Left out: {'; '.join(skipped[:2])}{' …' if len(skipped) > 2 else ''}."
-        return told + (" Counting …" if evidence.running else "")
+            some = "; ".join(skipped[:2]) + " …" * (len(skipped) > 2)
+            told += " " + tr("Left out: {clips}.", clips=some)
+        return f"{told} {tr('Counting …')}" if evidence.running else told

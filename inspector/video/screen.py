@@ -6,6 +6,7 @@ from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from inspector.language import tr
 from inspector.widgets.theme import Theme
 
 
@@ -19,6 +20,7 @@ class Screen(QWidget):
         self.theme = theme
         self.image: QImage | None = None
         self.text = text
+        self._tell()
         self.setMinimumSize(160, 90)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
@@ -30,6 +32,13 @@ class Screen(QWidget):
         """Show a picture, or a sentence where there is none."""
         self.image, self.text = image, text
         self.update()
+        self._tell()
+
+    def _tell(self) -> None:
+        """To a screen reader: the sentence, or that there is a picture."""
+        told = self.text if self.image is None else tr("Picture of the video")
+        if told != self.accessibleName():
+            self.setAccessibleName(told)
 
     def pixels(self) -> tuple[int, int]:
         """Width and height in the screen's own pixels."""

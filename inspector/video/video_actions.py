@@ -8,6 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.video.video_panel import VideoPanel
 from inspector.video.video_reader import SUFFIXES, WANTS_PYAV, can_play
@@ -27,10 +28,11 @@ class VideoActions:
         """Ask for a video and show it beside the 3D view."""
         if not self._may_open_video() or self.document.data is None:
             return
+        patterns = " ".join(f"*{suffix}" for suffix in sorted(SUFFIXES))
         ask_files(
             self.window,
-            "Open witness video",
-            f"Videos ({' '.join(f'*{suffix}' for suffix in sorted(SUFFIXES))});;All files (*)",
+            tr("Open witness video"),
+            tr("Videos ({patterns});;All files (*)", patterns=patterns),
             lambda paths: self.show_video(paths[0]),
             folder=self.document.data.clip.path.parent,
         )
@@ -57,7 +59,8 @@ class VideoActions:
         if not can_play():
             self.document.message.emit(WANTS_PYAV, True)
         elif self.document.data is None:
-            self.document.message.emit("Open a clip first: a video belongs to one.", False)
+            told = tr("Open a clip first: a video belongs to one.")
+            self.document.message.emit(told, False)
         else:
             return True
         return False

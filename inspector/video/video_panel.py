@@ -9,6 +9,7 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtGui import QAction, QImage, QShowEvent
 from PySide6.QtWidgets import QToolButton, QWidget
 
+from inspector.language import tr, tr_as
 from inspector.session.document import Document
 from inspector.session.settings import FARTHEST_S, Settings
 from inspector.video.screen import Screen
@@ -19,8 +20,9 @@ from inspector.widgets.labels import ElidedLabel, SteadyLabel
 from inspector.widgets.signed_numbers import SignedBox
 from inspector.widgets.theme import Theme
 
-NO_VIDEO = "No video for this clip.\nFile → Open witness video…, or drop one here."
-BEFORE, AFTER = "before the video's start", "after its end"
+_FPS = tr_as("frames per second", "fps")
+NO_VIDEO = tr("No video for this clip.\nFile → Open witness video…, or drop one here.")
+BEFORE, AFTER = tr("before the video's start"), tr("after its end")
 
 
 class VideoPanel(QWidget):
@@ -47,15 +49,15 @@ class VideoPanel(QWidget):
         self.offset = SignedBox(decimals=3, singleStep=0.001, suffix=" s")
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
         self.offset.setKeyboardTracking(False)
-        self.offset.setAccessibleName("Offset of the video")
-        self.offset.setToolTip("Seconds into the video at which the clip's first frame lies")
-        self.back = self._button("◀", "One video frame back", lambda: self.nudge(-1))
-        self.forth = self._button("▶", "One video frame on", lambda: self.nudge(+1))
+        self.offset.setAccessibleName(tr("Offset of the video"))
+        self.offset.setToolTip(tr("Seconds into the video at which the clip's first frame lies"))
+        self.back = self._button("◀", tr("One video frame back"), lambda: self.nudge(-1))
+        self.forth = self._button("▶", tr("One video frame on"), lambda: self.nudge(+1))
         self.hold = action_button(self._hold)
         self.hold.setObjectName("hold")
         self.facts, self.clock = soft(ElidedLabel()), soft(SteadyLabel())
         buttons = self.back, self.forth, self.hold
-        row = hbox("Offset", (self.offset, 1), *buttons, margins=(8, 4, 8, 0))
+        row = hbox(tr("Offset"), (self.offset, 1), *buttons, margins=(8, 4, 8, 0))
         below = hbox((self.facts, 1), self.clock, margins=(8, 0, 8, 6))
         vbox((self.display, 1), row, below, owner=self, margins=(0, 0, 0, 0), spacing=4)
         self.offset.valueChanged.connect(self._set_offset)
@@ -67,7 +69,6 @@ class VideoPanel(QWidget):
 
     def _button(self, glyph: str, tip: str, do: Callable[[], None]) -> QToolButton:
         button = tool_button(glyph, tip, flat=False)
-        button.setAccessibleName(tip)
         button.setAutoRepeat(True)
         button.clicked.connect(lambda: do())
         return button
@@ -106,7 +107,7 @@ class VideoPanel(QWidget):
 
     def _load(self, path: Path, offset: float, failed: Callable[[Exception], None]) -> None:
         if self.reader is None:
-            self._set_picture(None, f"Opening {path.name} …")
+            self._set_picture(None, tr("Opening {name} …", name=path.name))
         self._task.run(
             lambda _: VideoReader(path),
             lambda reader: self._loaded(reader, offset),
@@ -227,15 +228,19 @@ class VideoPanel(QWidget):
         self.offset.setEnabled(reader is not None and self._held is None)
         text = tip = ""
         if reader is not None:
-            text = f"{reader.fps:.4g} fps · {reader.width}×{reader.height} · {reader.path.name}"
+            text = f"{reader.fps:.4g} {_FPS} · {reader.width}×{reader.height} · {reader.path.name}"
             tip = f"{reader.path}\n{reader.duration:.2f} s"
         self.facts.setText(text)
         self.facts.setToolTip(tip)
         self._tell_time()
 
     def _tell_time(self) -> None:
-        word = "video" if self._held is None else "held at"
-        self.clock.setText(f"{word} {self.shown.start:.3f} s" if self.shown else "")
+        told = ""
+        if self.shown is not None:
+            running, held = tr("video {seconds:.3f} s"), tr("held at {seconds:.3f} s")
+            words = running if self._held is None else held
+            told = words.format(seconds=self.shown.start)
+        self.clock.setText(told)
 
     def set_theme(self, theme: Theme) -> None:
         """Colour the bars and sentences."""

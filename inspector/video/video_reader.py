@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from inspector.language import of_core, tr
+
 if TYPE_CHECKING:
     from av import VideoFrame
     from av.container import InputContainer
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 _NAMES = "mp4 m4v mov avi mkv webm mpg mpeg m2v mts m2ts ts wmv ogv 3gp"
 SUFFIXES = frozenset(f".{name}" for name in _NAMES.split())
-WANTS_PYAV = (
+WANTS_PYAV = tr(
     "Videos are read with PyAV, which is not installed: install the extra 'video' "
     "(pip install 'twist-inspector[video]')."
 )
@@ -110,9 +112,9 @@ class VideoReader:
         try:
             return self._picture(seconds, width, height)
         except av.FFmpegError as error:
-            raise VideoError(
-                f"{self.path}: the video cannot be read on ({error.strerror})."
-            ) from None
+            why = of_core(str(error.strerror))
+            told = tr("{path}: the video cannot be read on ({why}).", path=self.path, why=why)
+            raise VideoError(told) from None
 
     def _picture(self, seconds: float, width: int, height: int) -> Picture | None:
         with self._lock:
@@ -168,7 +170,8 @@ class VideoReader:
         try:
             self._container = av.open(str(self.path), metadata_errors="replace")
             if not self._container.streams.video:
-                raise VideoError(f"{self.path}: there is no picture in this file.")
+                told = tr("{path}: there is no picture in this file.", path=self.path)
+                raise VideoError(told)
             self._stream = self._container.streams.video[0]
             self._stream.thread_type = "AUTO"
             self._time_base = float(self._stream.time_base or 1)
@@ -179,16 +182,18 @@ class VideoReader:
             self._restart()
             self._origin = 0.0
             if not self._decode():
-                raise VideoError(f"{self.path}: not one frame of this video can be decoded.")
+                told = tr("{path}: not one frame of this video can be decoded.", path=self.path)
+                raise VideoError(told)
         except FileNotFoundError:
-            raise VideoError(
-                f"{self.path.name}: the video is no longer in {self.path.parent}."
-            ) from None
+            name, folder = self.path.name, self.path.parent
+            told = tr("{name}: the video is no longer in {folder}.", name=name, folder=folder)
+            raise VideoError(told) from None
         except (av.FFmpegError, OSError) as error:
-            reason = error.strerror or "not a video"
-            raise VideoError(
-                f"{self.path}: this file cannot be played as a video ({reason})."
-            ) from None
+            why = of_core(error.strerror) if error.strerror else tr("not a video")
+            told = tr(
+                "{path}: this file cannot be played as a video ({why}).", path=self.path, why=why
+            )
+            raise VideoError(told) from None
         start, frame = self._passed.pop()
         self._origin, self._key = start, 0.0
         self._passed.append((0.0, frame))

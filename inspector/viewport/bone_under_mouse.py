@@ -6,6 +6,7 @@ import numpy as np
 from PySide6.QtCore import QObject, QPointF
 from PySide6.QtWidgets import QToolTip
 
+from inspector.language import of_core, tr
 from inspector.viewport.bodies import Bone
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.camera_moves import Steering
@@ -51,7 +52,7 @@ class Pointing(QObject):
             name = data.motion.skeleton.names[joint] if joint is not None else ""
             found = self._found(joint)
             if isinstance(found, Limb):
-                name += f"\nclick: {found.label}, the whole limb"
+                name += "\n" + tr("click: {limb}, the whole limb", limb=of_core(found.label))
             QToolTip.showText(self._view.mapToGlobal(at.toPoint()), name, self._view)
 
     def _found(self, joint: int | None) -> Chain | None:

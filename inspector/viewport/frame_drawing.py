@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.open_clip import Show
 from inspector.viewport.bodies import Bone
@@ -26,7 +27,7 @@ from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 from twistcore.rotation import Array
 
-_NO_CIRCLE = "straight or folded: no angle"
+_NO_CIRCLE = tr("straight or folded: no angle")
 
 
 class Guest(Protocol):
@@ -139,7 +140,7 @@ class FrameDrawing:
                 degrees = float(np.degrees(jump.residual))
             elif chain is not None:
                 degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
-            name = chain.label if chain is not None else ""
+            name = of_core(chain.label) if chain is not None else ""
             show = "split" if scene.split else document.show
             tracked, swivel = scene.accompanied, isinstance(chain, Limb)
             text = legend_text(

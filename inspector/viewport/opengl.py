@@ -6,15 +6,17 @@ import functools
 
 from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext, QSurfaceFormat
 
+from inspector.language import tr
+
 _GL_RENDERER = 0x1F01
 _PICTURELESS = ("offscreen", "minimal")  # Qt platforms on which VTK's picture stays blank
 _WAYLAND = "wayland"  # 'wayland-egl' and others too; pyvistaqt has no way to draw there yet
 _STRONG = ("nvidia", "geforce", "quadro", "rtx", "radeon", "amd", "apple m")
-_NO_OPENGL = (
+_NO_OPENGL = tr(
     "The 3D view needs OpenGL 3.2, which this display does not offer.\n"
     "Curves, tables and export work without it."
 )
-_NO_XWAYLAND = (
+_NO_XWAYLAND = tr(
     "The 3D view draws through X, and this Wayland desktop runs no X server: install Xwayland.\n"
     "Curves, tables and export work without it."
 )

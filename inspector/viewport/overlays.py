@@ -9,6 +9,7 @@ from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QWidget
 
+from inspector.language import tr
 from inspector.session.open_clip import Show
 from inspector.viewport.bone_colours import scale_colour
 from inspector.widgets.labels import inked
@@ -17,7 +18,7 @@ from inspector.widgets.theme import Theme
 
 _Shown = TypeVar("_Shown", bound=QWidget)
 _MARGIN = 10  # pixels between the legend and the corner
-EMPTY = "Open a clip (Ctrl+O), drop one here, or try the sample"
+EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
 
 class Overlays:
@@ -107,8 +108,8 @@ def legend_text(
     show: one of document.Show, or 'split' for one beside the other; tracked: with a third figure;
     swivel: the offset is a limb's; jump: degrees are those of a jump that stays as it is.
     """
-    before = _key("□" if show == Show.BOTH else "■", theme.before, "before")
-    after = _key("■", theme.after, "after")
+    before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
+    after = _key("■", theme.after, tr("after"))
     if show == "split":
         text = f"◧&nbsp;{before}&nbsp;&nbsp; ◨&nbsp;{after}"
     else:
@@ -116,20 +117,23 @@ def legend_text(
         text = {Show.BEFORE: before, Show.AFTER: after, Show.BOTH: both}[Show(show)]
     if chain:
         colour = theme.before if abs(degrees) >= 0.05 else theme.soft
-        words = f"{signed(degrees)}° {'of swivel ' if swivel else ''}off"
+        angle = f"{signed(degrees)}°"
+        words = (
+            tr("{angle} of swivel off", angle=angle) if swivel else tr("{angle} off", angle=angle)
+        )
         if jump:
-            words = f"jumps by {signed(degrees)}°"
+            words = tr("jumps by {angle}", angle=angle)
         text += f"&nbsp;&nbsp;&nbsp; <b>{_unbroken(chain)}</b>&nbsp; "
         text += inked(_unbroken(words), colour)
     if tracked:
-        text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, 'tracked')}"
+        text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, tr('tracked'))}"
     return text
 
 
 def trails_text(apart: float) -> str:
     """Rich text: how far before and after are apart, in shares of the figure's height."""
     same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
-    return f"<br>hands and feet: {same} of the height apart"
+    return "<br>" + tr("hands and feet: {share} of the height apart", share=same)
 
 
 class OffsetScale(QWidget):
@@ -159,7 +163,7 @@ class OffsetScale(QWidget):
         bar = self.rect().adjusted(10, high + 6, -10, -high - 6)
         painter.setPen(QColor(theme.text))
         top = QRectF(10, 4, bar.width(), high)
-        painter.drawText(top, Qt.AlignmentFlag.AlignLeft, "|offset| at the frame")
+        painter.drawText(top, Qt.AlignmentFlag.AlignLeft, tr("|offset| at the frame"))
         angles = np.radians(np.linspace(0.0, 180.0, bar.width()))
         for k, colour in enumerate(scale_colour(theme, angles)):
             ink = QColor(*colour.astype(int).tolist())

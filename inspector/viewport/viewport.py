@@ -11,6 +11,7 @@ from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 from pyvistaqt import QtInteractor
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.viewport import opengl
 from inspector.viewport.bone_under_mouse import Pointing
@@ -24,6 +25,7 @@ from inspector.viewport.navigation import Navigation
 from inspector.viewport.overlays import EMPTY, Overlays
 from inspector.viewport.scene import Scene, make_plotter
 from inspector.widgets.building import vbox
+from inspector.widgets.labels import plain_text
 from inspector.widgets.later import Stale
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
@@ -31,6 +33,7 @@ from twistcore.chain import Chain
 _AFTER_CURVES_MS = 12  # a dragged τ paints tables and curves first, the picture behind them
 _WARM_MS = 60  # after the window has been shown
 _MOST_COVERED = 0.25  # of the view's height, by a legend of many lines
+_REST_MS = 400  # a figure that moves is not told of
 _FIGURE_MS = 30  # a clip opens with tables and curves; the figure comes in turns of its own
 
 
@@ -61,6 +64,9 @@ class Viewport(Steering):
         self._warmer.timeout.connect(self._warm)
         self._make_view()
         self.overlays = Overlays(self)  # made after what they lie over
+        self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
+        self._rest.timeout.connect(self._describe)
+        self.setAccessibleName(tr("3D view of the figure"))
         self.setMinimumSize(160, 120)
         document.opened.connect(self._opened)
         document.chains_changed.connect(self._take_chains)
@@ -129,6 +135,7 @@ class Viewport(Steering):
             assert self.camera is not None
             self.drawing.draw(scene, self.camera)
             self.overlays.tell(self.drawing.legend(scene, self.theme))
+            self._rest.start()
         self._repaint()
 
     def _repaint(self) -> None:
@@ -238,7 +245,13 @@ class Viewport(Steering):
         navigation.steered.connect(self.steer)
         navigation.clicked.connect(self.pointing.click)
         navigation.hovered.connect(self.pointing.hover)
+        self.view.setAccessibleName(tr("3D view of the figure"))
         vbox(self.view, owner=self, margins=(0, 0, 0, 0))
+
+    def _describe(self) -> None:
+        """What the legend says, for those who do not see the figure."""
+        if self.view is not None:
+            self.view.setAccessibleDescription(plain_text(self.overlays.legend.text()))
 
     def _covered(self) -> float:
         return min(self.overlays.top / max(self.height(), 1), _MOST_COVERED)
@@ -277,6 +290,7 @@ class Viewport(Steering):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop listening and let the render window go."""
         self._timer.stop()
+        self._rest.stop()
         self._builder.stop()
         self._cool()
         self._stop_turning()

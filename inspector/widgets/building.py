@@ -123,11 +123,14 @@ def hint(text: str = "") -> QLabel:
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
     """A small button with a word or a sign on it; flat: without a frame until the mouse is there.
 
-    A sign, not the style's picture: those are black on a dark window.
+    A sign, not the style's picture: those are black on a dark window. A screen reader cannot say
+    it: it says the tip.
     """
     button = QToolButton(autoRaise=flat)
     button.setText(text)
     button.setToolTip(tip)
+    if not any(map(str.isalnum, text)):
+        button.setAccessibleName(tip)
     return button
 
 

@@ -22,19 +22,20 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
 
 from inspector.bundled import DOCS
+from inspector.language import tr
 from inspector.widgets.building import hbox, hint, tool_button, vbox
 from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.theme import Theme
 
 FIRST = "guide.md"
-_TOPICS = {
-    "Guide": FIRST,
-    "Start": "start.md",
-    "Keys": "shortcuts.md",
-    "Teaching": "teaching.md",
-    "Method": "method.md",
-    "Limits": "limits.md",
-}
+_TOPICS = (
+    (tr("Guide"), FIRST),
+    (tr("Start"), "start.md"),
+    (tr("Keys"), "shortcuts.md"),
+    (tr("Teaching"), "teaching.md"),
+    (tr("Method"), "method.md"),
+    (tr("Limits"), "limits.md"),
+)
 _MARGIN = 24  # pixels around a page
 _SETTLE_MS = 150  # a window that is being resized
 _PICTURES = (".png", ".svg", ".gif")  # of a film its first frame
@@ -48,16 +49,19 @@ class GuidePage(QWidget):
     def __init__(self, owner: QWidget, theme: Theme, docs: Path = DOCS) -> None:
         super().__init__(owner, Qt.WindowType.Window)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Guide – Twist Inspector")
+        self.setWindowTitle(tr("Guide – Twist Inspector"))
         self.browser = Pages(docs)
-        self.back = tool_button("Back", "Back (Alt+←)")
-        self.forward = tool_button("Forward", "Forward (Alt+→)")
-        self.line = QLineEdit(placeholderText="Find on this page (Ctrl+F)", clearButtonEnabled=True)
+        self.browser.setAccessibleName(tr("Page of the guide"))
+        self.back = tool_button(tr("Back"), tr("Back (Alt+←)"))
+        self.forward = tool_button(tr("Forward"), tr("Forward (Alt+→)"))
+        find = tr("Find on this page (Ctrl+F)")
+        self.line = QLineEdit(placeholderText=find, clearButtonEnabled=True)
+        self.line.setAccessibleName(find)
         self.line.setMinimumWidth(220)
         self.found = hint()
         self.found.setWordWrap(False)
         topics = []
-        for word, file in _TOPICS.items():
+        for word, file in _TOPICS:
             button = tool_button(word, f"docs/{file}")
             button.clicked.connect(lambda _=False, f=file: self.browser.go(f))
             topics.append(button)
@@ -110,7 +114,7 @@ class GuidePage(QWidget):
         place = document.find(words, behind)
         if place.isNull():
             place = document.find(words, 0)
-        self.found.setText("not on this page" if words and place.isNull() else "")
+        self.found.setText(tr("not on this page") if words and place.isNull() else "")
         if not place.isNull():
             self.browser.setTextCursor(place)
             self.browser.ensureCursorVisible()
@@ -181,7 +185,7 @@ class Pages(MarkdownPage):
         url.setFragment("")
         path = Path(url.toLocalFile()).resolve()
         if not path.is_file():
-            self.setMarkdown(f"This page is not installed: {path.name}")
+            self.setMarkdown(tr("This page is not installed: {name}", name=path.name))
             return
         if url != self.source():
             self.setSource(url, _Type.MarkdownResource)

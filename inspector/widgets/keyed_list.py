@@ -32,6 +32,8 @@ class KeyedList(QListWidget):
         """A row; data: its UserRole."""
         item = QListWidgetItem(words)
         item.setData(_KEY, key)
+        if key:
+            item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{words}, {key}")
         item.setData(Qt.ItemDataRole.UserRole, data)
         self.addItem(item)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from html import escape
 
-from PySide6.QtCore import QEvent, QRect, QSize, Qt
+from PySide6.QtCore import QEvent, QRect, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QFont,
     QPainter,
@@ -21,6 +21,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 _LARGE = 2000  # pixels: no label is larger
 _ASIDE = 4  # pixels beside a line of the status bar
+_STILL_MS = 400  # a line that has not changed for so long is told to screen readers
 
 
 class SteadyLabel(QLabel):
@@ -63,6 +64,11 @@ class SteadyLabel(QLabel):
 def inked(text: str, colour: str) -> str:
     """Rich text in a colour, '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
+
+
+def plain_text(rich: str) -> str:
+    """The words of rich text."""
+    return QTextDocumentFragment.fromHtml(rich).toPlainText()
 
 
 class Caption(QWidget):
@@ -110,7 +116,7 @@ class Caption(QWidget):
     def _fit(self, least: int) -> None:
         shown, height = self._text, self._line
         if self._short:
-            whole = QTextDocumentFragment.fromHtml(self._text).toPlainText()
+            whole = plain_text(self._text)
             end = Qt.TextElideMode.ElideRight
             line = self.fontMetrics().elidedText(whole, end, self.width())
             shown = escape(line)
@@ -180,6 +186,8 @@ class ElidedLine(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._text = ""
+        self._still = QTimer(self, singleShot=True, interval=_STILL_MS)
+        self._still.timeout.connect(self._tell)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def text(self) -> str:
@@ -191,6 +199,10 @@ class ElidedLine(QWidget):
         if text != self._text:
             self._text = text
             self.update()
+            self._still.start()
+
+    def _tell(self) -> None:
+        self.setAccessibleName(self._text)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """As much of the text as there is room for, in the colour of secondary text."""

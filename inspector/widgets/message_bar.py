@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAccessible, QAccessibleEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
 
+from inspector.language import of_core, tr
 from inspector.widgets.building import hbox, soft, tool_button
 
 _SHOWN_MS = 8000
@@ -25,7 +27,7 @@ class MessageBar(QFrame):
         self.setObjectName("bar")
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         self.label = QLabel(wordWrap=True, textInteractionFlags=selectable)
-        close = tool_button("✕", "Close this message")
+        close = tool_button("✕", tr("Close this message"))
         close.clicked.connect(self._close)
         self._answers = QHBoxLayout()
         self._keys = soft(QLabel())
@@ -37,7 +39,8 @@ class MessageBar(QFrame):
         self.hide()
 
     def show_message(self, text: str, wrong: bool) -> None:
-        """Show a sentence; `wrong` marks an error."""
+        """Show a sentence, twistcore's in the chosen language; `wrong` marks an error."""
+        text = of_core(text)
         if self.asks and not wrong:
             return  # a question waits for its answer
         self._show(text, wrong)
@@ -48,6 +51,7 @@ class MessageBar(QFrame):
 
     def add_error(self, text: str) -> None:
         """Show an error, behind the one that is shown if one is."""
+        text = of_core(text)
         if not (self.isVisible() and text in self.label.text()):
             self.show_message(self._behind_error(text), True)
 
@@ -71,7 +75,7 @@ class MessageBar(QFrame):
 
     def withdraw(self, text: str) -> None:
         """No longer show this sentence, if it is what is shown."""
-        if text == self.label.text() and not self._answers.count():
+        if of_core(text) == self.label.text() and not self._answers.count():
             self._close()
 
     def ask(self, text: str, answers: Answers) -> None:
@@ -129,3 +133,6 @@ class MessageBar(QFrame):
         self.style().unpolish(self)
         self.style().polish(self)
         self.show()
+        if QAccessible.isActive():  # read out at once, wherever the keyboard is
+            alert = QAccessibleEvent(self.label, QAccessible.Event.Alert)
+            QAccessible.updateAccessibility(alert)

@@ -50,7 +50,8 @@ class Row:
 
     texts: a text a column; sort: a sortable value a column, the texts if empty; colours: '#rrggbb'
     by column; tip: shown over every column, or by column; tick: of the first column, if it has one;
-    beside: soft words behind the first column's text, for a BesideDelegate.
+    beside: soft words behind the first column's text, for a BesideDelegate; spoken: what a screen
+    reader says of a column in place of its text, where that is a sign, a bar or nothing.
     """
 
     texts: tuple[str, ...]
@@ -59,6 +60,7 @@ class Row:
     tips: tuple[str, ...] = ()
     tick: bool | None = None
     beside: str = ""
+    spoken: Mapping[int, str] = field(default_factory=dict)
 
 
 class RowModel(QAbstractTableModel, Generic[_Thing]):
@@ -211,10 +213,18 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         if role == Qt.ItemDataRole.ToolTipRole:
             tips = self.row(index.row()).tips
             return tips[column % len(tips)] if tips else None
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            return self.spoken(index.row(), column)
         if role == SORT_ROLE:
             row = self.row(index.row())
             return (row.sort or row.texts)[column]
         return None
+
+    def spoken(self, row: int, column: int) -> str:
+        """What a screen reader says of a cell."""
+        told = self.row(row)
+        beside = told.beside if column == 0 else ""
+        return told.spoken.get(column) or ", ".join(filter(None, (told.texts[column], beside)))
 
     def alignment(self, column: int) -> Qt.AlignmentFlag:
         """Figures stand on the right."""

@@ -11,6 +11,7 @@ from typing import Any
 from PySide6.QtCore import QObject, QRectF, Qt, Signal
 from PySide6.QtGui import QPainterPath
 
+from inspector.language import tr
 from inspector.widgets.background import Task
 
 EM = 100.0  # of the outlines: units an em
@@ -80,7 +81,7 @@ class Typesetter(QObject):
         self._over()
 
     def _fail(self, error: Exception) -> None:
-        self.trouble = f"The equations cannot be typeset ({error})."
+        self.trouble = tr("The equations cannot be typeset ({error}).", error=error)
         self._over()
 
     def _over(self) -> None:

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.language import tr
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.file_dialog import ask_where
 
@@ -30,10 +31,11 @@ class WriteDialog(QDialog):
         self.setWindowTitle(title)
         self.path = QLineEdit(str(path))
         self.path.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
-        browse = QPushButton("Browse…")
+        self.path.setAccessibleName(tr("File to write"))
+        browse = QPushButton(tr("Browse…"))
         browse.clicked.connect(self._browse)
         self.where = hbox((self.path, 1), browse)
-        self.replace = QCheckBox("Replace the file that is there")
+        self.replace = QCheckBox(tr("Replace the file that is there"))
         self.form = QFormLayout()
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
@@ -50,10 +52,10 @@ class WriteDialog(QDialog):
 
     def pattern(self) -> str:
         """The files that a file dialog lists."""
-        return "All files (*)"
+        return tr("All files (*)")
 
     def _browse(self) -> None:
-        title = f"{self.windowTitle()} to"
+        title = tr("{command} to", command=self.windowTitle())
         ask_where(self, title, self.pattern(), self._take, wanted=Path(self.path.text()))
 
     def _take(self, path: Path) -> None:

@@ -9,7 +9,20 @@ from typing import ClassVar
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
+from inspector.language import chosen_language, tr, tr_as
 from inspector.session.settings import Settings
+
+_TITLES = {  # of menus; &: the letter that opens one
+    "File": tr_as("menu", "&File"),
+    "Edit": tr_as("menu", "&Edit"),
+    "Go": tr_as("menu", "&Go"),
+    "View": tr_as("menu", "&View"),
+    "Chains": tr_as("menu", "&Chains"),
+    "Tuning": tr_as("menu", "&Tuning"),
+    "Quality": tr_as("menu", "&Quality"),
+    "Teach": tr_as("menu", "&Teach"),
+    "Help": tr_as("menu", "&Help"),
+}
 
 
 @dataclass(frozen=True)
@@ -36,11 +49,21 @@ def rows(menus: Menus) -> Iterator[Row]:
     return (row for menu in menus.values() for row in menu if row is not None)
 
 
+def menu_title(name: str) -> str:
+    """A menu's title, with the mark of the letter that opens it."""
+    return _TITLES.get(name, f"&{name}")
+
+
+def key_text(key: str) -> str:
+    """A key of a row as a person reads it."""
+    return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
+
+
 def build_actions(
     menus: Menus, window: QWidget, bar: QMenuBar
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
     """QActions by id, which do nothing yet and have no keys, and the menus by name."""
-    shown = {name: bar.addMenu(f"&{name}") for name in menus}
+    shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}
     actions: dict[str, QAction] = {}
     for name, menu in menus.items():
@@ -66,5 +89,17 @@ def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings)
     for row in rows(menus):
         keys = settings.keys.get(row.id, list(row.keys))
         actions[row.id].setShortcuts([QKeySequence(k) for k in keys])
-        shown = f" ({keys[0]})" if keys else ""
+        shown = f" ({key_text(keys[0])})" if keys else ""
         actions[row.id].setToolTip(f"{row.tip or row.text}{shown}")
+
+
+def name_step(action: QAction, title: str, step: str) -> None:
+    """Let undo or redo say which step it takes back or does again, '' for none."""
+    if chosen_language() == "en":  # other languages have their nouns as they stand
+        step = step[:1].lower() + step[1:]
+    wanted = tr("{undo_or_redo} {step}", undo_or_redo=title, step=step) if step else title
+    # A changed action lays its tool bar out anew.
+    if (wanted, bool(step)) != (action.text(), action.isEnabled()):
+        action.setEnabled(bool(step))
+        action.setText(wanted)
+        action.setIconText(title)

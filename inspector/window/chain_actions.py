@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QWidget
 
+from inspector.language import plural, tr
 from inspector.session.document import Document
 from inspector.session.rig_profiles import keep_rig, kept_rig, rig_path
 from inspector.widgets.message_bar import MessageBar
@@ -34,7 +35,9 @@ class ChainActions:
 
     def _retitle(self) -> None:
         rig = self._rig
-        self.dock.setWindowTitle(f"Chains ({rig.summary()})" if rig else "Chains")
+        self.dock.setWindowTitle(
+            tr("Chains ({changed})", changed=_changed(rig)) if rig else tr("Chains")
+        )
 
     @property
     def _rig(self) -> Rig:
@@ -57,7 +60,7 @@ class ChainActions:
         self.dialog = None
 
     def _add(self, rig: Rig, name: str) -> None:
-        self.document.change_chains(rig, f"Add chain {name}")
+        self.document.change_chains(rig, tr("Add chain {name}", name=name))
 
     def remove_chain(self) -> None:
         """Take the selected chain away, and say what goes with it."""
@@ -67,15 +70,20 @@ class ChainActions:
         own = document.review.state.of_chain(name)
         decided = sum(j.decision != Decision.UNDECIDED for j in own)
         label = document.find_chain(name).label
-        count = "1 interval" if len(own) == 1 else f"{len(own)} intervals"
-        told = f"{label} is gone, and so is what was found in it: {count}, {decided} decided. "
-        rig, what = self._rig.without(name), f"Remove chain {label}"
-        document.change_chains(rig, what, f"{told}Undo brings all back." if own else "")
+        told = tr(
+            "{chain} is gone, and so is what was found in it: {intervals}, {decided} decided. "
+            "Undo brings all back.",
+            chain=label,
+            intervals=plural("{n} interval", "{n} intervals", len(own)),
+            decided=decided,
+        )
+        rig, what = self._rig.without(name), tr("Remove chain {name}", name=label)
+        document.change_chains(rig, what, told if own else "")
 
     def restore_chains(self) -> None:
         """The chains that are found, and no others."""
         if self._open():
-            self._change(AS_FOUND, "Chains as found", "These are the chains as found.")
+            self._change(AS_FOUND, tr("Chains as found"), tr("These are the chains as found."))
 
     def use_rig(self) -> None:
         """The chains that are kept for this skeleton."""
@@ -84,9 +92,10 @@ class ChainActions:
             return
         rig, told = kept_rig(data.motion)
         if told or not rig_path(data.motion.skeleton).exists():
-            self.bar.show_message(told or "Nothing is kept for this skeleton.", bool(told))
+            self.bar.show_message(told or tr("Nothing is kept for this skeleton."), bool(told))
         else:
-            self._change(rig, "Use the rig profile", "These are the chains of the rig profile.")
+            already = tr("These are the chains of the rig profile.")
+            self._change(rig, tr("Use the rig profile"), already)
 
     def _change(self, rig: Rig, what: str, already: str) -> None:
         if rig == self._rig:
@@ -103,13 +112,28 @@ class ChainActions:
             keep_rig(rig, data.motion.skeleton, data.clip.name)
         except OSError as error:
             place = rig_path(data.motion.skeleton)
-            self.bar.show_message(f"{place}: not written ({error.strerror}).", True)
+            told = tr("{file}: not written ({why}).", file=place, why=error.strerror)
+            self.bar.show_message(told, True)
             return
-        which = f"these chains ({rig.summary()})" if rig else "the chains as found"
-        told = f"Clips of this skeleton that have no session open with {which} from now on."
+        which = tr("the chains as found")
+        if rig:
+            which = tr("these chains ({changed})", changed=_changed(rig))
+        told = tr(
+            "Clips of this skeleton that have no session open with {chains} from now on.",
+            chains=which,
+        )
         self.bar.show_message(told, False)
 
     def _open(self) -> bool:
         if self.document.data is None:
-            self.bar.show_message("Open a clip first.", False)
+            self.bar.show_message(tr("Open a clip first."), False)
         return self.document.data is not None
+
+
+def _changed(rig: Rig) -> str:
+    """In how far the chains are otherwise than found: '2 added, 1 removed'."""
+    added, removed = (
+        tr("{n} added", n=len(rig.add)),
+        tr("{n} removed", n=len(rig.remove)),
+    )
+    return ", ".join(said for said, some in ((added, rig.add), (removed, rig.remove)) if some)

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.language import of_core, tr, tr_as
 from inspector.session.document import Document
 from inspector.widgets.building import soft, vbox
 from twistcore.errors import TwistError
@@ -21,11 +22,11 @@ from twistcore.motion import Motion, Skeleton
 from twistcore.rig import OwnChain, Rig
 
 _NONE = "–"
-_ROLES = ("Parent", "Child", "Below it")
+_ROLES = (tr_as("joint", "Parent"), tr_as("joint", "Child"), tr_as("joint", "Below it"))
 _TIPS = (
-    "The joint whose twist may be wrong; the chain has its name",
-    "The child that turns back where the parent is twisted wrongly",
-    "A joint below the child, which shows the child's azimuth; it may be left out",
+    tr("The joint whose twist may be wrong; the chain has its name"),
+    tr("The child that turns back where the parent is twisted wrongly"),
+    tr("A joint below the child, which shows the child's azimuth; it may be left out"),
 )
 
 
@@ -41,16 +42,18 @@ class ChainDialog(QDialog):
         super().__init__(parent)
         self._document = document
         self._rig: Rig | None = None
-        self.setWindowTitle("Add chain")
+        self.setWindowTitle(tr("Add chain"))
         self.joints = tuple(_joint_box(tip) for tip in _TIPS)
-        self.limb = QCheckBox("A limb: look for flips about the line from the first to the last")
+        self.limb = QCheckBox(
+            tr("A limb: look for flips about the line from the first to the last")
+        )
         self.told = soft(QLabel(wordWrap=True))
         self.told.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
         self._add = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
-        self._add.setText("Add chain")
+        self._add.setText(tr("Add chain"))
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
         form = QFormLayout()
@@ -130,9 +133,10 @@ class ChainDialog(QDialog):
             self._rig = self._document.review.state.rig.with_chain(data.motion, own)
         except TwistError as error:
             self._rig = None
-            self.told.setText(f"No chain: {error}.")
+            self.told.setText(tr("No chain: {why}.", why=of_core(str(error))))
         else:
-            self.told.setText(f"It is called {own.name}: {' → '.join(own.joints)}.")
+            joints = " → ".join(own.joints)
+            self.told.setText(tr("It is called {name}: {joints}.", name=own.name, joints=joints))
         self._add.setEnabled(self._rig is not None)
 
     def accept(self) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
+from inspector.language import of_core, plural, tr, tr_as
 from inspector.session.document import Document
 from inspector.session.export_files import (
     ExportChoice,
@@ -27,12 +28,21 @@ from twistcore.refinement import SURE_ENOUGH
 from twistcore.review import Decision
 from twistcore.review.model import APPLIED, SEEN
 
+_VERDICTS = {
+    Decision.ACCEPTED: tr_as("decision", "accepted"),
+    SEEN: tr_as("decision", "seen"),
+    APPLIED: tr_as("decision", "applied automatically"),
+    Decision.REJECTED: tr_as("decision", "rejected"),
+    Decision.UNDECIDED: tr_as("decision", "undecided"),
+}
+
 
 class ExportDialog(WriteDialog):
     """A form; its `choice` is what is to be exported."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__("Export", document.proposed(f"{EXPORT_MARK}.{_format(document)}"), parent)
+        proposed = document.proposed(f"{EXPORT_MARK}.{_format(document)}")
+        super().__init__(tr_as("do", "Export"), proposed, parent)
         self._document = document
         self._look = OneTask(self)  # at long files that are there
         self._then: Callable[[], object] = lambda: None
@@ -40,51 +50,56 @@ class ExportDialog(WriteDialog):
         document.opened.connect(self.reject)  # what it says is of the clip that was open
         told = Counter(j.verdict for j in document.intervals)
         words = [
-            f"{told[v]} {v}"
+            f"{told[v]} {_VERDICTS[v]}"
             for v in (Decision.ACCEPTED, SEEN, APPLIED)
             if told[v] or v == "accepted"
         ]
-        words += [f"{told[v]} {v}" for v in (Decision.REJECTED, Decision.UNDECIDED)]
+        words += [f"{told[v]} {_VERDICTS[v]}" for v in (Decision.REJECTED, Decision.UNDECIDED)]
         undecided = len(document.review.state.unasked()) if document.data else 0
         repairable = (j for j in document.intervals if j.interval.repairable)
         every = sum(j.decision == Decision.UNDECIDED for j in repairable)
         total = told[Decision.UNDECIDED]  # jumps among them, of which nothing is taken out
-        which = f"{undecided} repairable of {total}" if every < total else f"{undecided}"
-        which = which if undecided == every else f"{undecided} sure of {total}"
-        ones = "one" if which.split()[-1] == "1" else "ones"
-        self.undecided = QCheckBox(f"Correct the {which} undecided {ones} as well")
+        self.undecided = QCheckBox(_to_correct(undecided, every, total))
         self.undecided.setToolTip(
-            f"Closed ones, with a confidence of {SURE_ENOUGH:.2f} or more if they have any"
+            tr(
+                "Closed ones, with a confidence of {confidence:.2f} or more if they have any",
+                confidence=SURE_ENOUGH,
+            )
         )
         self.undecided.setEnabled(undecided > 0)
-        self.session = QCheckBox("Session beside it, to go on or to replay the export")
-        self.report = QCheckBox("Report beside it (HTML, CSV, JSON, markers for Blender)")
+        self.session = QCheckBox(tr("Session beside it, to go on or to replay the export"))
+        self.report = QCheckBox(tr("Report beside it (HTML, CSV, JSON, markers for Blender)"))
         for beside in (self.session, self.report):
             beside.setChecked(True)
         self.warning, self.obstacle = QLabel(wordWrap=True), QLabel(wordWrap=True)
         self.replaces = QLabel(wordWrap=True)
-        note = "In one step, which undo takes back; the report says that they were applied "
-        note += "automatically, not that you accepted them."
+        note = tr(
+            "In one step, which undo takes back; the report says that they were applied "
+            "automatically, not that you accepted them."
+        )
         self.warning.setText(note)
         self.warning.hide()
         self.undecided.toggled.connect(self.warning.setVisible)
         form = self.form
-        form.addRow("Write to", self.where)
+        form.addRow(tr("Write to"), self.where)
         self.count = QLabel(", ".join(words))
-        form.addRow("Intervals", self.count)
+        form.addRow(tr("Intervals"), self.count)
         if document.data is not None and (stuck := uncorrected(document)):
             form.addRow("", QLabel(stuck, wordWrap=True))
         tracking = document.review.state.tracking if document.data else None
         if tracking is not None:
-            way = "causally" if tracking.causal else "both ways"
-            gains = "learned" if tracking.learned else "hand"
-            how = f"{tracking.what} with QuaMo, {way}, {gains} gains, afterwards"
-            form.addRow("Tracked", QLabel(how))
+            how = tr(
+                "{joints} with QuaMo, {way}, {gains} gains, afterwards",
+                joints=of_core(tracking.what),
+                way=tr("causally") if tracking.causal else tr("both ways"),
+                gains=tr_as("gains", "learned") if tracking.learned else tr_as("gains", "hand"),
+            )
+            form.addRow(tr("Tracked"), QLabel(how))
         form.addRow("", self.undecided)
         form.addRow("", self.warning)
-        form.addRow("With", self.session)
+        form.addRow(tr_as("export", "With"), self.session)
         form.addRow("", self.report)
-        form.addRow("Replaces", self.replaces)
+        form.addRow(tr_as("export", "Replaces"), self.replaces)
         form.addRow("", self.replace)
         form.addRow("", self.obstacle)
         self.end_form()
@@ -100,7 +115,7 @@ class ExportDialog(WriteDialog):
         self._look.cancel()
         if long := to_look_at(self.choice(), self._document.exported):
             names = ", ".join(path.name for path in long)
-            self.replaces.setText(f"{names}: being looked at …")
+            self.replaces.setText(tr("{files}: being looked at …", files=names))
             self.replace.hide()
             self.obstacle.hide()
             self.do_it.setEnabled(False)
@@ -123,11 +138,9 @@ class ExportDialog(WriteDialog):
     def _seen(self) -> None:
         there = replaced(self.choice(), self._document.exported)
         foreign = [path for path, ours in there.items() if not ours]
-        lines = [
-            f"{path.name} ({'written by this program' if ours else 'not ours, or changed since'})"
-            for path, ours in there.items()
-        ]
-        self.replaces.setText("\n".join(lines) or "nothing: all files are new")
+        whose = tr("not ours, or changed since"), tr("written by this program")
+        lines = [f"{path.name} ({whose[ours]})" for path, ours in there.items()]
+        self.replaces.setText("\n".join(lines) or tr("nothing: all files are new"))
         self.replace.setVisible(bool(foreign))
         self._see_whether_it_can()
         then, self._then = self._then, lambda: None
@@ -141,9 +154,9 @@ class ExportDialog(WriteDialog):
             try:
                 check_targets(self.choice(), data.clip, document.exported, document.keeper.files)
             except TwistError as error:
-                why = str(error)
+                why = of_core(str(error))
         if why and self.replace.isVisibleTo(self) and not self.replace.isChecked():
-            why = "Tick Replace, or choose another name."
+            why = tr("Tick Replace, or choose another name.")
         self.obstacle.setText(why)
         self.obstacle.setVisible(bool(why))
         self.do_it.setEnabled(not why)
@@ -162,6 +175,27 @@ class ExportDialog(WriteDialog):
         """Clips of the format of this one."""
         ending = _format(self._document)
         return f"{ending.upper()} (*.{ending})"
+
+
+def _to_correct(sure: int, repairable: int, total: int) -> str:
+    """What the box offers of so many undecided intervals."""
+    if sure != repairable:
+        return plural(
+            "Correct the {sure} sure of {n} undecided one as well",
+            "Correct the {sure} sure of {n} undecided ones as well",
+            total,
+            sure=sure,
+        )
+    if repairable < total:
+        return plural(
+            "Correct the {sure} repairable of {n} undecided one as well",
+            "Correct the {sure} repairable of {n} undecided ones as well",
+            total,
+            sure=sure,
+        )
+    return plural(
+        "Correct the {n} undecided one as well", "Correct the {n} undecided ones as well", sure
+    )
 
 
 def _format(document: Document) -> str:

@@ -12,6 +12,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
+from inspector.language import chosen_language, plural, tr, tr_as
 from inspector.session.export_files import Export, ExportChoice
 from inspector.session.exporter import Exporter
 from inspector.session.leftovers import unsaved_among
@@ -90,13 +91,13 @@ class FileActions(Saving):
 
     def open_dialog(self) -> None:
         """Ask for a file and open it."""
-        patterns = f"Motion and sessions ({CLIP_PATTERNS} *{SESSION_SUFFIX}*)"
-        pattern = f"{patterns};;All files (*)"
-        ask_files(self.window, "Open", pattern, lambda paths: self.open_path(paths[0]))
+        patterns = tr("Motion and sessions") + f" ({CLIP_PATTERNS} *{SESSION_SUFFIX}*)"
+        pattern = f"{patterns};;" + tr("All files") + " (*)"
+        ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 
     def open_folder(self) -> None:
         """Ask for a folder and queue its clips."""
-        ask_folder(self.window, "Open folder", self.open_path)
+        ask_folder(self.window, tr("Open folder"), self.open_path)
 
     def open_queue(self, folder: Path) -> None:
         """Analyse the clips of a folder in the background.
@@ -122,9 +123,10 @@ class FileActions(Saving):
             self.open_path(stopped_at.path)
             return
         if not self.queue.clips:
-            self.bar.show_message(f"{folder}: no clip in this folder yet; it is watched.", False)
+            told = tr("{folder}: no clip in this folder yet; it is watched.", folder=folder)
         else:
-            self.bar.show_message(f"{folder.name}: the worst clip opens in a moment …", False)
+            told = tr("{folder}: the worst clip opens in a moment …", folder=folder.name)
+        self.bar.show_message(told, False)
         self._wait_for_first, self._since = True, self._state()
         self._first.start()
         self._queue_changed()
@@ -142,12 +144,12 @@ class FileActions(Saving):
             self.open_path(path)
         elif not self.queue.running and self.queue.clips:
             self._wait_for_first = False
-            told = "nothing is to be decided in its clips; a double click opens one."
-            folder = self.queue.folder and self.queue.folder.name
-            one_is_open = self.document.data is not None
-            self.bar.show_message(
-                self._nothing_next() if one_is_open else f"{folder}: {told}", False
+            told = tr(
+                "{folder}: nothing is to be decided in its clips; a double click opens one.",
+                folder=self.queue.folder and self.queue.folder.name,
             )
+            one_is_open = self.document.data is not None
+            self.bar.show_message(self._nothing_next() if one_is_open else told, False)
 
     def _keep_profile(self) -> None:
         if (folder := self.queue.folder) is not None:
@@ -166,20 +168,20 @@ class FileActions(Saving):
         if path is not None:
             self.open_path(path)
         elif self.queue.folder is None:
-            self.bar.show_message("Open a folder first (Ctrl+Shift+O).", False)
+            self.bar.show_message(tr("Open a folder first (Ctrl+Shift+O)."), False)
         else:
             self.bar.show_message(self._nothing_next(), False)
             self._wait_for_first, self._since = self.queue.running, self._state()
 
     def _nothing_next(self) -> str:
         if self.queue.running:
-            return "The other clips are still being analysed; the next one opens by itself."
-        return "No other clip of the folder waits for a decision."
+            return tr("The other clips are still being analysed; the next one opens by itself.")
+        return tr("No other clip of the folder waits for a decision.")
 
     def previous_clip(self) -> None:
         """Open the clip that was open before."""
         if len(self._visited) < 2:
-            self.bar.show_message("No clip was open before.", False)
+            self.bar.show_message(tr("No clip was open before."), False)
             return
         self._back_to = self._visited[-2]
         self.open_path(self._back_to)
@@ -192,7 +194,7 @@ class FileActions(Saving):
 
     def _opening_share(self, share: float) -> None:
         key = self.cancel.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
-        how = f"   {key} cancels." if key else ""
+        how = "   " + tr("{key} cancels.", key=key) if key else ""
         self.window.statusBar().showMessage(f"{self._under_way} … {100.0 * share:.0f} %{how}")
 
     def _opening_over(self) -> None:
@@ -219,8 +221,13 @@ class FileActions(Saving):
         if when_open is not None and when_open[0] == data.clip.path:
             # Behind what is said and asked about the clip itself.
             QTimer.singleShot(0, self.window, when_open[1])
-        frames = f"{data.motion.frames} frames at {data.motion.fps:.4g} fps"
-        text = f"{data.clip.name}: {frames}, {len(data.motion.skeleton)} joints"
+        text = tr(
+            "{clip}: {frames} frames at {fps:.4g} fps, {joints} joints",
+            clip=data.clip.name,
+            frames=data.motion.frames,
+            fps=data.motion.fps,
+            joints=len(data.motion.skeleton),
+        )
         self.window.statusBar().showMessage(text, 8000)
 
     def _show_recent(self) -> None:
@@ -236,7 +243,7 @@ class FileActions(Saving):
 
     def locate_clip(self, session: Path) -> None:
         """Ask where the clip of a session went, and open both."""
-        title, reopen = "Locate the clip", partial(self.document.opener.open_session, session)
+        title, reopen = tr("Locate the clip"), partial(self.document.opener.open_session, session)
         ask_files(self.window, title, CLIP_PATTERNS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
@@ -245,7 +252,7 @@ class FileActions(Saving):
         Of a borrowed clip it always asks: it would lie among the person's own.
         """
         if self.document.data is None:
-            self.bar.show_message("Open a clip first.", False)
+            self.bar.show_message(tr("Open a clip first."), False)
             return
         dialog = ExportDialog(self.document, self.window)
         dialog.accepted.connect(lambda: self.export(dialog.choice()))
@@ -265,7 +272,7 @@ class FileActions(Saving):
                 self.export_dialog()
 
         if dialog.looking:
-            self.bar.show_message("Looking at what the export would replace …", False)
+            self.bar.show_message(tr("Looking at what the export would replace …"), False)
         dialog.when_seen(decide)
 
     def _at_once_over(self, _: int) -> None:
@@ -293,7 +300,7 @@ class FileActions(Saving):
             self.bar.show_message(f"{text} {self._nothing_next()}", False)
             self._wait_for_first, self._since = self.queue.running, self._state()
             return
-        told = f"{text} Next clip: {following.name}."
+        told = f"{text} " + tr("Next clip: {name}.", name=following.name)
         self._when_open = following, lambda: self._tell_next(told, path)
         self.open_path(following)
 
@@ -310,7 +317,8 @@ class FileActions(Saving):
         if self.bar.asks:
             self.window.statusBar().showMessage(text, 15_000)
         else:
-            self.bar.offer(text, ((f"Back to {before.name}", lambda: self.open_path(before)),))
+            back = tr("Back to {clip}", clip=before.name)
+            self.bar.offer(text, ((back, lambda: self.open_path(before)),))
 
     def offer_unsaved(self) -> None:
         """Say which clip of the last ones has decisions that were not saved, and offer it."""
@@ -323,13 +331,16 @@ class FileActions(Saving):
             return  # of a clip that is opened all this is asked by itself
         (clip, journal, count), *others = unsaved
         when = datetime.fromtimestamp(written(journal) / 1e9)
-        decisions = f"{count} decision{'s' * (count > 1)}"
-        more = f" {len(others)} more of the last clips have some, too." if others else ""
-        self.bar.ask(
-            f"The last review of {clip.name} ended without saving ({when:%d %B, %H:%M}); "
-            f"{decisions} can be restored.{more}",
-            (("Open and restore", lambda: self._restore(clip)), ("Not now", lambda: None)),
+        told = tr(
+            "The last review of {clip} ended without saving ({when}); {decisions} can be restored.",
+            clip=clip.name,
+            when=f"{when:%d %B, %H:%M}" if chosen_language() == "en" else f"{when:%x, %H:%M}",
+            decisions=plural("{n} decision", "{n} decisions", count),
         )
+        if others:
+            told += " " + tr("{n} more of the last clips have some, too.", n=len(others))
+        restore = tr("Open and restore"), lambda: self._restore(clip)
+        self.bar.ask(told, (restore, (tr("Not now"), lambda: None)))
 
     def _restore(self, clip: Path) -> None:
         """Open a clip, in its folder where that was open, and go on with its latest review."""

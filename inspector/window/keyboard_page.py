@@ -6,29 +6,36 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QLineEdit, QWidget
 
+from inspector.language import tr, tr_as
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.guide_page import MarkdownPage
-from inspector.window.actions import Menus, Row
+from inspector.window.actions import Menus, Row, key_text, menu_title
 
 _MARGIN = 12  # pixels around the page
 _MOUSE = (
-    ("Plots: wheel", "zoom at the cursor"),
-    ("Plots: Shift+wheel", "pan"),
-    ("Plots: Ctrl+wheel, wheel over the left axis", "zoom the values at the cursor"),
-    ("Plots: drag the left axis · double click it", "pan the values · show all values"),
-    ("Plots: double click a title", "that plot alone, or all again"),
-    ("Plots: drag an edge or the body of an interval", "resize or move it"),
-    ("Plots: drag on empty ground", "draw an interval of the selected chain"),
-    ("Plots: click · drag the playhead", "select an interval or set the playhead · move it"),
-    ("Plots: drag the τ line, double click on the strength", "set τ"),
-    ("Tuning: drag the τ line, double click in a plot", "set τ"),
-    ("Plots: right button", "menu; it never deletes"),
-    ("Overview: click", "select the interval there, else set the playhead"),
-    ("Overview: drag the window or its edges · beside it", "pan or zoom · move the playhead"),
-    ("3D: drag · Shift+drag · wheel", "orbit · pan · zoom"),
-    ("3D: click a bone", "select its chain; again: its whole arm or leg"),
-    ("Teaching: drag w in 3D · its dial · with Ctrl", "swing · twist · the child counters"),
-    ("Teaching: click a symbol", "light it up in the list, in 3D and in the plots"),
+    (tr("Plots: wheel"), tr("zoom at the cursor")),
+    (tr("Plots: Shift+wheel"), tr("pan")),
+    (tr("Plots: Ctrl+wheel, wheel over the left axis"), tr("zoom the values at the cursor")),
+    (tr("Plots: drag the left axis · double click it"), tr("pan the values · show all values")),
+    (tr("Plots: double click a title"), tr("that plot alone, or all again")),
+    (tr("Plots: drag an edge or the body of an interval"), tr("resize or move it")),
+    (tr("Plots: drag on empty ground"), tr("draw an interval of the selected chain")),
+    (
+        tr("Plots: click · drag the playhead"),
+        tr("select an interval or set the playhead · move it"),
+    ),
+    (tr("Plots: drag the τ line, double click on the strength"), tr("set τ")),
+    (tr("Tuning: drag the τ line, double click in a plot"), tr("set τ")),
+    (tr("Plots: right button"), tr("menu; it never deletes")),
+    (tr("Overview: click"), tr("select the interval there, else set the playhead")),
+    (
+        tr("Overview: drag the window or its edges · beside it"),
+        tr("pan or zoom · move the playhead"),
+    ),
+    (tr("3D: drag · Shift+drag · wheel"), tr("orbit · pan · zoom")),
+    (tr("3D: click a bone"), tr("select its chain; again: its whole arm or leg")),
+    (tr("Teaching: drag w in 3D · its dial · with Ctrl"), tr("swing · twist · the child counters")),
+    (tr("Teaching: click a symbol"), tr("light it up in the list, in 3D and in the plots")),
 )
 
 
@@ -42,19 +49,28 @@ def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
     def fits(*said: str) -> bool:
         return all(word in " ".join(said).lower() for word in words)
 
-    lines = ["# Keyboard and mouse", ""]
+    lines = ["# " + tr("Keyboard and mouse"), ""]
+    key, does, place, mouse_title = tr("key"), tr("does"), tr("where"), tr("Mouse")
     for name, menu in menus.items():
+        title = menu_title(name).replace("&", "")
         keyed = [row for row in menu if row is not None and row.keys]
-        if keyed := [row for row in keyed if fits(name, *row.keys, _does(row))]:
-            lines += [f"## {name}", "", "| key | does |", "|---|---|"]
-            lines += [f"| {' or '.join(f'`{k}`' for k in r.keys)} | {_does(r)} |" for r in keyed]
+        if keyed := [row for row in keyed if fits(title, *_keys(row), _does(row))]:
+            lines += [f"## {title}", "", f"| {key} | {does} |", "|---|---|"]
+            between = tr_as("one key or another", " or ")
+            lines += [
+                f"| {between.join(f'`{k}`' for k in _keys(row))} | {_does(row)} |" for row in keyed
+            ]
             lines.append("")
-    if mouse := [(where, does) for where, does in _MOUSE if fits("mouse", where, does)]:
-        lines += ["## Mouse", "", "| where | does |", "|---|---|"]
-        lines += [f"| {where} | {does} |" for where, does in mouse]
+    if mouse := [(where, what) for where, what in _MOUSE if fits(mouse_title, where, what)]:
+        lines += [f"## {mouse_title}", "", f"| {place} | {does} |", "|---|---|"]
+        lines += [f"| {where} | {what} |" for where, what in mouse]
     elif len(lines) == 2:
-        lines.append("Nothing of that kind.")
+        lines.append(tr("Nothing of that kind."))
     return "\n".join(lines) + "\n"
+
+
+def _keys(row: Row) -> tuple[str, ...]:
+    return tuple(key_text(key) for key in row.keys)
 
 
 def _does(row: Row) -> str:
@@ -70,12 +86,14 @@ class KeyboardPage(QWidget):
     def __init__(self, menus: Menus, window: QWidget) -> None:
         super().__init__(window, Qt.WindowType.Tool)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Keyboard and mouse")
+        self.setWindowTitle(tr("Keyboard and mouse"))
         self._menus = menus
         self.line = QLineEdit(
-            placeholderText="Find a key, or what it does", clearButtonEnabled=True
+            placeholderText=tr("Find a key, or what it does"), clearButtonEnabled=True
         )
+        self.line.setAccessibleName(tr("Find a key, or what it does"))
         self.page = MarkdownPage()
+        self.page.setAccessibleName(tr("Keyboard and mouse"))
         self.page.document().setDocumentMargin(_MARGIN)
         vbox((hbox(self.line, margins=(8, 8, 8, 0))), (self.page, 1), owner=self,
              margins=(0, 0, 0, 0))  # fmt: skip

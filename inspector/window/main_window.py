@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWi
 
 from inspector.folder.folder_actions import FolderActions
 from inspector.folder.queue import FolderQueue
+from inspector.language import of_core, tr
 from inspector.lessons.guide_card import GuideCard
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.interrupted_review import Aside
@@ -56,7 +57,7 @@ from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.native_surface import own_surface
 from inspector.widgets.review_keys import ReviewKeys
 from inspector.window.action_table import MENUS, OF_A_CLIP, OF_CHAINS, OF_THE_FIGURE
-from inspector.window.actions import build_actions
+from inspector.window.actions import build_actions, name_step
 from inspector.window.chain_actions import ChainActions
 from inspector.window.file_actions import FileActions
 from inspector.window.parts import Parts
@@ -65,7 +66,7 @@ from inspector.window.program_actions import ProgramActions
 from inspector.window.review_actions import ReviewActions
 from inspector.window.settings_keeper import SettingsKeeper
 from inspector.window.toolbar import ToolBar
-from inspector.window.usual_layout import UsualLayout
+from inspector.window.usual_layout import DOCKS, UsualLayout
 from twistcore.review import Decision
 
 _Area = Qt.DockWidgetArea
@@ -133,18 +134,18 @@ class MainWindow(Parts):
 
     def _build_docks(self) -> None:
         right = _column((self.intervals, 1), self.detail)
-        self._dock("Curves", self.timeline, _Area.BottomDockWidgetArea)
-        self._dock("Video", self.video, _Area.BottomDockWidgetArea).hide()
-        self._dock("Clips", self.clips, _Area.LeftDockWidgetArea).hide()
-        self._dock("Chains", self.chains, _Area.LeftDockWidgetArea)
-        intervals = self._dock("Intervals", scrolled(right), _Area.RightDockWidgetArea)
-        self._dock("History", HistoryPanel(self.document), _Area.RightDockWidgetArea)
-        tuning = self._dock("Tuning", scrolled(self.tuning), _Area.RightDockWidgetArea)
+        self._dock("curves", self.timeline, _Area.BottomDockWidgetArea)
+        self._dock("video", self.video, _Area.BottomDockWidgetArea).hide()
+        self._dock("clips", self.clips, _Area.LeftDockWidgetArea).hide()
+        self._dock("chains", self.chains, _Area.LeftDockWidgetArea)
+        intervals = self._dock("intervals", scrolled(right), _Area.RightDockWidgetArea)
+        self._dock("history", HistoryPanel(self.document), _Area.RightDockWidgetArea)
+        tuning = self._dock("tuning", scrolled(self.tuning), _Area.RightDockWidgetArea)
         taught = scrolled(self.teaching)
         self.teaching.least_width.connect(taught.setMinimumWidth)
-        teaching = self._dock("Teaching", taught, _Area.RightDockWidgetArea)
-        self._dock("Guide", self.guide, _Area.LeftDockWidgetArea).hide()
-        quality = self._dock("Quality", scrolled(self.quality), _Area.RightDockWidgetArea)
+        teaching = self._dock("teaching", taught, _Area.RightDockWidgetArea)
+        self._dock("guide", self.guide, _Area.LeftDockWidgetArea).hide()
+        quality = self._dock("quality", scrolled(self.quality), _Area.RightDockWidgetArea)
         for tab in (self.docks["history"], tuning, teaching, quality):
             self.tabifyDockWidget(intervals, tab)
         tuning.visibilityChanged.connect(self.tuning.set_seen)
@@ -152,9 +153,9 @@ class MainWindow(Parts):
         quality.visibilityChanged.connect(self.quality.set_seen)
         intervals.raise_()
 
-    def _dock(self, title: str, content: QWidget, area: _Area) -> QDockWidget:
-        dock = self.docks[title.lower()] = QDockWidget(title, self)
-        dock.setObjectName(title.lower())
+    def _dock(self, name: str, content: QWidget, area: _Area) -> QDockWidget:
+        dock = self.docks[name] = QDockWidget(DOCKS[name], self)
+        dock.setObjectName(name)
         dock.setWidget(content)
         self.addDockWidget(area, dock)
         return dock
@@ -166,7 +167,7 @@ class MainWindow(Parts):
         view.addSeparator()
         for dock in self.docks.values():
             view.addAction(dock.toggleViewAction())
-        self.recent_menu = QMenu("Recent", self)
+        self.recent_menu = QMenu(tr("Recent"), self)
         self._menus["File"].insertMenu(self.actions_by_id["save_session"], self.recent_menu)
         self.statusBar().addWidget(FrameLine(self.document), 1)
         self.position = PositionLine(self.document)
@@ -316,24 +317,19 @@ class MainWindow(Parts):
         review = self.document.review if data else None
         texts = (review.undo_text, review.redo_text) if review else ("", "")
         for name, text in zip(("undo", "redo"), texts, strict=True):
-            action = self.actions_by_id[name]
-            title = name.capitalize()
-            wanted = f"{title} {text[0].lower()}{text[1:]}" if text else title
-            # A changed action lays its tool bar out anew.
-            if (wanted, bool(text)) != (action.text(), action.isEnabled()):
-                action.setEnabled(bool(text))
-                action.setText(wanted)
-                action.setIconText(title)
+            title = {"undo": tr("Undo"), "redo": tr("Redo")}[name]
+            name_step(self.actions_by_id[name], title, of_core(text))
         if review is not None:
             self.actions_by_id[f"use_{review.state.method}"].setChecked(True)
         title = "Twist Inspector"
-        look = " (look only)" if self.document.keeper.read_only else ""
+        look = tr(" (look only)") if self.document.keeper.read_only else ""
         self.setWindowTitle(f"{data.clip.name}[*]{look} – {title}" if data else title)
         waits = review is not None and not review.saved and self.document.borrowed is None
         self.setWindowModified(waits)
         intervals = self.document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
-        self.decided.setText(f"{decided} of {len(intervals)} decided" if intervals else "")
+        told = tr("{done} of {total} decided", done=decided, total=len(intervals))
+        self.decided.setText(told if intervals else "")
 
     # -- Qt events ----------------------------------------------------------------------------
 

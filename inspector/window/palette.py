@@ -8,6 +8,7 @@ from PySide6.QtCore import QEvent, QObject, QPoint, Qt
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QDialog, QLineEdit, QWidget
 
+from inspector.language import tr
 from inspector.widgets.building import vbox
 from inspector.widgets.keyed_list import KeyedList
 
@@ -21,9 +22,11 @@ class CommandPalette(QDialog):
         super().__init__(parent, Qt.WindowType.Popup)
         self._actions = actions
         self.line = QLineEdit()
-        self.line.setPlaceholderText("What do you want to do?")
+        self.line.setPlaceholderText(tr("What do you want to do?"))
+        self.line.setAccessibleName(tr("What do you want to do?"))
         self.list = KeyedList(keys_first=False)
         self.list.setObjectName("palette")
+        self.list.setAccessibleName(tr("Actions that fit"))
         vbox(self.line, self.list, owner=self, margins=(6, 6, 6, 6))
         self.line.textChanged.connect(self._filter)
         self.line.returnPressed.connect(self._do)

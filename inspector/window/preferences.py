@@ -20,9 +20,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.language import languages, tr, tr_as
 from inspector.session.settings import STEPS, Settings
 from inspector.widgets.building import vbox
-from inspector.window.actions import Menus, rows
+from inspector.window.actions import Menus, key_text, rows
 
 _FRAME = 60  # pixels: more than a title bar and what it keeps from the edges take
 
@@ -33,32 +34,41 @@ class Preferences(QDialog):
     def __init__(self, settings: Settings, menus: Menus, parent: QWidget) -> None:
         super().__init__(parent)
         self._settings, self._rows = settings, tuple(rows(menus))
-        self.setWindowTitle("Preferences")
-        hint = "Your name, kept with every decision"
+        self.setWindowTitle(tr("Preferences"))
+        hint = tr("Your name, kept with every decision")
         self.reviewer = QLineEdit(settings.reviewer, placeholderText=hint)
         self.first = QComboBox()
         self.first.addItems(["0", "1"])
         self.first.setCurrentIndex(settings.first_frame)
         self.step = QSpinBox(
-            minimum=STEPS[0], maximum=STEPS[1], value=settings.step, suffix=" frames"
+            minimum=STEPS[0], maximum=STEPS[1], value=settings.step, suffix=tr(" frames")
         )
-        self.autosave = QCheckBox("Save sessions by themselves")
+        self.autosave = QCheckBox(tr("Save sessions by themselves"))
         self.autosave.setChecked(settings.autosave)
-        self.autosave.setToolTip("A minute after the last step, and when another clip is opened")
-        self.next_clip = QCheckBox("Open the folder's next clip after an export")
+        self.autosave.setToolTip(
+            tr("A minute after the last step, and when another clip is opened")
+        )
+        self.next_clip = QCheckBox(tr("Open the folder's next clip after an export"))
         self.next_clip.setChecked(settings.next_after_export)
+        self.language = QComboBox()
+        self.language.addItem(tr_as("language", "As the system"), "system")
+        for code, name in languages().items():
+            self.language.addItem(name, code)
+        self.language.setCurrentIndex(max(self.language.findData(settings.language), 0))
         form = QFormLayout()
-        form.addRow("Reviewer", self.reviewer)
-        form.addRow("Frames are counted from", self.first)
-        form.addRow("Ctrl+← and Ctrl+→ go by", self.step)
+        form.addRow(tr("Reviewer"), self.reviewer)
+        form.addRow(tr("Frames are counted from"), self.first)
+        form.addRow(tr("Ctrl+← and Ctrl+→ go by"), self.step)
         form.addRow("", self.autosave)
         form.addRow("", self.next_clip)
+        form.addRow(tr("Language, from the next start"), self.language)
         self.keys = QTableWidget(len(self._rows), 2)
-        self.keys.setHorizontalHeaderLabels(["Action", "Key"])
+        self.keys.setHorizontalHeaderLabels([tr("Action"), tr("Key")])
+        self.keys.setAccessibleName(tr("Actions and their keys"))
         self.keys.verticalHeader().hide()
         header = self.keys.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        header.resizeSection(1, 190)
+        header.resizeSection(1, 230)
         self.edits: dict[str, QKeySequenceEdit] = {}
         for place, row in enumerate(self._rows):
             item = QTableWidgetItem(row.text)
@@ -67,6 +77,7 @@ class Preferences(QDialog):
             keys = settings.keys.get(row.id, list(row.keys))
             edit = QKeySequenceEdit(QKeySequence(keys[0] if keys else ""))
             edit.setClearButtonEnabled(True)
+            edit.setAccessibleName(tr("Key of {action}", action=row.text))
             edit.setMaximumSequenceLength(1)
             edit.keySequenceChanged.connect(self._check)
             self.edits[row.id] = edit
@@ -89,6 +100,7 @@ class Preferences(QDialog):
         settings.step = self.step.value()
         settings.autosave = self.autosave.isChecked()
         settings.next_after_export = self.next_clip.isChecked()
+        settings.language = self.language.currentData()
         changed = {}
         for row in self._rows:
             key = self.edits[row.id].keySequence().toString()
@@ -104,6 +116,9 @@ class Preferences(QDialog):
             key = self.edits[row.id].keySequence().toString()
             if key:
                 used.setdefault(key, []).append(row.text)
-        twice = [f"{key}: {', '.join(names)}" for key, names in used.items() if len(names) > 1]
-        self.conflict.setText(f"Used twice: {'; '.join(twice)}" if twice else "")
+        twice = [
+            f"{key_text(key)}: {', '.join(names)}" for key, names in used.items() if len(names) > 1
+        ]
+        told = tr("Used twice: {keys}", keys="; ".join(twice))
+        self.conflict.setText(told if twice else "")
         self.buttons.button(QDialogButtonBox.StandardButton.Ok).setEnabled(not twice)

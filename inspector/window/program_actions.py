@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMessageBox, QWidget
 
+from inspector.language import tr
 from inspector.session.document import Document
 from inspector.session.settings import Settings
 from inspector.widgets import theme as themes
@@ -87,8 +88,11 @@ class ProgramActions:
         QMessageBox.about(
             self.window,
             "Twist Inspector",
-            f"<b>Twist Inspector {__version__}</b><p>Finds intervals in which a joint and its "
-            "child twist against each other, after Choi, Jang and Kim, J. Sens. Sci. Technol. "
-            "35(1), 2026.</p><p>Sample data obtained from mocap.cs.cmu.edu, created with funding "
-            "from NSF EIA-0196217.</p>",
+            tr(
+                "<b>Twist Inspector {version}</b><p>Finds intervals in which a joint and its "
+                "child twist against each other, after Choi, Jang and Kim, J. Sens. Sci. Technol. "
+                "35(1), 2026.</p><p>Sample data obtained from mocap.cs.cmu.edu, created with "
+                "funding from NSF EIA-0196217.</p>",
+                version=__version__,
+            ),
         )

@@ -9,9 +9,11 @@ import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QInputDialog, QWidget
 
-from inspector.panels.detail_card import REASONS, DetailCard
+from inspector.language import plural, tr
+from inspector.panels.detail_card import DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.reason_palette import ReasonPalette
+from inspector.panels.reject_reasons import REASONS
 from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import BLIND, Document
 from inspector.session.player import Player
@@ -100,7 +102,7 @@ class ReviewActions:
             return False
         self.document.go_to(judged.interval.seen_at)
         self._arrive(zoom=True)
-        self.bar.show_message("The selected interval was out of view: here it is.", False)
+        self.bar.show_message(tr("The selected interval was out of view: here it is."), False)
         return True
 
     def step_interval(self, direction: int) -> None:
@@ -118,7 +120,7 @@ class ReviewActions:
                 self._tell_end()
                 self.document.step_interval(direction, order=order)
             else:
-                self.bar.show_message("This is the last one to decide.", False)
+                self.bar.show_message(tr("This is the last one to decide."), False)
         self._arrive(zoom=True)
 
     def begin(self) -> None:
@@ -153,14 +155,26 @@ class ReviewActions:
         if not intervals or listed.intersection(left):
             return
         if left:
-            one = len(left) == 1
-            rest = f"{len(left)} more {'is' if one else 'are'} not listed"
-            text = f"All that are listed are decided; {rest} (filter, or chains without a tick)."
+            text = plural(
+                "All that are listed are decided; {n} more is not listed "
+                "(filter, or chains without a tick).",
+                "All that are listed are decided; {n} more are not listed "
+                "(filter, or chains without a tick).",
+                len(left),
+            )
         else:
-            count = f"All {len(intervals)} intervals are" if len(intervals) > 1 else "It is"
-            at_once = f"; {self.key('export_at_once')} does so unasked, and the next clip opens"
-            after = at_once if self.more_clips() else ""
-            text = f"{count} decided: {self.key('export_dialog')} exports{after}."
+            text = plural(
+                "It is decided: {key} exports{unasked}.",
+                "All {n} intervals are decided: {key} exports{unasked}.",
+                len(intervals),
+                key=self.key("export_dialog"),
+                unasked=tr(
+                    "; {key} does so unasked, and the next clip opens",
+                    key=self.key("export_at_once"),
+                )
+                if self.more_clips()
+                else "",
+            )
         self.bar.show_message(text, False)
 
     def set_order(self, order: str) -> None:
@@ -180,7 +194,9 @@ class ReviewActions:
             document.accept_undecided(confidence)
             self._tell_end()
         else:
-            text = f"No undecided interval has a confidence of {confidence:.2f} or more."
+            text = tr(
+                "No undecided interval has a confidence of {least:.2f} or more.", least=confidence
+            )
             self.bar.show_message(text, False)
 
     def reject_for(self) -> None:
@@ -189,8 +205,8 @@ class ReviewActions:
             self._ask_to_select()
         elif not self._out_of_view():
             own = [j.reason for j in self.document.intervals if j.reason]
-            reasons = tuple(dict.fromkeys((*REASONS[1:], *own)))
-            palette = ReasonPalette(reasons, "Reject. Why?", self.window)
+            reasons = tuple(dict.fromkeys((*REASONS, *own)))
+            palette = ReasonPalette(reasons, tr("Reject. Why?"), self.window)
             palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
             self.document.opened.connect(palette.close)  # it is about an interval of this clip
             palette.show()
@@ -211,7 +227,7 @@ class ReviewActions:
             return
         self.show_card()
         if not self.card.write(what):
-            self.bar.show_message("Nothing is taken out here, so there is no number.", False)
+            self.bar.show_message(tr("Nothing is taken out here, so there is no number."), False)
 
     def play_edge(self, *, other: bool = False) -> None:
         """Play over the edge next to the playhead, or over the other one."""
@@ -219,7 +235,9 @@ class ReviewActions:
             self._ask_to_select()
 
     def _ask_to_select(self) -> None:
-        text = f"Select an interval first ({self.key('next_interval')} goes to the next)."
+        text = tr(
+            "Select an interval first ({key} goes to the next).", key=self.key("next_interval")
+        )
         self.bar.show_message(text, False)
 
     # -- edges, and intervals made by hand ------------------------------------------------------
@@ -231,7 +249,8 @@ class ReviewActions:
         frame, interval = self.document.frame, judged.interval
         first, stop = (frame, interval.stop) if start else (interval.start, frame + 1)
         if stop <= first:
-            self.bar.show_message("The playhead is on the wrong side of the interval.", False)
+            told = tr("The playhead is on the wrong side of the interval.")
+            self.bar.show_message(told, False)
         else:
             self.document.edit(judged.id, resized(interval, first, stop))
 
@@ -250,7 +269,8 @@ class ReviewActions:
         """The end of the selected flip is kept if it was carried, or the reverse."""
         judged = self.document.interval
         if judged is None or judged.interval.kind != Kind.LIMB_FLIP:
-            self.bar.show_message("Only a flip of a limb has an end, kept or turned along.", False)
+            told = tr("Only a flip of a limb has an end, kept or turned along.")
+            self.bar.show_message(told, False)
         else:
             edited = replace(judged.interval, carried=not judged.interval.carried)
             self.document.edit(judged.id, edited)
@@ -275,7 +295,7 @@ class ReviewActions:
         """
         document = self.document
         if (data := document.data) is None:
-            self.bar.show_message("Nothing suspicious down to half of τ.", False)
+            self.bar.show_message(tr("Nothing suspicious down to half of τ."), False)
             return
         if data.blind:
             self.bar.show_message(BLIND, False)
@@ -284,7 +304,8 @@ class ReviewActions:
         faint = faint_intervals(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
-            self.bar.show_message(f"Nothing suspicious down to half of τ.{_settled(past)}", False)
+            text = tr("Nothing suspicious down to half of τ.") + _settled(past)
+            self.bar.show_message(text, False)
             return
         order = [c.name for c in data.chains_and_limbs]
         found.sort(key=lambda m: (_first_frame(m), order.index(m.chain)))
@@ -296,7 +317,8 @@ class ReviewActions:
         document.select_interval(None)
         document.select_chain(moment.chain)
         document.go_to(_first_frame(moment))
-        self.bar.show_message(f"{self._told(moment)} ({len(found)} such)", False)
+        such = tr("({n} such)", n=len(found))
+        self.bar.show_message(f"{self._told(moment)} {such}", False)
         self.look()
 
     def _told(self, moment: Interval | Reason) -> str:
@@ -304,9 +326,13 @@ class ReviewActions:
             return told(self.document, moment)
         label = self.document.find_chain(moment.chain).label
         first = moment.start + self.document.first_frame
-        return (
-            f"{label}, {moment.frames} frames from {first}: "
-            f"{signed(np.degrees(moment.delta), 2)}°, below τ. Insert makes it an interval."
+        return tr(
+            "{chain}, {frames} frames from {first}: "
+            "{delta}°, below τ. Insert makes it an interval.",
+            chain=label,
+            frames=moment.frames,
+            first=first,
+            delta=signed(np.degrees(moment.delta), 2),
         )
 
     def why_not(self) -> None:
@@ -335,7 +361,8 @@ class ReviewActions:
             return
         first = self.document.first_frame
         now, last = self.document.frame + first, self.document.frames - 1 + first
-        title, text = "Go to frame", f"Frame ({first} – {last})"
+        title = tr("Go to frame")
+        text = tr("Frame ({first} – {last})", first=first, last=last)
         frame, chosen = QInputDialog.getInt(self.window, title, text, now, first, last)
         if chosen:
             self.document.go_to(frame - first)
@@ -350,12 +377,17 @@ def _settled(past: Sequence[Reason]) -> str:
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
-    each = f"{alone} of one joint alone" if alone else ""
-    rest = f"{len(past) - alone} of other errors or cuts" if len(past) > alone else ""
-    one = len(past) == 1
-    return (
-        f" {len(past)} peak{'' if one else 's'} above τ {'has' if one else 'have'} a reason: "
-        f"{' and '.join(filter(None, (each, rest)))}; Go → Why is nothing found here? says it."
+    each = tr("{n} of one joint alone", n=alone)
+    rest = tr("{n} of other errors or cuts", n=len(past) - alone)
+    if 0 < alone < len(past):
+        reasons = tr("{some} and {others}", some=each, others=rest)
+    else:
+        reasons = each if alone else rest
+    return plural(
+        " {n} peak above τ has a reason: {reasons}; Go → Why is nothing found here? says it.",
+        " {n} peaks above τ have a reason: {reasons}; Go → Why is nothing found here? says it.",
+        len(past),
+        reasons=reasons,
     )
 
 

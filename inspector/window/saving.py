@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QMainWindow, QMessageBox
 
 from inspector.bundled import ASSETS
 from inspector.folder.queue import FolderQueue
+from inspector.language import tr, tr_as
 from inspector.lessons.lesson_actions import LessonActions
 from inspector.panels.detail_card import DetailCard
 from inspector.session.document import Document
@@ -47,14 +48,14 @@ class Saving:
     def save_session_as(self) -> None:
         """Ask where to and write the session there."""
         if self.document.data is None:
-            self.bar.show_message("Open a clip first.", False)
+            self.bar.show_message(tr("Open a clip first."), False)
             return
         if self._nothing_kept():
             return
         ask_where(
             self.window,
-            "Save session as",
-            f"Sessions (*{SESSION_SUFFIX})",
+            tr("Save session as"),
+            tr("Sessions") + f" (*{SESSION_SUFFIX})",
             lambda path: self.save_session(_named_session(path)),
             wanted=self.document.proposed(SESSION_SUFFIX, own=True),
         )
@@ -69,12 +70,13 @@ class Saving:
             asked = self.bar.asks
             changed = self.document.recovery.check_clip()
             if changed and (asked or not self.bar.asks):  # else it asks what to do about it
-                told += f" {changed} The session belongs to the version that is open."
+                own = tr("The session belongs to the version that is open.")
+                told += f" {changed} {own}"
             self.tell_saved()
             if self.document.data is not None:
                 self.queue.refresh(self.document.data.clip.path)
             if file := self.document.keeper.session_file:
-                self.window.statusBar().showMessage(f"Saved {file}", 4000)
+                self.window.statusBar().showMessage(tr("Saved {file}", file=file), 4000)
         if told:
             self.bar.show_message(told.strip(), True)
         return saved
@@ -104,9 +106,11 @@ class Saving:
                 self._tell_behind(told)
             else:
                 self._tell(told)
-                self._ask_to_leave(f"The decisions about {data.clip.name} cannot be saved.", then)
+                name = data.clip.name
+                told = tr("The decisions about {clip} cannot be saved.", clip=name)
+                self._ask_to_leave(told, then)
         else:
-            self._ask_to_leave(f"{data.clip.name} has decisions that are not saved.", then)
+            self._ask_to_leave(_unsaved(data.clip.name), then)
 
     def _ask_to_leave(self, told: str, then: Callable[[], object]) -> None:
         def save() -> None:
@@ -120,8 +124,9 @@ class Saving:
                 self.queue.refresh(self.document.data.clip.path)
             then()
 
-        elsewhere = ("Save elsewhere…", self.save_session_as)
-        self.bar.ask(told, (("Save", save), elsewhere, ("Leave without saving", leave)))
+        elsewhere = (tr("Save elsewhere…"), self.save_session_as)
+        without = (tr("Leave without saving"), leave)
+        self.bar.ask(told, ((tr_as("do", "Save"), save), elsewhere, without))
 
     def _is_kept(self) -> bool:
         """Whether nothing of the review would be lost, or it is of a borrowed clip still open."""
@@ -184,7 +189,7 @@ class Saving:
         self.detail.commit()
         if not ask or self.document.data is None or self._is_kept():
             return True
-        told, trouble = f"{self.document.data.clip.name} has decisions that are not saved.", ""
+        told, trouble = _unsaved(self.document.data.clip.name), ""
         if self.settings.autosave:
             saved, trouble = self._save()
             if saved:
@@ -211,8 +216,8 @@ class Saving:
         buttons = button.Save | button.Discard | button.Cancel
         box = QMessageBox(QMessageBox.Icon.Question, "Twist Inspector", told, buttons, self.window)
         box.setDefaultButton(button.Save)
-        box.button(button.Save).setText("Hand in…")
-        box.button(button.Discard).setText("Leave without")
+        box.button(button.Save).setText(tr("Hand in…"))
+        box.button(button.Discard).setText(tr("Leave without"))
         answer = box.exec()
         box.deleteLater()
         if answer == button.Save:
@@ -223,10 +228,15 @@ class Saving:
     def _closes_unsaved(self, trouble: str) -> bool:
         """Say that the session cannot be written; whether to close all the same."""
         button = QMessageBox.StandardButton
-        told = f"{trouble} The decisions are offered when the program is started again."
+        told = tr("The decisions are offered when the program is started again.")
+        told = f"{trouble} {told}"
         buttons, wanted = button.Close | button.Cancel, button.Close
         answer = QMessageBox.warning(self.window, "Twist Inspector", told, buttons, wanted)
         return answer == button.Close
+
+
+def _unsaved(clip: str) -> str:
+    return tr("{clip} has decisions that are not saved.", clip=clip)
 
 
 def _named_session(path: Path) -> Path:

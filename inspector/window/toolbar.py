@@ -8,16 +8,19 @@ from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QToolBar
 
+from inspector.language import tr, tr_as
 from inspector.widgets.icons import SIDE, has_icon, icon
 from inspector.widgets.theme import Theme
 
 _TOOLS = {  # by the action's id: its word here; "|": a line
-    "open_dialog": "Open", "open_folder": "Folder", "export_dialog": "Export", "|1": "",
-    "undo": "Undo", "redo": "Redo", "|2": "",
-    "previous_interval": "Previous", "next_interval": "Next",
-    "accept": "Accept", "reject": "Reject", "reset": "Undecided", "|3": "",
-    "loop_interval": "Loop", "cycle_show": "Before/after", "side_by_side": "Side by side",
-    "focus_chain": "Focus",
+    "open_dialog": tr_as("tool", "Open"), "open_folder": tr_as("tool", "Folder"),
+    "export_dialog": tr_as("tool", "Export"), "|1": "",
+    "undo": tr_as("tool", "Undo"), "redo": tr_as("tool", "Redo"), "|2": "",
+    "previous_interval": tr_as("tool", "Previous"), "next_interval": tr_as("tool", "Next"),
+    "accept": tr_as("tool", "Accept"), "reject": tr_as("tool", "Reject"),
+    "reset": tr_as("tool", "Undecided"), "|3": "",
+    "loop_interval": tr_as("tool", "Loop"), "cycle_show": tr_as("tool", "Before/after"),
+    "side_by_side": tr_as("tool", "Side by side"), "focus_chain": tr_as("tool", "Focus"),
 }  # fmt: skip
 # Where room is short, what goes without its word: first what every program has, then the views.
 _SPARED = (
@@ -32,7 +35,7 @@ class ToolBar(QToolBar):
     """Actions as buttons; the words go before a button does."""
 
     def __init__(self, actions: Mapping[str, QAction]) -> None:
-        super().__init__("Tools")
+        super().__init__(tr("Tools"))
         self.setObjectName("tools")
         self.setMovable(False)
         self.setIconSize(QSize(SIDE, SIDE))

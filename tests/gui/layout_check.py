@@ -1,6 +1,7 @@
-"""Walk all visible widgets of the real window: `layout_check.py WIDTH HEIGHT THEME CLIP PNG`.
+"""Walk all visible widgets of the window: `layout_check.py WIDTH HEIGHT THEME CLIP PNG [CODE]`.
 
-Prints one line a defect: text that does not fit its widget, siblings that overlap.
+Prints one line a defect: text that does not fit its widget, siblings that overlap. CODE: of the
+language.
 """
 
 import sys
@@ -116,7 +117,8 @@ def assess(window) -> None:
 
 
 def main() -> None:
-    make_application()
+    language = sys.argv[6] if len(sys.argv) > 6 else "en"
+    make_application(language)
     from inspector.window.main_window import MainWindow  # after the application: VTK asks for it
 
     width, height, theme, clip, png = sys.argv[1:6]
@@ -148,7 +150,8 @@ def main() -> None:
     assess(window)
     # A page that fits the narrowest window fits the others: there the tour stands for all.
     narrow = int(width) == NARROWEST
-    teach(window, sorted(LESSONS.glob("*.md")) if narrow else [TOUR])
+    lessons = LESSONS if language == "en" else LESSONS / language
+    teach(window, sorted(lessons.glob("*.md")) if narrow else [lessons / TOUR.name])
     if (window.width(), window.height()) != (int(width), int(height)):
         print(
             f"with tuning, quality and teaching the window needs {window.width()}×{window.height()}"

@@ -12,7 +12,7 @@ import pytest
 from inspector.bundled import ASSETS, LESSONS, SAMPLE
 from inspector.lessons.lesson_file import read_lesson
 from inspector.session.opening import analysed
-from tests.gui.test_tour import ALL
+from tests.gui.test_tour import ALL, TRANSLATED
 from twistcore.bvh import read_bvh
 from twistcore.decomposition import WhatIf, altered, decompose
 from twistcore.detection import Kind
@@ -21,7 +21,7 @@ from twistcore.motion import forward_kinematics
 from twistcore.rotation import geodesic_angle, multiply
 
 _NUMBER = re.compile(r"(?<![\w.])[−-]?\d+(?:\.\d+)?")
-_NOT_A_FACT = re.compile(r"Eq\. \d+( (to|,) \d+)?|\$[^$]*\$|\b3D\b")
+_NOT_A_FACT = re.compile(r"(Eq|Gl)\. \d+( (to|bis|,) \d+)?|\$[^$]*\$|\b3D\b")
 _ARM, _AT = "LeftArm", 200
 _LEG, _START, _STOP = "RightUpLeg", 59, 74
 _WITHIN = 66
@@ -320,9 +320,10 @@ CLAIMS = {
 
 
 def pages():
-    for path in ALL:
+    for path in (*ALL, *TRANSLATED):
+        language = "" if path in ALL else f"-{path.parent.name}"
         for number, page in enumerate(read_lesson(path).pages):
-            yield pytest.param(path.stem, number, page, id=f"{path.stem}-{number + 1}")
+            yield pytest.param(path.stem, number, page, id=f"{path.stem}{language}-{number + 1}")
 
 
 @pytest.mark.parametrize(("lesson", "number", "page"), list(pages()))

@@ -30,19 +30,22 @@ CHECK = Path(__file__).with_name("layout_check.py")
 
 
 # What fits a narrow window and a large scale fits a wide window: that is looked at with all looks.
-_WIDE = [(1280, 800, 1, "light"), (1920, 1080, 1, "dark")] if EVERY else []
+_WIDE = [(1280, 800, 1, "light", "de"), (1920, 1080, 1, "dark", "en")] if EVERY else []
 
 
 # A theme changes no size, so each is looked at in one of them.
 @pytest.mark.parametrize(
-    ("width", "height", "scale", "theme"),
+    ("width", "height", "scale", "theme", "language"),
     [
-        (1024, 700, 1, "dark"),
-        (1280, 800, 2, "light"),
+        (1024, 700, 1, "dark", "en"),
+        (1024, 700, 1, "dark", "de"),
+        (1280, 800, 2, "light", "en"),
         *_WIDE,
     ],
 )
-def test_every_text_fits_and_no_two_widgets_overlap(tmp_path, width, height, scale, theme):
+def test_every_text_fits_and_no_two_widgets_overlap(
+    tmp_path, width, height, scale, theme, language
+):
     clip = tmp_path / "walk.bvh"
     shutil.copy(ASSETS / "walk_injected.bvh", clip)
     environment = {
@@ -52,7 +55,7 @@ def test_every_text_fits_and_no_two_widgets_overlap(tmp_path, width, height, sca
     }
     words = [sys.executable, str(CHECK), str(width), str(height), theme, str(clip)]
     done = subprocess.run(
-        [*words, str(tmp_path / "w.png")],
+        [*words, str(tmp_path / "w.png"), language],
         env=environment,
         capture_output=True,
         text=True,

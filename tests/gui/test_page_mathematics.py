@@ -23,7 +23,7 @@ from twistcore.decomposition import Decomposition, WhatIf, altered, correct_fram
 from twistcore.detection.paper import running_offset
 from twistcore.motion import forward_kinematics
 
-SCRIPTS = ("swing_twist.js", "labels.js", "words.js", "striped_skin.js", "gizmo.js")
+SCRIPTS = ("language.js", "swing_twist.js", "labels.js", "words.js", "striped_skin.js", "gizmo.js")
 EXACT = 1e-9
 NEAR = 1e-3  # radians: where a swing is 180° or a limb straight, an angle is any angle
 

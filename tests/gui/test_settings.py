@@ -55,6 +55,7 @@ DAMAGED = {  # what is written for a field, what is left of it
     "alarm_points": [("-1", 5.0), ("NaN", 5.0), ("101", 5.0), ("true", 5.0)],
     "smallest_error": [("0", 2.0), ("181", 2.0), ('"2"', 2.0)],
     "error_draws": [("0", 3), ("2.5", 3), ("9" * 5000, 3)],
+    "language": [("5", "system"), (json.dumps("d" * 30), "system")],
     "turn_ms": [("1e15", 220), ("NaN", 220), ("Infinity", 220), ("-1", 220), ("1e999", 220)],
     "folders": [
         (

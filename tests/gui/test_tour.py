@@ -26,6 +26,7 @@ from twistcore.study.exercise import score
 from twistcore.synthesis.truth import read_truth
 
 ALL = sorted(LESSONS.glob("*.md"))
+TRANSLATED = sorted(p for p in LESSONS.glob("*/*.md") if p.name != EXERCISE_PAGE.name)
 
 
 def play(qtbot, window, path):
@@ -276,7 +277,9 @@ def test_the_buttons_of_the_last_tour_do_nothing_to_the_persons_clip(qtbot, at_f
     at_forearm.lesson_actions.player.leave.click()
 
 
-@pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [*ALL, *TRANSLATED], ids=lambda path: f"{path.parent.name}-{path.stem}"
+)
 def test_every_page_has_a_text_and_a_task(path):
     for page in read_lesson(path).pages:
         assert 15 <= len(page.body.split()) <= 80, page.title

@@ -100,8 +100,8 @@ def main() -> int:
     made = inspector.app.make_application
     kept = []
 
-    def make_and_watch() -> QApplication:
-        app = made()
+    def make_and_watch(language: str) -> QApplication:
+        app = made(language)
         kept.append(_watch(app))
         return app
 

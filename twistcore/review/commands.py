@@ -53,8 +53,13 @@ class Decide(Command):
     @property
     def text(self) -> str:
         """What the undo menu says."""
-        verb = {"accepted": "Accept", "rejected": "Reject", "undecided": "Reset"}[self.decision]
-        return f"{verb} {_count(len(self.ids))}"
+        n = len(self.ids)
+        one, many = {
+            Decision.ACCEPTED: ("Accept interval", f"Accept {n} intervals"),
+            Decision.REJECTED: ("Reject interval", f"Reject {n} intervals"),
+            Decision.UNDECIDED: ("Reset interval", f"Reset {n} intervals"),
+        }[self.decision]
+        return one if n == 1 else many
 
     def apply(self, state: ReviewState) -> ReviewState:
         """The state after the command."""
@@ -216,8 +221,9 @@ class Redetect(Command):
         """What the undo menu says."""
         if self.method:
             return f"Detect with {self.method}"
-        name = next(iter(self.tau)) if len(self.tau) == 1 else f"{len(self.tau)} chains"
-        return f"Set τ of {name}"
+        if len(self.tau) == 1:
+            return f"Set τ of {next(iter(self.tau))}"
+        return f"Set τ of {len(self.tau)} chains"
 
     def apply(self, state: ReviewState) -> ReviewState:
         """The state after the command."""
@@ -375,7 +381,3 @@ def _replace(state: ReviewState, ids: tuple[int, ...], **changes: Any) -> Review
     if "interval" in changes:
         return state.with_intervals(changed)
     return replace(state, intervals=changed)  # in the same order: a long journal is replayed so
-
-
-def _count(n: int) -> str:
-    return "interval" if n == 1 else f"{n} intervals"

@@ -22,7 +22,7 @@ def soft_onset(interval: Interval) -> str:
     largest = math.degrees(interval.largest)
     times = abs(largest) / sigma
     rises, falls = onset_frames(interval.offset)
-    frames = f"{rises} frame{'' if rises == 1 else 's'}"
+    frames = "1 frame" if rises == 1 else f"{rises} frames"
     return (
         f"sets in over {frames}, ends over {falls}; P's level departs from natural motion by up to "
         f"{largest:+.1f}° over the {interval.frames}, {times:.{0 if times >= 10.0 else 1}f}× its "

@@ -56,18 +56,22 @@ class CommonTau:
         own = [c for c in self.chains if c.apart]
         known = [c for c in self.chains if c.own is not None]
         few = len(self.chains) - len(known)
-        rest = f" Of {few} chain{'' if few == 1 else 's'} too little is decided to tell." * bool(
-            few
+        rest = (
+            "Of 1 chain too little is decided to tell."
+            if few == 1
+            else f"Of {few} chains too little is decided to tell."
         )
         if not known:
             yield f"One τ of {tau:.2f}° for all chains: no chain has verdicts enough of its own."
         elif not own:
-            yield (
+            said = (
                 f"One τ of {tau:.2f}° will do for all chains: with its own none would do better on "
-                f"verdicts that did not choose it.{rest}"
+                "verdicts that did not choose it."
             )
+            yield f"{said} {rest}" if few else said
         else:
-            yield f"One τ of {tau:.2f}° will do for all chains but {len(own)}.{rest}"
+            said = f"One τ of {tau:.2f}° will do for all chains but {len(own)}."
+            yield f"{said} {rest}" if few else said
         for c in own:
             yield self._why(c, label(c.chain))
 
@@ -78,7 +82,12 @@ class CommonTau:
         more, less = _differences(curve, chain.own, self.common)
         tells = []
         if less > 0:
-            tells.append(f"lists {less} of {_intervals(int(curve.natural.sum()))} rejected fewer")
+            natural = int(curve.natural.sum())
+            tells.append(
+                f"lists {less} of 1 interval rejected fewer"
+                if natural == 1
+                else f"lists {less} of {natural} intervals rejected fewer"
+            )
         if more > 0:
             tells.append(f"finds {more} more of {int(curve.errors.sum())} errors")
         if less < 0:
@@ -93,10 +102,6 @@ def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tu
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
     return int(found[here] - found[there]), int(alarms[there] - alarms[here])
-
-
-def _intervals(n: int) -> str:
-    return f"{n} interval{'' if n == 1 else 's'}"
 
 
 def common_tau(

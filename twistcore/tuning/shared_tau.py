@@ -33,11 +33,19 @@ class SharedTau:
     def words(self, labels: Mapping[str, str]) -> str:
         """All of it in a sentence or two; labels: what chains are called, by name."""
         degrees = np.degrees(self.tau)
-        are = "is" if len(self.best) == 1 else "are"
-        said = f"{len(self.best)} of {self.chains} chains {are} best at {degrees:.2f}°"
-        if self.served:
-            few = f"{len(self.served)} lose{'s' * (len(self.served) == 1)} less than a point by it"
-            said += f", {few}" if self.apart else f" and {few}"
+        of, few = self.chains, len(self.served)
+        said = (
+            f"1 of {of} chains is best at {degrees:.2f}°"
+            if len(self.best) == 1
+            else f"{len(self.best)} of {of} chains are best at {degrees:.2f}°"
+        )
+        if few:
+            lose = (
+                "1 loses less than a point by it"
+                if few == 1
+                else f"{few} lose less than a point by it"
+            )
+            said = f"{said}, {lose}" if self.apart else f"{said} and {lose}"
         if not self.apart:
             return f"{said}: one τ does for all."
         own = (
@@ -82,6 +90,8 @@ def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float)
     fsr, alarms = curve.at(tau)
     own_fsr, own_alarms = curve.at(own)
     if price * (alarms - own_alarms) > own_fsr - fsr:
-        many = "false alarm" if round(alarms) == 1 else "false alarms"
-        return f"{alarms:.0f} {many} at {np.degrees(tau):.2f}°, {own_alarms:.0f} there"
+        at = f"{np.degrees(tau):.2f}°"
+        if round(alarms) == 1:
+            return f"1 false alarm at {at}, {own_alarms:.0f} there"
+        return f"{alarms:.0f} false alarms at {at}, {own_alarms:.0f} there"
     return f"repairs {100 * own_fsr:.0f} %, {100 * fsr:.0f} % at {np.degrees(tau):.2f}°"

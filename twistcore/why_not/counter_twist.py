@@ -86,8 +86,9 @@ def _cut(place: Place, cut: Mask) -> str:
         high += 1
     if high - low > 1:
         return f"{place.span(low, high)} are a cut, or a blend with a rest pose: no motion"
-    what = "it is the first frame" if t == 0 else "the whole body jumps there, as at a cut"
-    return f"{what}: no motion leads into it"
+    if t == 0:
+        return "it is the first frame: no motion leads into it"
+    return "the whole body jumps there, as at a cut: no motion leads into it"
 
 
 # --- below τ --------------------------------------------------------------------------------------
@@ -203,12 +204,16 @@ def _thinned(place: Place, own: ChainAnalysis) -> Reason:
 def _single(place: Place, edge: _Edge) -> Reason | None:
     """One joint alone, two that do not cancel, or motion: what is no counter-twist at all."""
     turns = _turns(place, edge.x, edge.y)
-    over = "" if edge.stop - edge.start == 1 else f" over {place.span(edge.start, edge.stop)}"
+    span = place.span(edge.start, edge.stop) if edge.stop - edge.start > 1 else ""
     sizes = abs(edge.x), abs(edge.y)
     numbers = _numbers(edge)
     if min(sizes) <= ONE_JOINT * max(sizes):
         only = place.joints[int(sizes[1] > sizes[0])]
-        because = f"only {only} turns there{over} ({turns}): no counter-twist"
+        because = (
+            f"only {only} turns there over {span} ({turns}): no counter-twist"
+            if span
+            else f"only {only} turns there ({turns}): no counter-twist"
+        )
         return place.reason(Why.ONE_JOINT, because, **numbers)
     if edge.gain >= _EACH:
         return None
@@ -217,11 +222,14 @@ def _single(place: Place, edge: _Edge) -> Reason | None:
         alike = (
             "both joints turn the same way" if edge.x * edge.y > 0.0 else "the turns do not cancel"
         )
-        because = f"{alike}{over} ({turns}; {signed(open_by)} left)"
+        alike = f"{alike} over {span}" if span else alike
+        because = f"{alike} ({turns}; {signed(open_by)} left)"
         return place.reason(Why.UNEQUAL, because, open_deg=math.degrees(open_by), **numbers)
+    taken = "it is taken for motion"
+    taken = f"{taken} over {span}" if span else taken
     because = (
-        f"it is taken for motion{over} ({turns}): {abs(edge.jump) / edge.sigma:.1f} σ of "
-        f"{size(edge.sigma, 2)}, evidence {edge.gain:.1f} of the {_EACH:.0f} that an edge needs"
+        f"{taken} ({turns}): {abs(edge.jump) / edge.sigma:.1f} σ of {size(edge.sigma, 2)}, "
+        f"evidence {edge.gain:.1f} of the {_EACH:.0f} that an edge needs"
     )
     return place.reason(Why.MOTION, because, **numbers)
 

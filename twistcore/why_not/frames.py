@@ -84,18 +84,22 @@ def _in_interval(place: Place, interval: Interval) -> Reason:
     lone = interval.kind == Kind.LONE_JUMP
     strength, tau = place.strength, place.tau
     reason = place.reason(Why.INTERVAL, "", start=interval.start, stop=interval.stop)
-    text = reason.text.partition(" is ")[0]
-    side = "above" if strength >= tau else "below"
+    here, past = reason.text.partition(" is ")[0], strength >= tau
     if interval.start <= place.frame < interval.stop:
         frames = place.span(interval.start, interval.stop).partition(" ")[2]
         called = place.called(place.frame).capitalize()
         size = signed(interval.shown)
-        joint = f" of {interval.joint}" if lone else ""
-        what = f"{interval.kind} {frames}{joint} ({size})"
-        text = f"{called} lies in an interval: {what}. {text} is {side} τ."
+        what = {
+            Kind.COUNTER_TWIST: f"counter-twist {frames} ({size})",
+            Kind.LIMB_FLIP: f"limb flip {frames} ({size})",
+            Kind.LONE_JUMP: f"lone jump {frames} of {interval.joint} ({size})",
+        }[interval.kind]
+        side = f"{here} is above τ" if past else f"{here} is below τ"
+        text = f"{called} lies in an interval: {what}. {side}."
     else:
-        where = "beside" if lone else "at an edge of"
-        text = f"{text}, {side} τ, is {where} {place.named(interval)}."
+        side = f"{here}, above τ" if past else f"{here}, below τ"
+        named = place.named(interval)
+        text = f"{side}, is beside {named}." if lone else f"{side}, is at an edge of {named}."
     return Reason(place.chain.name, place.frame, Why.INTERVAL, strength, tau, text, reason.numbers)
 
 

@@ -22,12 +22,12 @@ def no_limb_flip(place: Place, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
         "end_step": float(flips.steps[t]),
     }
     if t == 0 or not flips.capture[t]:
-        what = (
-            "it is the first frame"
+        because = (
+            "it is the first frame: no motion leads into it"
             if t == 0
-            else "many limbs jump there, or a pose is cut or blended to"
+            else "many limbs jump there, or a pose is cut or blended to: no motion leads into it"
         )
-        return place.reason(Why.CUT, f"{what}: no motion leads into it", **numbers)
+        return place.reason(Why.CUT, because, **numbers)
     jumps = flips.jumps(place.tau)
     if place.strength < place.tau:
         return _below(place, flips, jumps, numbers)
@@ -63,9 +63,6 @@ def _left(
     """A jump past τ that stays: what it costs so, and what the best flip with it would."""
     left = flips.left(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
-    moves = (
-        f" and its end moves {100.0 * jump.step:.0f} % of its length" if jump.step > 0.03 else ""
-    )
     if left.run is None:
         return _no_partner(place, flips, jumps, jump, numbers)
     run = left.run
@@ -79,10 +76,12 @@ def _left(
     if left.price < left.spared:
         because = f"the flip in {span} that it could be an edge of gives way to one that saves more"
         return place.reason(Why.OTHER, because, **numbers)
+    moves = f"the limb departs by {size(jump.scale)} around"
+    if jump.step > 0.03:
+        moves = f"{moves} and its end moves {100.0 * jump.step:.0f} % of its length"
     because = (
-        f"it is taken for motion: the limb departs by {size(jump.scale)} around{moves}, and the "
-        f"flip in {span} that it could be an edge of costs {left.price:.1f}, its jumps left as "
-        f"they are {left.spared:.1f}"
+        f"it is taken for motion: {moves}, and the flip in {span} that it could be an edge of "
+        f"costs {left.price:.1f}, its jumps left as they are {left.spared:.1f}"
     )
     return place.reason(Why.MOTION, because, **numbers)
 
@@ -110,5 +109,5 @@ def _no_partner(
         f"{place.called(best.start)}, leaves {size(open_by)}"
     )
     if open_by < NEVER_CLOSED:
-        because += ", and no flip may lie between the two"
+        because = f"{because}, and no flip may lie between the two"
     return place.reason(Why.NO_PARTNER, because, open_deg=math.degrees(open_by), **numbers)

@@ -87,15 +87,16 @@ class Place:
         """The sentence: the strength against τ as the curve has it, then the cause."""
         strength, tau = apart(self.strength, self.tau)
         past = self.strength >= self.tau
-        joined = f"{', but ' if past else ': '}{because}"
+        here = self.called(self.frame)
         text = (
-            f"{strength} at {self.called(self.frame)} is {'above' if past else 'below'} τ = {tau}"
+            f"{strength} at {here} is above τ = {tau}, but {because}."
+            if past
+            else f"{strength} at {here} is below τ = {tau}: {because}."
         )
         alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)  # a body may do that
         suspicious = past and why not in _SETTLED and not alone
-        frame, text = self.frame, f"{text}{joined}."
         return Reason(
-            self.chain.name, frame, why, self.strength, self.tau, text, numbers, suspicious
+            self.chain.name, self.frame, why, self.strength, self.tau, text, numbers, suspicious
         )
 
     def called(self, frame: int) -> str:
@@ -119,9 +120,8 @@ class Place:
         """What is wrong with another chain or limb."""
         if interval.kind == Kind.LONE_JUMP:
             return self.named(interval)
-        return (
-            f"the error of {other.label} in {self.named(interval).removeprefix('the interval of ')}"
-        )
+        span = self.span(interval.start, interval.stop)
+        return f"the error of {other.label} in {span} ({signed(interval.shown)})"
 
 
 def signed(angle: float) -> str:

@@ -1,0 +1,29 @@
+"""The language of the window: English, as the code has it, or a catalogue of `assets/languages`."""
+
+from inspector.language.catalogue import (
+    chosen_language,
+    codes,
+    in_language,
+    languages,
+    plural,
+    tr,
+    tr_as,
+    use_language,
+    wished,
+)
+from inspector.language.core_sentences import of_core
+from inspector.language.script_texts import texts_of_script
+
+__all__ = [
+    "chosen_language",
+    "codes",
+    "in_language",
+    "languages",
+    "of_core",
+    "plural",
+    "texts_of_script",
+    "tr",
+    "tr_as",
+    "use_language",
+    "wished",
+]

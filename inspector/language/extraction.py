@@ -1,0 +1,151 @@
+"""Bring the catalogues up to the texts in the code: `python -m inspector.language.extraction`.
+
+New texts come in untranslated, those that are no more go; translations stay as they are.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TypeGuard
+
+import polib
+
+from inspector.bundled import ASSETS, LANGUAGES
+from inspector.language.catalogue import CORE
+from inspector.language.core_sentences import LABELS, OF_SYSTEM
+from inspector.language.script_texts import texts_of_script
+
+_ROOT = Path(__file__).resolve().parents[2]
+# What stands in the calls that say something, in their order.
+_CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "text")}
+# Rooms of twistcore whose sentences the window shows; what is said only by commands is not here.
+_ROOMS_OF_CORE = (
+    *("detection", "why_not", "review", "tuning", "quality", "refinement", "twist_removal"),
+    *("quamo/response", "quamo/track_clip", "errors", "formats", "clip_files", "clip", "chain"),
+    *("limb", "rig", "motion", "analysis", "bvh", "amc", "npz", "atomic", "file_lock"),
+    *("encoding", "processes", "synthesis/truth", "report/clip_report", "batch/inputs"),
+    *("batch/batch_run", "batch/clip_task", "batch/clip_survey"),
+    *("export/tracking", "export/compare", "export/replay", "export/scene_keys"),
+    *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
+)
+_WORDS = ("Kind", "Decision", "SEEN")  # of these a single word, too, is shown
+# What is written into files, matched, compared, or said to programmers only.
+_IN_FILES = re.compile(r"#|\(\?|<|[a-z_]+ = |End Site$|from |twistcore batch$|\{0\}\t|6 X")
+_FOR_PROGRAMS = ("__repr__", "compile", "KeyError", "TypeError")
+_Key = tuple[str, str, str]  # context, text, plural
+
+
+def main() -> int:
+    """Update every catalogue; returns the exit code."""
+    texts = set(texts_in_code())
+    for file in sorted(LANGUAGES.glob("*.po")):
+        said = {key(entry): entry for entry in polib.pofile(str(file))}
+        catalogue = polib.pofile(str(file))
+        catalogue.clear()
+        catalogue.wrapwidth = 98
+        for wanted in sorted(texts, key=lambda k: (k[0] == CORE, k[1].lower(), k)):
+            catalogue.append(said.get(wanted) or _entry(wanted))
+        catalogue.save(str(file))
+        missing = len(catalogue.untranslated_entries())
+        print(f"{file.name}: {len(catalogue)} texts, {missing} not translated")
+    return 0
+
+
+def key(entry: polib.POEntry) -> _Key:
+    """What tells an entry from the others."""
+    return entry.msgctxt or "", entry.msgid, entry.msgid_plural or ""
+
+
+def texts_in_code() -> Iterator[_Key]:
+    """Every text that the code may show."""
+    for module in sorted((_ROOT / "inspector").rglob("*.py")):
+        for node in ast.walk(ast.parse(module.read_text("utf-8"))):
+            if (call := _name(node)) in _CALLS and isinstance(node, ast.Call):
+                said = {what: _text(node, k) for k, what in enumerate(_CALLS[call])}
+                if None not in said.values():
+                    yield said.get("meaning") or "", said["text"] or "", said.get("many") or ""
+    for script in sorted((ASSETS / "lesson_page").iterdir()):
+        for meaning, text in texts_of_script(script.read_text("utf-8")):
+            yield meaning, text, ""
+    for sentence in (*OF_SYSTEM, *LABELS):
+        yield CORE, sentence, ""
+    for room in _ROOMS_OF_CORE:
+        place = _ROOT / "twistcore" / room
+        for module in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:
+            for form in _forms(ast.parse(module.read_text("utf-8"))):
+                yield CORE, form, ""
+
+
+def _forms(tree: ast.AST) -> Iterator[str]:
+    """The forms of what looks like a sentence or words for people, docstrings left out."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            continue
+        if _name(node) in _FOR_PROGRAMS:
+            continue
+        if _name(node) in _WORDS:
+            yield from (str(ast.literal_eval(n.value)) for n in ast.walk(node) if _is_word(n))
+        elif isinstance(node, ast.JoinedStr):
+            yield from _if_said(_form(node))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield from _if_said(_escaped(node.value))
+        else:
+            yield from _forms(node)
+
+
+def _name(node: ast.AST) -> str:
+    """What is defined, or called."""
+    if isinstance(node, ast.FunctionDef | ast.ClassDef):
+        return node.name
+    if isinstance(node, ast.Assign):
+        return getattr(node.targets[0], "id", "")
+    called = node.func if isinstance(node, ast.Call) else None
+    return getattr(called, "id", getattr(called, "attr", ""))
+
+
+def _text(call: ast.Call, place: int) -> str | None:
+    """What is written there, in one piece or several; None where no text is."""
+    argument = call.args[place] if place < len(call.args) else None
+    found = argument.value if isinstance(argument, ast.Constant) else None
+    return found if isinstance(found, str) else None
+
+
+def _is_word(node: ast.AST) -> TypeGuard[ast.Assign]:
+    return isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
+
+
+def _if_said(form: str) -> Iterator[str]:
+    words = any(c.isalpha() for c in re.sub(r"\{\d+\}", "", form))
+    if words and " " in form.strip() and not _IN_FILES.match(form):
+        yield form
+
+
+def _form(sentence: ast.JoinedStr) -> str:
+    pieces, holes = "", 0
+    for part in sentence.values:
+        if isinstance(part, ast.Constant):
+            pieces += _escaped(str(part.value))
+        else:
+            pieces += f"{{{holes}}}"
+            holes += 1
+    return pieces
+
+
+def _escaped(text: str) -> str:
+    return text.replace("{", "{{").replace("}", "}}")
+
+
+def _entry(wanted: _Key) -> polib.POEntry:
+    context, one, many = wanted
+    plural = {0: "", 1: ""} if many else {}
+    return polib.POEntry(
+        msgctxt=context or None, msgid=one, msgid_plural=many, msgstr_plural=plural
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

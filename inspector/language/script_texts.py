@@ -1,0 +1,18 @@
+"""The texts of a web page's scripts and template, which say `tr("…")` as the program does."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+
+_PIECE = r'"(?:[^"\\\n]|\\.)*"'
+_TEXT = rf"({_PIECE}(?:\s*\+\s*{_PIECE})*)\s*[,)]"
+_CALL = re.compile(rf"\b(?:tr\(|tr_as\(\s*({_PIECE}),)\s*{_TEXT}")
+
+
+def texts_of_script(script: str) -> Iterator[tuple[str, str]]:
+    """Every meaning, '' where none is told, and text; pieces of it, joined by +, are one."""
+    for call in _CALL.finditer(script):
+        text = "".join(json.loads(piece) for piece in re.findall(_PIECE, call[2]))
+        yield json.loads(call[1] or '""'), text

@@ -1,0 +1,51 @@
+"""What the plots show, in words for those who do not see them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QObject, QTimer
+
+from inspector.language import of_core, tr
+from inspector.session.document import Document
+from inspector.timeline.pane import Pane
+
+_REST_MS = 400  # a playhead that runs is not told of
+
+
+class PlotDescriptions(QObject):
+    """Gives every plot its name, and once the playhead rests what stands at it."""
+
+    def __init__(self, document: Document, panes: Mapping[str, Pane], parent: QObject) -> None:
+        """panes: by what they are called."""
+        super().__init__(parent)
+        self._document, self._panes = document, tuple(panes.values())
+        for name, pane in panes.items():
+            pane.setAccessibleName(name)
+        self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
+        self._rest.timeout.connect(self.tell)
+        for signal in (
+            document.opened,
+            document.frame_changed,
+            document.chain_changed,
+            document.intervals_changed,
+            document.numbering_changed,
+        ):
+            signal.connect(lambda *_: self._rest.start())
+
+    def tell(self) -> None:
+        """Chain, frame, and the words and numbers of each plot's title."""
+        document = self._document
+        shown = document.data is not None and bool(document.chain)
+        for pane in self._panes:
+            pane.setAccessibleDescription(self._words(pane) if shown else "")
+
+    def _words(self, pane: Pane) -> str:
+        document = self._document
+        title = " ".join("".join(text for text, _ in pane.front.title).split())
+        return tr(
+            "{chain}, frame {frame}: {values}",
+            chain=of_core(document.find_chain(document.chain).label),
+            frame=document.frame + document.first_frame,
+            values=title,
+        )

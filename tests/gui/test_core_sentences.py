@@ -1,0 +1,104 @@
+"""twistcore's sentences in another language: found again by their forms, whole or joined."""
+
+import re
+from functools import cache
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from inspector.bundled import FLIPPED, SAMPLE
+from inspector.language import catalogue, of_core, tr, use_language
+from inspector.language.extraction import texts_in_code
+from twistcore import analyse, read_bvh
+from twistcore.bvh.reader import parse_bvh
+from twistcore.errors import TwistError
+from twistcore.review import Decide, Decision, LeaveOut, Redetect
+from twistcore.why_not import peaks_without_interval, why_not
+
+_ENGLISH = re.compile(r"\b(the|is|are|its|it|which|there|of|and|to|by|as|or|edge|jump)\b")
+
+
+@cache
+def _analysed(clip):
+    return analyse(read_bvh(clip))
+
+
+@pytest.fixture(autouse=True)
+def german():
+    """Everything here is in German, and nothing after it."""
+    before = catalogue.chosen_language()
+    use_language("de")
+    yield
+    use_language(before)
+
+
+@pytest.mark.parametrize(
+    ("clip", "method", "tau"),
+    [
+        (SAMPLE, "consistency", None),
+        (SAMPLE, "consistency", 12.0),
+        (SAMPLE, "paper", None),
+        (FLIPPED, "consistency", None),
+        (FLIPPED, "consistency", 0.6),
+    ],
+)
+def test_no_reason_has_words_of_english(clip, method, tau):
+    """Whatever is found or not: a part of a sentence that has no form would stay English."""
+    found = _analysed(clip).detect(method, tau_degrees=tau)
+    frames = range(0, found.analysis.motion.frames, 5)
+    for name in found.tau:
+        reasons = [why_not(found, name, frame) for frame in frames]
+        for reason in (*reasons, *peaks_without_interval(found, name)):
+            said = of_core(reason.text)
+            assert not _ENGLISH.search(said), f"{reason.text} -> {said}"
+
+
+_FORMS = sorted(
+    text
+    for meaning, text, _ in texts_in_code()
+    if meaning == catalogue.CORE and not re.search(r"\}\{|^ ", text)
+)
+
+
+@given(st.sampled_from(_FORMS), st.integers(100, 999))
+def test_a_form_is_found_again_whatever_is_put_in(form, first):
+    numbers = [first + k for k in range(10)]
+    entries = dict(catalogue.entries_of_core())
+    assert of_core(form.format(*numbers)) == entries[form].format(*numbers)
+
+
+def test_what_is_joined_is_translated_part_by_part():
+    assert of_core("a.bvh, line 3, column 7: expected '{' after End Site, found 'x'") == (
+        "a.bvh, Zeile 3, Spalte 7: '{' nach End Site erwartet, 'x' gefunden"
+    )
+    with pytest.raises(TwistError) as raised:
+        parse_bvh(b"", "b.bvh")
+    assert of_core(raised.value) == (
+        "b.bvh, Zeile 1, Spalte 1: HIERARCHY erwartet, aber die Datei ist leer"
+    )
+    assert of_core("Hips: the bone's direction varies by more than 1°. of my own") == (
+        "Hips: Die Richtung des Knochens schwankt um mehr als 1°. of my own"
+    )
+
+
+def test_a_sentence_that_nobody_knows_stays_and_english_is_as_it_was():
+    assert of_core("so (was: nobody; knows, it).") == "so (was: nobody; knows, it)."
+    use_language("en")
+    assert of_core("Accept interval") == "Accept interval"
+
+
+def test_steps_of_the_history_are_said():
+    decide = Decide((1, 2), Decision.ACCEPTED)
+    steps = decide, Redetect({"LeftArm": 1.0}, ()), LeaveOut(())
+    assert [of_core(step.text) for step in steps] == [
+        "2 Intervalle annehmen",
+        "τ von LeftArm setzen",
+        "Alle Frames in die Abstimmung nehmen",
+    ]
+
+
+def test_a_text_inside_another_is_found_in_the_code():
+    """`f"{tr('Strength')} "` is a text, too."""
+    assert ("", "Strength", "") in set(texts_in_code())
+    assert tr("Strength") == "Stärke"

@@ -1,0 +1,229 @@
+"""Languages: the catalogues are whole, the window speaks one language, and every widget a name."""
+
+import ast
+import json
+import os
+import re
+import shutil
+import string
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import polib
+import pytest
+
+from inspector.bundled import LANGUAGES
+from inspector.language import codes, of_core, plural, tr, use_language, wished
+from inspector.language.extraction import key, texts_in_code
+from tests.conftest import ASSETS
+from twistcore.bvh import read_bvh
+from twistcore.chain import find_chains
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = Path(__file__).with_name("said_texts.py")
+OTHERS = [code for code in codes() if code != "en"]
+# Words that are the same in German, or nobody translates: names, units, terms of the field.
+SAME = set(
+    re.findall(
+        r"\w+",
+        """
+        twist swing offset clip clips interval frame frames azimut azimuth detektor detektoren index
+        name video film start stop fokus export pause test median position profil symbol text
+        system quaternion markdown blender html json toml xml csv png svg bvh amc npz gif mp4 fps
+        fsr tpr auc roc hmm tau sin cos log exp max min rad inspector quamo twistcore batch
+        choi jang kim sens sci technol mocap cmu edu nsf eia deutsch english esc azim format hand
+        swivel dpi
+        """,
+    )
+)
+
+_ELSEWHERE = ("web_page.py",)  # its texts are those of a script, which is looked through itself
+
+
+def entries(code):
+    return polib.pofile(str(LANGUAGES / f"{code}.po"))
+
+
+@pytest.fixture
+def german():
+    use_language("de")
+    yield
+    use_language("en")
+
+
+# -- catalogues -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_a_catalogue_has_every_text_of_the_code_and_no_other(code):
+    assert {key(e) for e in entries(code)} == set(texts_in_code())
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_every_entry_is_translated(code):
+    found = entries(code)
+    assert [e.msgid for e in found if not e.translated() or e.fuzzy or e.obsolete] == []
+
+
+def translations(entry):
+    return list(entry.msgstr_plural.values()) if entry.msgid_plural else [entry.msgstr]
+
+
+def holes(text):
+    """What is put into a text, with how it is written."""
+    return sorted((name, form) for _, name, form, _ in string.Formatter().parse(text) if name)
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_a_translation_has_the_places_of_its_text(code):
+    for entry in entries(code).translated_entries():
+        # A hole may go twice where the other language needs it, or where the plural says one.
+        wanted = set(holes(entry.msgid)) | set(holes(entry.msgid_plural))
+        for said in translations(entry):
+            assert set(holes(said)) <= wanted, entry.msgid
+        assert set(holes(translations(entry)[-1])) == wanted, entry.msgid
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_a_translation_keeps_spaces_at_the_ends_and_marks_of_letters(code):
+    for entry in entries(code).translated_entries():
+        for said in translations(entry):
+            ends = [text[: len(text) - len(text.lstrip())] for text in (entry.msgid, said)]
+            assert ends[0] == ends[1], entry.msgid
+            assert entry.msgid.endswith(" ") == said.endswith(" "), entry.msgid
+            assert ("&" in entry.msgid) == ("&" in said), entry.msgid
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_no_english_is_left_in_a_catalogue(code):
+    left = [e.msgid for e in entries(code) if e.msgid in translations(e) and english(e.msgid)]
+    assert left == []
+
+
+def test_every_text_that_is_marked_is_extracted():
+    """A text that is computed is none that a translator meets."""
+    known = {text for key in texts_in_code() for text in key[1:]}
+    lost = []
+    for module in sorted((ROOT / "inspector").rglob("*.py")):
+        for node in ast.walk(ast.parse(module.read_text("utf-8"))):
+            name = getattr(node.func, "id", "") if isinstance(node, ast.Call) else ""
+            place = {"tr": (0,), "tr_as": (1,), "plural": (0, 1)}.get(name, ())
+            if module.parent.name == "language" or module.name in _ELSEWHERE:
+                continue
+            texts = [node.args[k] for k in place]
+            if any(not isinstance(t, ast.Constant) or t.value not in known for t in texts):
+                lost.append(f"{module.relative_to(ROOT)}:{node.lineno}")
+    assert lost == []
+
+
+# -- the choice -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("setting", "system", "used"),
+    [
+        ("de", ["en-GB"], "de"),
+        ("en", ["de-AT"], "en"),
+        ("system", ["de-Latn-AT", "de-AT"], "de"),
+        ("system", ["fr-FR", "de_DE", "en"], "de"),
+        ("system", ["fr", "C"], "en"),
+        ("../de", [], "en"),
+        ("klingon", ["de"], "de"),
+    ],
+)
+def test_the_language_set_goes_before_those_of_the_system(setting, system, used):
+    assert wished(setting, system) == used
+
+
+def test_english_stands_where_a_language_has_nothing(german):
+    assert tr("Nobody ever says this.") == "Nobody ever says this."
+    assert plural("{n} interval", "{n} intervals", 1) == "1 Intervall"
+    assert plural("{n} interval", "{n} intervals", 3) == "3 Intervalle"
+    assert of_core("Nobody says this about 3 frames.") == "Nobody says this about 3 frames."
+
+
+def test_a_language_that_there_is_not_is_refused(tmp_path):
+    done = start("--language", "fr", environment={})
+    assert done.returncode == 2
+    assert done.stderr == "twist-inspector: --language takes en, de or system, not fr.\n"
+
+
+def test_a_damaged_file_of_settings_is_told_in_the_language(tmp_path):
+    settings = tmp_path / "settings.json"
+    settings.write_text('{"language": "de", "step": 0}')
+    picture = tmp_path / "empty.png"
+    done = start("--screenshot", picture, environment={"TWIST_INSPECTOR_SETTINGS": str(settings)})
+    assert done.returncode == 0, done.stderr
+    assert "Die Einstellungen step waren beschädigt" in done.stderr
+    assert [f.name for f in tmp_path.glob("*.damaged*")] == ["settings.json.damaged"]
+
+
+def start(*words, environment):
+    return subprocess.run(
+        [sys.executable, "-m", "inspector", *map(str, words)],
+        env={**os.environ, "PYTHONPATH": str(ROOT), "LC_ALL": "C", **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+# -- the whole window -----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def said(tmp_path_factory):
+    """What the whole window says in English and in German."""
+    told = {}
+    for code in ("en", "de"):
+        clip = shutil.copy(ASSETS / "walk_injected.bvh", tmp_path_factory.mktemp(code))
+        done = subprocess.run(
+            [sys.executable, str(SCRIPT), code, clip],
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        told[code] = json.loads(done.stdout)
+    return told
+
+
+def test_no_text_of_the_window_is_one_that_is_translated(said):
+    known = {e.msgid: e.msgstr for e in entries("de") if e.translated() and not e.msgctxt}
+    texts = {t: where for t, where in said["de"]["texts"].items() if known.get(t, t) != t}
+    assert {t: where for t, where in texts.items() if english(t) and t not in in_german()} == {}
+
+
+def test_no_english_words_stand_in_both_windows(said):
+    both = said["en"]["texts"].keys() & said["de"]["texts"].keys() - in_german()
+    assert {t: said["de"]["texts"][t] for t in sorted(both) if english(t)} == {}
+
+
+def in_german():
+    """Translations: some are words of English, too, with another meaning, such as 'Kind'."""
+    return {text for entry in entries("de") for text in translations(entry)}
+
+
+@pytest.mark.parametrize("code", ["en", "de"])
+def test_a_screen_reader_has_a_name_for_all_that_the_keyboard_reaches(said, code):
+    assert said[code]["unnamed"] == {}
+
+
+@cache
+def names():
+    """What joints and chains of the clip are called, and a word of BVH; the longest first."""
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    chains = [c.label for c in find_chains(motion)]
+    return sorted({*motion.skeleton.names, *chains, "Frame Time"}, key=len, reverse=True)
+
+
+def english(text):
+    """Its words that may be English: no names of joints, files, formulas; none that are `SAME`."""
+    for name in names():
+        text = text.replace(name, " ")
+    text = re.sub(r"<[^>]*>|\{[^}]*\}|`[^`]*`|\S*[/\\.@_]\w\S*|\\\w+", " ", text)
+    words = re.findall(r"[^\W\d_]{3,}", text)
+    return [w for w in words if w.lower() not in SAME and not re.search(r"[a-z][A-Z]", w)]

@@ -1,0 +1,79 @@
+"""In another language a person reads other words; what is kept and compared stays the same."""
+
+import subprocess
+import sys
+
+# A process of its own: texts are made in the language that was chosen before.
+GERMAN = """
+from pathlib import Path
+from PySide6.QtWidgets import QApplication
+from inspector.language import use_language
+
+use_language("de")
+app = QApplication(["tested", "-platform", "offscreen"])
+from inspector.folder.clip_table import clip_table
+from inspector.folder.queued_clip import FAR_AWAY, ClipState, QueuedClip, reason_told
+from inspector.panels.interval_filter import FilterLine
+from inspector.panels.reason_palette import ReasonPalette
+from inspector.panels.reject_reasons import REASONS, kept_reason, told_reason
+from PySide6.QtWidgets import QWidget
+"""
+
+
+def said_in_german(script):
+    run = subprocess.run(
+        [sys.executable, "-c", GERMAN + script], capture_output=True, text=True, timeout=120
+    )
+    assert run.returncode == 0, run.stderr
+    return run.stdout.splitlines()
+
+
+def test_filters_ask_for_the_same_in_german():
+    said = said_in_german(
+        "line = FilterLine()\n"
+        "before = line.list_all()\n"
+        "for k in range(line.choice.count()):\n"
+        "    line.choice.setCurrentIndex(k)\n"
+        "    print(line.wanted.chosen, line.choice.currentText(), sep='|')\n"
+        "line.confidence.setCurrentIndex(1)\n"
+        "back = line.list_all()\n"
+        "print(line.wanted.chosen, line.wanted.bounds)\n"
+        "back()\n"
+        "print(line.wanted.chosen, line.wanted.bounds)\n"
+    )
+    assert [line.split("|")[0] for line in said[:8]] == [
+        "All", "Undecided", "Accepted", "Rejected",
+        "This chain", "Counter-twists", "Limb flips", "Lone jumps",
+    ]  # fmt: skip
+    assert said[1].split("|")[1] == "Offen"
+    assert said[8:] == ["All ()", "Lone jumps (('≥', 0.95),)"]
+
+
+def test_a_reason_is_read_in_german_and_kept_in_english():
+    said = said_in_german(
+        "for reason in REASONS:\n"
+        "    print(told_reason(reason) != reason, kept_reason(told_reason(reason)) == reason)\n"
+        "print(told_reason('loose strap'), kept_reason('loose strap'))\n"
+        "window = QWidget()\n"
+        "palette = ReasonPalette(REASONS, '', window)\n"
+        "palette.chosen.connect(print)\n"
+        "print(palette.list.item(0).text())\n"
+        "palette._take(0)\n"
+        "palette.line.setText('schnell, aber echt')\n"
+        "palette._take_line()\n"
+    )
+    assert set(said[:4]) == {"True True"}
+    assert said[4:] == [
+        "loose strap loose strap", "natürliche Bewegung", "natural motion", "fast but real",
+    ]  # fmt: skip
+
+
+def test_the_table_of_clips_has_its_reasons_in_english():
+    said = said_in_german(
+        "clip = QueuedClip(Path('a.bvh'), ClipState.FAILED, reason='s3://a.bvh: ' + FAR_AWAY)\n"
+        "print(reason_told(clip))\n"
+        "print(clip_table([clip]))\n"
+    )
+    assert said[0] == "s3://a.bvh: liegt auf keiner Platte dieses Rechners; öffnen Sie eine Kopie"
+    assert "not on a disk of this machine" in said[2]
+    assert "failed" in said[2]
