@@ -126,8 +126,7 @@ class ReviewActions:
     def begin(self) -> None:
         """Go to the first interval to decide of a clip that nobody has gone about in yet."""
         if self.document.interval is None and self.document.frame == 0:
-            order = self.intervals.shown_ids()
-            if self.document.step_interval(+1, undecided=True, order=order):
+            if self.document.step_interval(+1, undecided=True, order=self.intervals.shown_ids()):
                 self._arrive(zoom=True)
 
     def _undecided_before(self, order: Sequence[int]) -> bool:

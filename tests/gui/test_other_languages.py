@@ -107,9 +107,8 @@ def test_a_page_is_in_the_language_of_the_program(chosen):
         assert f">{tr(said)}<" in text
         assert f">{said}<" not in text
     data = json.loads(re.search(r'id="lesson-data">(.*?)</script>', text, re.S)[1])
-    catalogue = {e.msgid: e for e in polib.pofile(str(LANGUAGES / f"{chosen}.po"))}
-    for said, own in data["words"].items():
-        assert own == catalogue[said].msgstr
+    catalogue = {(e.msgid, e.msgstr) for e in polib.pofile(str(LANGUAGES / f"{chosen}.po"))}
+    assert catalogue.issuperset(data["words"].items())
     assert data["words"]["yes"] == tr("yes")
 
 
