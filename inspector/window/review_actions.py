@@ -125,9 +125,10 @@ class ReviewActions:
 
     def begin(self) -> None:
         """Go to the first interval to decide of a clip that nobody has gone about in yet."""
-        if self.document.interval is None and self.document.frame == 0:
-            if self.document.step_interval(+1, undecided=True, order=self.intervals.shown_ids()):
-                self._arrive(zoom=True)
+        fresh, order = self.document.interval is None, self.intervals.shown_ids()
+        fresh = fresh and self.document.frame == 0
+        if fresh and self.document.step_interval(+1, undecided=True, order=order):
+            self._arrive(zoom=True)
 
     def _undecided_before(self, order: Sequence[int]) -> bool:
         now = self.document.interval_id

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 
 from inspector.app import make_application
 from inspector.bundled import LESSONS, TOUR
+from inspector.language import in_language
 from inspector.session.settings import Settings
 from twistcore.decomposition import WhatIf
 
@@ -150,8 +151,8 @@ def main() -> None:
     assess(window)
     # A page that fits the narrowest window fits the others: there the tour stands for all.
     narrow = int(width) == NARROWEST
-    lessons = LESSONS if language == "en" else LESSONS / language
-    teach(window, sorted(lessons.glob("*.md")) if narrow else [lessons / TOUR.name])
+    lessons = sorted(LESSONS.glob("*.md")) if narrow else [TOUR]
+    teach(window, [in_language(lesson) for lesson in lessons])
     if (window.width(), window.height()) != (int(width), int(height)):
         print(
             f"with tuning, quality and teaching the window needs {window.width()}×{window.height()}"
