@@ -211,7 +211,7 @@ class _Rows:
         _, count = self._bones[own[0]]
         bone = shown(own[0].decode("utf-8", "replace"))
         if len(own) != count + 1:
-            numbers = f"{count} number{'' if count == 1 else 's'}"
+            numbers = "1 number" if count == 1 else f"{count} numbers"
             expected = f"expected {numbers} for {bone}, found {len(own) - 1}"
             return self.fail(expected, line, min(len(own), count + 1))
         return self.fail(f"expected {bone} once in frame {self._number}", line)
