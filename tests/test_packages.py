@@ -118,7 +118,8 @@ def test_the_wheel_holds_what_the_program_shows(packages):
         names = {*files.namelist()}
     assert {"inspector/py.typed", "twistcore/py.typed"} <= names
     shown = {*ROOT.glob("docs/*.md"), *ROOT.glob("docs/images/*"), *ROOT.glob("assets/*.bvh")}
-    shown |= {*ROOT.glob("assets/icons/*"), *ROOT.glob("assets/lessons/*")}
+    shown |= {*ROOT.glob("assets/icons/*"), *ROOT.glob("assets/lessons/**/*.md")}
+    shown |= {*ROOT.glob("assets/languages/*")}
     for file in shown:
         place = file.relative_to(ROOT).as_posix().removeprefix("assets/")
         assert f"inspector/assets/{place}" in names

@@ -76,7 +76,9 @@ def found_instead(head: bytes, *expected: FileKind) -> str | None:
     kind = kind_of(head)
     if kind is None or kind in expected:
         return None
-    advice = f"; {kind.advice}" if kind.advice else ""
+    clips = (BVH, NPZ, AMC)  # another name helps where a clip is meant, and only there
+    helps = kind.advice and (kind not in clips or expected[0] in clips)
+    advice = f"; {kind.advice}" if helps else ""
     return f"expected {expected[0].words}, but this is {kind.words}{advice}"
 
 

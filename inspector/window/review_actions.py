@@ -59,8 +59,7 @@ class ReviewActions:
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
-        find = QTimer(self.window, singleShot=True, interval=0)  # the playhead is there by then
-        find.timeout.connect(self._find)
+        find = QTimer(self.window, singleShot=True, timeout=self._find)  # the playhead comes first
         document.interval_changed.connect(
             lambda: find.stop() if document.interval is None else find.start()
         )
@@ -125,8 +124,8 @@ class ReviewActions:
 
     def begin(self) -> None:
         """Go to the first interval to decide of a clip that nobody has gone about in yet."""
-        fresh, order = self.document.interval is None, self.intervals.shown_ids()
-        fresh = fresh and self.document.frame == 0
+        fresh = self.document.interval is None and self.document.frame == 0
+        order = self.intervals.shown_ids()
         if fresh and self.document.step_interval(+1, undecided=True, order=order):
             self._arrive(zoom=True)
 

@@ -18,9 +18,9 @@ A rule names what must not be: "severity>5" fails where a clip's severity is abo
 
   [total.]WHAT[FILTER,…] OP NUMBER      quoted, for > means something to a shell
 
-WHAT      severity   mean error a frame, degrees, over all chains
+WHAT      severity   mean error a frame, degrees, summed over all chains
           count      intervals
-          degrees    the largest error of an interval; of a lone jump, its turn in a frame
+          degrees    the largest delta_deg of an interval; of a lone jump, its turn in a frame
           affected   frames with an error that can be taken out, in percent: affected>2%;
                      of lone jumps only where [lone-jump] asks for them
           failed     clips that could not be processed, of the whole run: failed>0
