@@ -59,16 +59,13 @@ class ReviewActions:
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
-        find = QTimer(self.window, singleShot=True, timeout=self._find)  # the playhead comes first
+        # The playhead is there by then. The camera stays, unless what was selected is out of sight.
+        find = QTimer(self.window, singleShot=True, interval=0)
+        find.timeout.connect(lambda: None if self.sees() else self.look())
         document.interval_changed.connect(
             lambda: find.stop() if document.interval is None else find.start()
         )
         document.chains_changed.connect(find.start)
-
-    def _find(self) -> None:
-        """The camera stays, unless what was selected is out of the picture."""
-        if not self.sees():
-            self.look()
 
     # -- verdicts, and the way from one interval to the next ------------------------------------
 
