@@ -471,10 +471,11 @@ def tell_results(began: float) -> None:
         ".mp4": "film",
     }
     say(f"Left in {OUT}:")
-    for file in sorted(OUT.rglob("*")):
-        if file.is_file() and file.stat().st_mtime >= began:
-            name = file.relative_to(OUT).as_posix()
-            say(f"  {name:<32} {kinds.get(file.suffix.lower(), '')}".rstrip())
+    files = [f for f in sorted(OUT.rglob("*")) if f.is_file() and f.stat().st_mtime >= began]
+    names = [file.relative_to(OUT).as_posix() for file in files]
+    width = max(map(len, names), default=0)
+    for file, name in zip(files, names, strict=True):
+        say(f"  {name:<{width}}  {kinds.get(file.suffix.lower(), '')}".rstrip())
     say("With a screen, the same command opens the window.")
 
 
