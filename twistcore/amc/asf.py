@@ -14,7 +14,7 @@ import numpy as np
 from twistcore.bvh.channels import JointChannels
 from twistcore.bvh.header import shown
 from twistcore.bvh.numbers import LARGEST, number
-from twistcore.clip import ClipWarning
+from twistcore.clip import ClipWarning, some_of
 from twistcore.errors import AmcError
 from twistcore.motion import Skeleton
 from twistcore.rotation import Array, quaternion_from_euler
@@ -295,7 +295,8 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     while waiting:
         names.append(name := waiting.pop())
         waiting += reversed(children.get(name, []))
-    if left := [name for name in read.bones if name not in names]:
+    there = set(names)
+    if left := [name for name in read.bones if name not in there]:
         raise read.fail(f"expected {shown(left[0])} to hang on the root in :hierarchy", hierarchy)
     bones = [read.bones[name] for name in names]
     at = {name: joint for joint, name in enumerate(names)}
@@ -315,7 +316,7 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     radians = [b.axis if read.radians else tuple(np.radians(b.axis)) for b in bones]
     turned = zip(bones, radians, strict=True)
     axes = [quaternion_from_euler(b.order[::-1], angles[::-1]) for b, angles in turned]
-    start, told = np.array(read.start), tuple(read.warnings)
+    start, told = np.array(read.start), tuple(some_of(read.warnings))
     given = np.array(axes), start, read.radians, told
     return Asf(path, data, skeleton, tuple(layouts), *given)
 

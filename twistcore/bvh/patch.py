@@ -108,10 +108,10 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
         byte = buffer[at]
         decimals[(byte == 46) & (at == ends - 1 - back)] = back
         # An exponent is behind the mantissa: its letters do not count, and it is not kept.
-        behind = ((byte | 32) == 101) & (at == ends - 1 - back)
-        for k in np.flatnonzero(behind).tolist():
+        behind = np.flatnonzero(((byte | 32) == 101) & (at == ends - 1 - back)).tolist()
+        ends = ends.copy() if behind else ends
+        for k in behind:
             mantissa = data[starts[k] : at[k]]
-            ends = ends.copy()
             ends[k] = starts[k]
             decimals[k] = len(mantissa.partition(b".")[2])
     return decimals

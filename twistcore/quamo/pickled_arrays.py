@@ -16,6 +16,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.npz.archive import check_shape
+
 _KINDS = "biuf"  # dtypes that are plain numbers
 
 
@@ -114,6 +116,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
         raise TypeError("no dtype")
     shape = tuple(shape)
     plain, count = dtype.plain(), _count(shape)
+    check_shape(shape, len(raw))
     if len(raw) != count * plain.itemsize:
         raise ValueError("not as many bytes as the shape says")
     return np.frombuffer(raw, dtype=plain).reshape(shape, order="F" if order == "F" else "C")
