@@ -103,7 +103,8 @@ def make_poses(rng: random.Random) -> Mapping[str, bytes]:
     if rng.random() < 0.5:
         suffix, data = _estimated(rng.choice([*LAYOUTS]))
         return {f"a{suffix}": poses.damaged(data, rng) if rng.random() < 0.7 else data}
-    return {"a.pkl": poses.names(_amass(24, own=False), rng)}
+    arrays = _amass(24, own=False)
+    return {"a.pkl": poses.names({k: v for k, v in arrays.items() if k != "gender"}, rng)}
 
 
 # -- what is done with them ------------------------------------------------------------------------
