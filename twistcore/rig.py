@@ -100,12 +100,12 @@ class Rig:
         names = {chain.name for chain in found}
         for name in self.remove:
             if name not in names:
-                raise TwistError(f"no chain {name!r} to remove in this skeleton")
+                raise TwistError(f"no chain {shown(name)} to remove in this skeleton")
         chains = [chain for chain in found if chain.name not in self.remove]
         for own in self.add:
             made = own.made(motion)
             if any(chain.name == made.name for chain in chains):
-                raise TwistError(f"there is a chain {made.name!r} already: remove that first")
+                raise TwistError(f"there is a chain {shown(made.name)} already: remove that first")
             chains.append(made)
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
 
@@ -217,7 +217,7 @@ def _joint(skeleton: Skeleton, name: str) -> int:
     try:
         return skeleton.index(name)
     except KeyError:
-        raise TwistError(f"no joint {name!r} in this skeleton") from None
+        raise TwistError(f"no joint {shown(name)} in this skeleton") from None
 
 
 def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:

@@ -17,6 +17,7 @@ from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.limb_flips import LimbFlips
+from twistcore.document_values import shown_words
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX
 from twistcore.export.replay import chains_of
@@ -124,7 +125,9 @@ class ClipMissingError(TwistError):
 
     def __init__(self, session: Path, clip: str) -> None:
         told = tr(
-            "{session}: its clip {clip} is not where it was.", session=session.name, clip=clip
+            "{session}: its clip {clip} is not where it was.",
+            session=session.name,
+            clip=shown_words(clip),
         )
         super().__init__(told)
         self.session = session
