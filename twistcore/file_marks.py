@@ -33,6 +33,13 @@ def file_mark(path: Path) -> str:
     return mark
 
 
+def is_there(path: Path) -> bool:
+    """Whether a file is there; False for a path that no file system can have, as a stranger's."""
+    with suppress(OSError, ValueError):  # a name longer than any may be; NUL
+        return path.is_file()
+    return False
+
+
 def takes_long(path: Path) -> bool:
     """Whether the file's mark is a matter for a thread; False for one that is not there."""
     with suppress(OSError):

@@ -6,7 +6,6 @@ Where the clip's folder cannot be written, they are in a folder of the person's 
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import re
 from collections.abc import Callable, Iterable
@@ -18,8 +17,11 @@ import platformdirs
 
 from inspector.language import of_core, tr
 from twistcore.atomic import free_name, write_atomically
+from twistcore.document_values import bytes_of, has, items, parsed_json, path_text
 from twistcore.encoding import json_bytes
+from twistcore.errors import TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
+from twistcore.file_marks import is_there
 from twistcore.formats import own_name, same_format
 
 _Made = TypeVar("_Made")
@@ -84,12 +86,13 @@ def kept_sessions(clip: Path) -> list[Path]:
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
-    with suppress(OSError, ValueError, TypeError, KeyError):
-        places.append(Path(json.loads(_pointer(refuge).read_bytes())["session"]))
+    with suppress(TwistError):
+        document = parsed_json(bytes_of(_pointer(refuge), "a pointer"))
+        places.append(Path(path_text(has(document, "session")["session"], "session")))
     there = [
         p
         for p in dict.fromkeys(places)
-        if p.exists() and same_format(clip_of_session(p) or clip, clip)
+        if is_there(p) and same_format(clip_of_session(p) or clip, clip)
     ]
     old = clip.with_name(clip.stem + SESSION_SUFFIX)
     if not there and clip_of_session(old) == clip.name:
@@ -175,8 +178,9 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
 
 def decided_in(clip: Path) -> tuple[int, int] | None:
     """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
-    with suppress(IndexError, OSError, ValueError, KeyError, TypeError):
-        document = json.loads(kept_sessions(clip)[0].read_text(encoding="utf-8"))
-        decisions = [i["decision"] for i in document["intervals"]]
+    with suppress(IndexError, TwistError):
+        document = parsed_json(bytes_of(kept_sessions(clip)[0], "a session"))
+        intervals = items(has(document, "intervals")["intervals"], "intervals")
+        decisions = [has(i, "decision")["decision"] for i in intervals]
         return sum(d != "undecided" for d in decisions), len(decisions)
     return None

@@ -136,7 +136,7 @@ def tried(kind: Kind, seed: int, case: int, folder: Path) -> Outcome:
             told = str(error)
             outcome = REFUSED if _is_sentence(told) else UNWORDED
         except MemoryError:
-            outcome, told = LARGE, _trace()
+            outcome, told = LARGE, "MemoryError"  # there is no room for more words
         except Exception:
             outcome, told = TRACEBACK, _trace()
         seconds, grown = time.process_time() - begun, _memory() - before

@@ -230,8 +230,10 @@ def as_written(interval: Interval) -> Interval:
 
     So the program and `twistcore apply` correct by the very same numbers.
     """
-    degrees = np.round(np.degrees(wrap(interval.offset)), 9) + 0.0
-    return replace(interval, offset=np.radians(degrees))
+    offset = interval.offset
+    one = offset[:1] if offset.strides == (0,) else offset  # of a constant one, as files have it
+    degrees = np.round(np.degrees(wrap(one)), 9) + 0.0
+    return replace(interval, offset=np.broadcast_to(np.radians(degrees), offset.shape))
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
