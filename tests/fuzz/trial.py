@@ -280,6 +280,7 @@ def _of_child(kind: Kind, seed: int, first: int, stop: int, wait: float) -> Iter
         finally:
             process.kill()
             process.wait()
+            process.stdout.close()
 
 
 def _lines(process: subprocess.Popen[bytes], wait: float) -> Iterator[str]:

@@ -19,6 +19,7 @@ from twistcore.errors import NpzError, TwistError
 from twistcore.formats import is_other_data
 from twistcore.npz import parse_npz
 from twistcore.npz.vector_branch import continuous_vectors
+from twistcore.quamo.pickled_arrays import read_pickle
 from twistcore.quamo.pose_files import read_names
 from twistcore.quamo.pose_layouts import find_poses
 from twistcore.rotation import geodesic_angle
@@ -260,3 +261,15 @@ def test_vectors_of_thousands_of_turns_are_corrected_in_bounded_memory():
     q = np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
     far = np.full((3, 3), 9e5)
     assert peak_of(lambda: continuous_vectors(q, far, far[0], far[1])) < 1_000_000
+
+
+def test_keys_that_all_hash_alike_are_refused():
+    modulus = (1 << 61) - 1
+    keys = {k * modulus: None for k in range(1, 500)}
+    for protocol in (0, 2, 4):
+        with pytest.raises(ValueError, match="no whole pickle"):
+            read_pickle(pickle.dumps(keys, protocol))
+        few = {0: 1, 1 << 59: 2, "a": 1 << 80}
+        assert read_pickle(pickle.dumps(few, protocol)) == few
+    with pytest.raises(ValueError, match="no whole pickle"):
+        read_pickle(b"(L%dL\nNd." % modulus)

@@ -200,7 +200,7 @@ def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
     file, form = io.BytesIO(raw), np.lib.format
     version = form.read_magic(file)
     if version not in ((1, 0), (2, 0), (3, 0)):
-        raise ValueError("another version")
+        raise ValueError(version)
     first = version == (1, 0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a header of Python 2's, or one that looks like it
@@ -213,13 +213,13 @@ def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
 def check_shape(shape: Sequence[int], size: int) -> None:
     """ValueError where an array of `size` bytes cannot be so long, even if it has no elements."""
     if not all(0 <= length <= max(size, _EMPTY) for length in shape):
-        raise ValueError("lengths of more than there is")
+        raise ValueError(shape)
 
 
 def _too_much(path: Path, found: int, size: int) -> NpzError:
-    most = f"{room(size) >> 20} MiB"
+    most, found = room(size) >> 20, found >> 20
     return NpzError(
-        f"{path}: expected arrays of at most {most} in so small a file, found {found >> 20} MiB"
+        f"{path}: expected arrays of at most {most} MiB in so small a file, found {found} MiB"
     )
 
 
