@@ -86,8 +86,8 @@ def parse_bvh(
         raise BvhError(name, expected, line=line, column=column) from None
     _check_rows(name, data, start, numbers, columns)
     rows = len(numbers.values) // columns
-    if expected := too_few_numbers(len(skeleton), rows, columns):
-        raise BvhError(name, expected)
+    if too_few := too_few_numbers(len(skeleton), rows, columns):
+        raise BvhError(name, too_few)
     if rows != declared:
         warnings.append(
             ClipWarning(
