@@ -33,13 +33,11 @@ _SHOWN.maxstring = _SHOWN.maxlong = _SHOWN.maxother = 50
 _SHOWN.maxlevel, _SHOWN.maxlist, _SHOWN.maxdict = 2, 4, 3
 
 
-def bytes_of(path: Path, what: str, most: int = _MOST_BYTES) -> bytes:
-    """The bytes of a document's file; TwistError where it cannot be read or is no such file."""
+def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
+    """The bytes of a document's file; TwistError where it cannot be read or has too many."""
     try:
         with path.open("rb") as file:
             data = file.read(most + 1)
-    except FileNotFoundError:
-        raise TwistError(f"{path}: expected {what}, but there is no such file") from None
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError:

@@ -299,6 +299,15 @@ def _lines(process: subprocess.Popen[bytes], wait: float) -> Iterator[str]:
             yield line.decode("utf-8").strip()
 
 
+def kind_named(name: str) -> Kind:
+    """A kind by its name, one of those that are there to fail, too."""
+    if name.startswith("failing-"):
+        from tests.fuzz.failing import KINDS
+
+        return next(kind for kind in KINDS if kind.name == name)
+    return kinds()[name]
+
+
 def kinds() -> dict[str, Kind]:
     """Every kind by its name: KINDS of the modules here whose names end with _kinds."""
     import importlib
