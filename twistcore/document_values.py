@@ -7,8 +7,10 @@ or raise FormatError with one short sentence: what was expected, where, and what
 from __future__ import annotations
 
 import json
+import os
 import re
 import reprlib
+import stat
 import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -33,13 +35,14 @@ _SHOWN.maxstring = _SHOWN.maxlong = _SHOWN.maxother = 50
 _SHOWN.maxlevel, _SHOWN.maxlist, _SHOWN.maxdict = 2, 4, 3
 
 
-def bytes_of(path: Path, what: str, most: int = _MOST_BYTES) -> bytes:
-    """The bytes of a document's file; TwistError where it cannot be read or is no such file."""
+def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
+    """The bytes of a document's file; TwistError where it cannot be read or has too many."""
     try:
         with path.open("rb") as file:
-            data = file.read(most + 1)
-    except FileNotFoundError:
-        raise TwistError(f"{path}: expected {what}, but there is no such file") from None
+            status = os.fstat(file.fileno())
+            whole_file = stat.S_ISREG(status.st_mode) and status.st_size <= most
+            # To read so many bytes at most takes the room for them, however few there are.
+            data = file.read() if whole_file else file.read(most + 1)
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError:

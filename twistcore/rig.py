@@ -177,7 +177,7 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
 def read_rig(path: Path) -> Rig:
     """A rig from a TOML file; raises TwistError, FormatError for a damaged file."""
     with saying(path):
-        document = parsed_toml(bytes_of(path, "a rig"))
+        document = parsed_toml(bytes_of(path))
         if unknown := sorted(document.keys() - {"skeleton", "remove", "chain"}):
             raise FormatError(f"{_EXPECTED}; found {shown(unknown[0])}")
         try:

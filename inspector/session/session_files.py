@@ -87,7 +87,7 @@ def kept_sessions(clip: Path) -> list[Path]:
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
     with suppress(TwistError):
-        document = parsed_json(bytes_of(_pointer(refuge), "a pointer"))
+        document = parsed_json(bytes_of(_pointer(refuge)))
         places.append(Path(path_text(has(document, "session")["session"], "session")))
     there = [
         p
@@ -179,7 +179,7 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
 def decided_in(clip: Path) -> tuple[int, int] | None:
     """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
     with suppress(IndexError, TwistError):
-        document = parsed_json(bytes_of(kept_sessions(clip)[0], "a session"))
+        document = parsed_json(bytes_of(kept_sessions(clip)[0]))
         intervals = items(has(document, "intervals")["intervals"], "intervals")
         decisions = [has(i, "decision")["decision"] for i in intervals]
         return sum(d != "undecided" for d in decisions), len(decisions)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -16,6 +15,7 @@ from inspector.session.session_files import set_aside
 from inspector.session.settings import settings_path
 from inspector.widgets.message_bar import Answers
 from twistcore.atomic import write_atomically
+from twistcore.document_values import bytes_of, parsed_json
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.rig import skeleton_mark
@@ -66,8 +66,8 @@ class Performers:
     def __init__(self) -> None:
         self._path = settings_path().parent / "performers.json"
         self._said: dict[str, str] = {}
-        with suppress(OSError, ValueError):
-            document = json.loads(self._path.read_bytes())
+        with suppress(TwistError):
+            document = parsed_json(bytes_of(self._path))
             if isinstance(document, dict):
                 self._said = {str(k): v for k, v in document.items() if isinstance(v, str)}
 

@@ -12,13 +12,17 @@ import sys
 import time
 from pathlib import Path
 
-from tests.fuzz.trial import child, files_of, kinds, trial, tried, write_files
+from tests.fuzz.trial import Outcome, child, files_of, kind_named, kinds, trial, tried, write_files
 
 SHOWN = 20  # failures of a kind that are shown in full
 
 
 def main() -> int:
     """Run and print the counts."""
+    if "--child" in sys.argv:
+        name, *_, first, stop = sys.argv[1:]
+        child(kind_named(name), int(sys.argv[3]), int(first), int(stop))
+        return 0
     known = kinds()
     parser = argparse.ArgumentParser("python -m tests.fuzz", description=__doc__)
     names = [*known, "all"]
@@ -29,12 +33,8 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=float("inf"), help="at most, a kind")
     told = "write the files of the first case there, and read them in this process"
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help=told)
-    parser.add_argument("--child", type=int, nargs=2, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     chosen = list(known) if "all" in arguments.kind else arguments.kind
-    if arguments.child:
-        child(known[chosen[0]], arguments.seed, *arguments.child)
-        return 0
     if arguments.keep:
         kind, case = known[chosen[0]], (arguments.seed, arguments.first)
         arguments.keep.mkdir(parents=True, exist_ok=True)
@@ -52,7 +52,12 @@ def main() -> int:
             seconds=arguments.seconds,
         )
         print(f"{report} in {time.monotonic() - begun:.0f} s", flush=True)
-        for one in report.failures[:SHOWN]:
+        alike: dict[str, list[Outcome]] = {}
+        for one in report.failures:
+            alike.setdefault(one.outcome + one.told.strip().split("\n")[-1][-80:], []).append(one)
+        for some in list(alike.values())[:SHOWN]:
+            one = some[0]
+            print(f"  {len(some)} alike: cases {', '.join(str(o.case) for o in some[:20])}")
             again = f"--seed {arguments.seed} --first {one.case} --keep FOLDER"
             print(f"  {one.outcome}, {one.seconds:.2f} s, {one.grown >> 20} MiB: {name} {again}")
             print("    " + one.told.strip().replace("\n", "\n    "), flush=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import random
 from collections.abc import Callable
@@ -134,7 +135,7 @@ def damage_tree(document: Any, rng: random.Random) -> Any:
     elif what < 0.93:
         other, j = rng.choice(places)
         if j < len(other):
-            _put(thing, k, _value(other, j))
+            _put(thing, k, copy.deepcopy(_value(other, j)))
     elif what < 0.995:
         thing.insert(k, ("extra", nasty(rng)) if isinstance(thing, Entries) else nasty(rng))
     else:
@@ -152,7 +153,7 @@ def tree(document: Any) -> Any:
 
 
 def text_of(document: Any) -> str:
-    """The text of a document's tree, however absurd; what refers to itself is cut."""
+    """The text of a document's tree, however absurd; what is very deep is cut."""
     out: list[str] = []
     _write(document, out, 0)
     return "".join(out)

@@ -115,7 +115,7 @@ def _make(rng: random.Random) -> dict[str, bytes]:
             for _ in range(rng.choice((1, 1, 2))):
                 try:
                     _damage(connection, rng)
-                except (sqlite3.Error, OverflowError, UnicodeEncodeError):
+                except (sqlite3.Error, IndexError, OverflowError, UnicodeError, ValueError):
                     continue  # what SQLite itself does not take
             data = connection.serialize()
     if 0.75 < what < 0.99:

@@ -23,7 +23,7 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Thread
@@ -260,31 +260,28 @@ def _of_child(kind: Kind, seed: int, first: int, stop: int, wait: float) -> Iter
             stdout=subprocess.PIPE,
             stderr=errors,
         )
-        begun = None
-        try:
-            for line in _lines(process, wait):
-                if line.isdigit():
+        begun, silent = None, False
+        with process, closing(_lines(process, wait)) as lines:
+            for line in lines:
+                if not line:
+                    silent = True
+                elif line.isdigit():
                     begun = int(line)
                 else:
                     yield Outcome(**json.loads(line))
                     begun = None
-            code = process.poll()  # None: nothing was said for too long
-            if code == 0:
-                return
-            errors.seek(0)
-            told = errors.read().decode("utf-8", "replace")[-4000:]
-            if begun is None:
-                raise RuntimeError(f"{kind.name} cannot be tried: {told}")
-            hung = code is None or code == -getattr(signal, "SIGXCPU", 0)
-            yield Outcome(begun, HUNG if hung else ENDED, told=f"status {code} {told}")
-        finally:
-            process.kill()
-            process.wait()
-            process.stdout.close()
+        if process.returncode == 0 and begun is None:
+            return
+        errors.seek(0)
+        told = errors.read().decode("utf-8", "replace")[-4000:]
+        if begun is None:
+            raise RuntimeError(f"{kind.name} cannot be tried: {told}")
+        hung = silent or process.returncode == -getattr(signal, "SIGXCPU", 0)
+        yield Outcome(begun, HUNG if hung else ENDED, told=f"{process.returncode} {told}")
 
 
 def _lines(process: subprocess.Popen[bytes], wait: float) -> Iterator[str]:
-    """The lines that a process prints; they end with it, or where it is silent for too long."""
+    """The lines that a process prints; the last is empty where it is silent for too long."""
     lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
 
     def listen() -> None:
@@ -294,10 +291,26 @@ def _lines(process: subprocess.Popen[bytes], wait: float) -> Iterator[str]:
         process.wait()
         lines.put(b"")
 
-    Thread(target=listen, daemon=True).start()
-    with suppress(queue.Empty):
-        while line := lines.get(timeout=wait):
-            yield line.decode("utf-8").strip()
+    thread = Thread(target=listen, daemon=True)
+    thread.start()
+    try:
+        with suppress(queue.Empty):
+            while line := lines.get(timeout=wait):
+                yield line.decode("utf-8").strip()
+            return
+        yield ""  # silent for too long
+    finally:
+        process.kill()
+        thread.join()
+
+
+def kind_named(name: str) -> Kind:
+    """A kind by its name, one of those that are there to fail, too."""
+    if name.startswith("failing-"):
+        from tests.fuzz.failing import KINDS
+
+        return next(kind for kind in KINDS if kind.name == name)
+    return kinds()[name]
 
 
 def kinds() -> dict[str, Kind]:

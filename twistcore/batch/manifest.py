@@ -339,6 +339,8 @@ def _told(file: Path) -> Iterator[None]:
     except sqlite3.OperationalError as error:
         told = shown_words(error)
         raise TwistError(f"{file}: cannot be read or written ({told})") from None
+    except UnicodeDecodeError:  # SQLite tells of damage in the damaged words
+        raise FormatError(f"{file}: expected a manifest of twistcore batch in UTF-8") from None
     except sqlite3.DatabaseError as error:
         told = shown_words(error)
         raise FormatError(f"{file}: expected a manifest of twistcore batch ({told})") from None

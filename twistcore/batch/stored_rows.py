@@ -82,7 +82,7 @@ def column(name: str, value: Any) -> Any:
 
 def result_of(document: str) -> dict[str, Any]:
     """A result, 'twistcore.batch_clip/1' without its clip."""
-    known = "frames", "fps", "seconds", "severity", "affected_frames"
+    known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
     text(found["schema"], "schema")
     last = whole(found["frames"], "frames", 0, MOST_FRAMES)

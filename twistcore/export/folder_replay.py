@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections import defaultdict
 from collections.abc import Collection, Mapping
 from contextlib import suppress
@@ -14,6 +13,7 @@ from pathlib import Path, PurePath
 from twistcore.atomic import write_atomically, write_companions
 from twistcore.clip import ChannelJump, rewritten
 from twistcore.clip_files import clips_by_name
+from twistcore.document_values import bytes_of, parsed_json
 from twistcore.encoding import json_text
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.exports_beside import exports_among
@@ -172,11 +172,11 @@ def read_written(output: Path) -> dict[str, str]:
     path, own = output / WRITTEN, dict[str, str]()
     if not path.exists():
         return own
-    lines = path.read_text("utf-8", errors="replace").split("\n")
+    lines = bytes_of(path).decode("utf-8", errors="replace").split("\n")
     for number, line in enumerate(lines):
         entry = None
-        with suppress(ValueError):  # a line cut short: what it told of is no longer known as ours
-            entry = json.loads(line)
+        with suppress(FormatError):  # a line cut short: what it told of is not known as ours
+            entry = parsed_json(line)
         if not number and not (isinstance(entry, dict) and entry.get("schema") == _SCHEMA):
             raise FormatError(f"{path}: expected a document with schema {_SCHEMA!r}")
         if isinstance(entry, dict) and {"clip", "sha256"} <= entry.keys():

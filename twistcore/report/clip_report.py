@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from pathlib import Path
 from typing import Any
 
 from twistcore.atomic import write_atomically
 from twistcore.clip import Clip
+from twistcore.document_values import parsed_json
 from twistcore.encoding import encoded, json_bytes
-from twistcore.errors import TwistError
+from twistcore.errors import FormatError, TwistError
 from twistcore.export.markers import blender_markers
 from twistcore.file_marks import file_mark
 from twistcore.formats import own_name
@@ -104,9 +104,9 @@ def report_marks(listing: Path) -> dict[str, str]:
 def _listed(listing: Path) -> dict[str, Any]:
     """A report's JSON; empty for no file or anything else, TwistError if it cannot be read."""
     try:
-        document = json.loads(listing.read_bytes())
+        document = parsed_json(listing.read_bytes())
         return dict(document) if document["schema"] == SCHEMA else {}
-    except (FileNotFoundError, ValueError, KeyError, TypeError, RecursionError):
+    except (FileNotFoundError, FormatError, KeyError, TypeError):
         return {}
     except OSError as error:
         raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None

@@ -197,7 +197,7 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
 
     clip: if it is the journal's own, entries about frames that it has not are damaged ones.
     """
-    lines = bytes_of(path, "a journal", _MOST_BYTES).split(b"\n")
+    lines = bytes_of(path, _MOST_BYTES).split(b"\n")
     try:
         if len(lines) < 2:
             raise FormatError("expected a whole line")

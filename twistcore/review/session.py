@@ -34,7 +34,7 @@ from twistcore.document_values import (
     whole,
 )
 from twistcore.encoding import json_bytes
-from twistcore.errors import FormatError
+from twistcore.errors import FormatError, TwistError
 from twistcore.file_kinds import JSON, SESSION, found_instead
 from twistcore.review.left_out import spans_from_json
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
@@ -123,7 +123,9 @@ def read_session(path: Path) -> Session:
 
 def read_session_file(path: Path) -> tuple[Session, str]:
     """The same, and the SHA-256 of the bytes that were read."""
-    data = bytes_of(path, "a session file")
+    if not path.exists():
+        raise TwistError(f"{path}: expected a session file, but there is no such file")
+    data = bytes_of(path)
     with saying(path):
         if instead := found_instead(data, SESSION, JSON):
             raise FormatError(instead)

@@ -149,7 +149,7 @@ def schema_of(path: Path) -> str:
 
 
 def _document(path: Path, schema: str = "") -> Mapping[str, Any]:
-    document = parsed_json(bytes_of(path, "an exercise", _MOST_BYTES))
+    document = parsed_json(bytes_of(path, _MOST_BYTES))
     found = document.get("schema") if isinstance(document, dict) else None
     if not isinstance(found, str) or (schema and found != schema):
         raise FormatError(f"expected a document with schema {schema or EXERCISE!r}")

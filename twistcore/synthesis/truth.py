@@ -81,7 +81,7 @@ def write_truth(path: Path, truth: Truth) -> None:
 
 def read_truth(path: Path) -> Truth:
     """Read a truth file; FormatError or TwistError in one sentence."""
-    data = bytes_of(path, "a truth file")
+    data = bytes_of(path)
     with saying(path):
         document = parsed_json(data)
         if not isinstance(document, dict) or document.get("schema") != SCHEMA:

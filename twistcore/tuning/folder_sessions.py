@@ -86,7 +86,7 @@ def _meant_for(path: Path) -> Path | None:
     """
     document = None
     with suppress(TwistError):
-        document = parsed_json(bytes_of(path, "a session"))
+        document = parsed_json(bytes_of(path))
     said = document if isinstance(document, Mapping) else {}
     named = path.name.endswith(_SESSION)
     if not (named or str(said.get("schema")).startswith("twistcore.session/")):

@@ -122,7 +122,7 @@ def _text(text: str) -> str:
 
 def read_profile(path: Path) -> Profile:
     """A TOML file with a table for every joint, each with its tau_deg; raises TwistError."""
-    data = bytes_of(path, "a profile")
+    data = bytes_of(path)
     with saying(path):
         return _profile(parsed_toml(data))
 
