@@ -58,8 +58,8 @@ OUT = ROOT / "out"
 PACKAGES = ["inspector", "twistcore"]
 OLDEST_PYTHON = (3, 11)
 # Which version of every package is installed here, each file by its hash, for every system and
-# Python from the oldest on; and the same for what a bundle is made of. `pip install twist-inspector`
-# knows nothing of them: a program in somebody's environment must get on with what else is there.
+# Python from the oldest on; and the same for what a bundle is made of. `pip install` of the program
+# knows nothing of them: in somebody's environment it must get on with what else is there.
 LOCK, BUNDLE_LOCK = ROOT / "requirements.lock", ROOT / "packaging" / "bundle.lock"
 LOCKED_EXTRAS = {LOCK: "dev", BUNDLE_LOCK: "bundle"}
 
