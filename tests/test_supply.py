@@ -12,17 +12,15 @@ from pathlib import Path
 
 import pytest
 
+import build_bundle
 import dev
+import list_licences
 
 pytest.importorskip("packaging.requirements")
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.append(str(ROOT / "packaging"))  # programs of their own, beside each other
-import build_bundle
-import list_licences
-
 # What a marker asks of the systems and Pythons that the lock files are for.
 SYSTEMS = [
     {"sys_platform": "linux", "platform_system": "Linux", "os_name": "posix"},
@@ -131,7 +129,7 @@ def test_what_is_not_as_locked_is_not_installed_and_not_gone_round(index, tmp_pa
     monkeypatch.setattr(dev, "quietly", by_pip)
     monkeypatch.setattr(dev, "fetch_uv", lambda: "none here")
     monkeypatch.setattr(dev, "LOCK", tmp_path / "a.lock")
-    with pytest.raises(dev.SetupError, match="not what a.lock expects") as error:
+    with pytest.raises(dev.SetupError, match=r"not what a\.lock expects") as error:
         dev.install_project(None)
     assert "DO NOT MATCH" in str(error.value)
     assert not any("--editable" in command for command in commands), "installed without hashes"
