@@ -10,11 +10,11 @@ import tomllib
 from importlib import metadata
 from pathlib import Path
 
+import build_bundle
+import list_licences
 import pytest
 
-import build_bundle
 import dev
-import list_licences
 
 pytest.importorskip("packaging.requirements")
 from packaging.requirements import Requirement
