@@ -1,7 +1,7 @@
 """Whatever is done with clips works with the network cut off, and no network socket is opened.
 
-Twice over: in a network namespace of its own there is nothing to reach, and each process, those that
-are started by others too, writes down what it opens: Python by an audit hook, and where strace is
+Twice over: in a network namespace of its own there is nothing to reach, and each process, with
+those that it starts, writes down what it opens: Python by an audit hook, and where strace is
 installed native libraries as well.
 """
 
