@@ -1,7 +1,7 @@
 """Our export in Blender: python -m benchmarks.blender_check FILE-OR-FOLDER… [--blender PYTHON].
 
-Every rotation number of each clip is written anew from quaternions, and the clip is corrected of all
-that `refine` finds; Blender imports both files, and the heads of its bones are compared with our
+Every rotation number of each clip is written anew from quaternions, and the clip is corrected of
+all that `refine` finds; Blender imports both files, and the heads of bones are compared with our
 joints in up to 40 frames, of the skeleton's height (expected ≤ 1e-3). Exit status 1 if any is
 further away. In corrected files, frames that were corrected are among those.
 
