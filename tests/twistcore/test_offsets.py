@@ -167,4 +167,4 @@ def test_a_share_that_is_clear_is_told(share, size):
     counter, table = compensated(3, share, size, 1e-4, (2, 1))
     (course,) = offsets_of([Pair(0, 1, 0, 30.0)], table, counter, 0, counter.event[0])
     assert course.followed == pytest.approx(share, abs=0.03)
-    assert course.offset[5] == pytest.approx(size, rel=0.03)
+    assert course.offset[5] == pytest.approx(size, rel=0.06)  # the edges differ by up to 3 %
