@@ -1,6 +1,7 @@
 """Pairs of edges, beside ones that are weighed pair by pair, and the best of all sets of them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,14 +59,17 @@ def plain_gain(counter, step, edges, opening, closing_):
     return ways[follows] + gain, follows
 
 
-@pytest.mark.parametrize("block", [5, 64])
+@pytest.mark.parametrize(("block", "band"), [(5, 512), (5, 3), (64, 512)])
 @settings(max_examples=25)
 @given(seed=seeds)
-def test_every_pair_gains_what_it_gains_by_itself(block, seed):
+def test_every_pair_gains_what_it_gains_by_itself(block, band, seed):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pairing, "BLOCK", block)
+        patch.setattr(pairing, "BAND", band)
         counter, step, table = table_of(seed)
+        assert_no_set_gains_more(table, 0.5 * DEGREE, 60.0)
     edges = table.edges
+    assert all(b.first_column == max(0, b.first_row - band) for b in table.blocks)
     assert [b.first_row for b in table.blocks] == list(range(0, len(edges), block))
     for b in table.blocks:
         for row, column in np.ndindex(b.gain.shape):
@@ -165,8 +169,12 @@ def most_gained(table, tau, fps):
 @settings(max_examples=60)
 @given(seeds, st.sampled_from([0.5, 1.5, 5.0, 20.0]), FPS, st.sampled_from([0.03, 0.08]))
 def test_no_set_of_disjoint_intervals_gains_more(seed, tau, fps, jumps):
-    _, _, table = table_of(seed, jumps=jumps)
-    edges, tau = table.edges, tau * DEGREE
+    low, high = seed % 20, FRAMES - seed % 7
+    assert_no_set_gains_more(table_of(seed, low, high, jumps)[2], tau * DEGREE, fps)
+
+
+def assert_no_set_gains_more(table, tau, fps):
+    edges = table.edges
     pairs = best_pairs(table, tau, fps)
     assert sum(p.gain for p in pairs) == pytest.approx(most_gained(table, tau, fps), abs=1e-6)
     behind = -1
@@ -185,7 +193,7 @@ def test_no_set_of_disjoint_intervals_gains_more(seed, tau, fps, jumps):
 @settings(max_examples=60)
 @given(seeds, st.sampled_from([0.5, 5.0, 20.0]), FPS)
 def test_clear_jumps_that_nothing_explains_are_told_by_their_shorter_side(seed, tau, fps):
-    _, _, table = table_of(seed)
+    _, _, table = table_of(seed, seed % 20, FRAMES - seed % 7)
     edges, tau = table.edges, tau * DEGREE
     pairs = best_pairs(table, tau, fps)
     wanted = []
@@ -212,3 +220,14 @@ def test_a_segment_without_edges_has_no_pairs():
         assert best_pairs(some, 100.0, 30.0) == []
         assert unpaired(some, [], 100.0) == []
     assert none.blocks == ()
+
+
+@pytest.mark.parametrize(("gain", "told"), [(19.9, False), (20.0, True)])
+def test_a_jump_that_nothing_explains_is_told_if_both_signals_show_it_clearly(gain, told):
+    _, _, table = table_of(3)
+    edges = table.edges
+    one = edges[np.array([int(np.abs(edges.jump).argmax())])]
+    one = replace(one, gain=np.array([gain]), primary=np.array([True]))
+    assert bool(unpaired(replace(table, edges=one, blocks=()), [], 0.01)) is told
+    hidden = replace(one, gain=np.array([90.0]), primary=np.array([False]))
+    assert not unpaired(replace(table, edges=hidden, blocks=()), [], 0.01)
