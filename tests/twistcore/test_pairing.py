@@ -92,9 +92,7 @@ def test_a_segment_has_the_edges_inside_of_it_but_those_too_small_to_be_asked_fo
     wanted = [
         k
         for k in range(len(every))
-        if low < every.start[k]
-        and every.stop[k] <= high
-        and abs(every.jump[k]) >= 0.3 * DEGREE
+        if low < every.start[k] and every.stop[k] <= high and abs(every.jump[k]) >= 0.3 * DEGREE
     ]
     np.testing.assert_array_equal(table.edges.jump, every.jump[wanted])
     assert (table.low, table.high) == (low, high)
