@@ -1,5 +1,6 @@
 """Lines of chains as the detector strings them together, their segments, and their images."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -51,7 +52,7 @@ def test_lines_are_strung_from_the_first_joint_to_the_last_in_any_order(seed):
     lines = _lines([CHAINS[k] for k in order])
     assert sorted(c.name for line in lines for c in line) == sorted(c.name for c in CHAINS)
     for line in lines:
-        assert all(a.child == b.parent for a, b in zip(line, line[1:], strict=False))
+        assert all(a.child == b.parent for a, b in itertools.pairwise(line))
         assert not any(c.child == line[0].parent for c in CHAINS)
         assert not any(c.parent == line[-1].child for c in CHAINS)
 

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.counters import counter_of, seeds
-from tests.twistcore.test_edges import plain_cost
 from twistcore.detection import pairing
 from twistcore.detection.edges import find_edges
 from twistcore.detection.pairing import Pair, best_pairs, pair_table, unpaired
