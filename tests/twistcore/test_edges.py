@@ -21,7 +21,7 @@ def plain_cost(z):
 
 
 def runs(at, kind, d):
-    """Runs [start, stop) of frames `at` of one sign and kind, cut into 6; large ones stand alone."""
+    """Runs [start, stop) of frames `at` of one sign and kind, of at most 6; large ones alone."""
     groups = []
     for t in at:
         joins = groups and groups[-1][-1] == t - 1 and kind[t] == kind[t - 1]
