@@ -2,6 +2,8 @@
 
 import itertools
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,12 +15,16 @@ from twistcore.detection.chain_analysis import SMALLEST_TAU, automatic_tau
 from twistcore.detection.consistency import (
     ConsistencyDetector,
     _alike,
+    _by_itself,
     _limbs,
     _lines,
     _segments,
+    _standing,
+    _standing_straight,
 )
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.straight_limbs import without_errors
+from twistcore.detection.soft_errors import SoftError
+from twistcore.detection.straight_limbs import StraightError, without_errors
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.rotation import (
     conjugate,
@@ -184,6 +190,46 @@ def test_errors_taken_out_leave_the_increments_of_the_limb_without_them():
     np.testing.assert_allclose(np.cos(after[0, 1] - before[0, 1] + steps), 1.0, atol=1e-9)
     np.testing.assert_allclose(np.cos(after[1, 1] - before[1, 1] - steps), 1.0, atol=1e-9)
     np.testing.assert_allclose(after[:, [0, 2]], before[:, [0, 2]], atol=1e-12)
+
+
+@pytest.mark.parametrize("loud", [(), (0,), (3,), (0, 5), (1, 2, 4)])
+def test_a_chain_by_itself_is_without_the_images_of_what_jumps_beside_it(loud):
+    limbs = random_limbs(3, 2, 15, varying=False)
+    x, y = limbs.increments()
+    offsets = np.zeros((6, 15))
+    offsets[list(loud), 4:9] = 0.5 + np.array(loud)[:, None]
+    jumps = [
+        SimpleNamespace(counter=SimpleNamespace(x=x, y=y), offset=partial(np.copy, o))
+        for o in offsets
+    ]
+    for row in range(6):
+        beside = {r: offsets[r] for r in (row - 2, row + 2) if r in loud}
+        wanted = without_errors(limbs, beside).increments()[:, row]
+        np.testing.assert_allclose(_by_itself(limbs, jumps, row), wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("offset", "steepest"),
+    [([0.05, 0.4, 0.5], 1), ([-0.4, -0.45, -0.6], 0), ([0.1, 0.2, -0.3, -0.2], 2)],
+)
+def test_a_soft_error_stands_with_its_largest_offset_where_it_is_steepest(offset, steepest):
+    error = SoftError(0, 20, np.array(offset), gain=100.0, sigma=0.01)
+    standing = _standing("Arm", error)
+    assert (standing.peak, standing.strength) == (20 + steepest, np.abs(offset).max())
+    assert (standing.interval.chain, standing.interval.start) == ("Arm", 20)
+    assert standing.interval.frames == len(offset)
+
+
+@pytest.mark.parametrize(
+    ("peak", "stands_at"), [(19, 20), (20, 20), (22, 22), (24, 24), (25, 24), (40, 24)]
+)
+def test_an_error_of_a_straight_limb_stands_inside_of_its_frames(peak, stands_at):
+    error = StraightError(20, np.full(5, 0.4), peak, (0.3, -0.3), strength=0.35, closed=1)
+    standing = _standing_straight("Arm", error)
+    assert (standing.peak, standing.strength) == (stands_at, 0.35)
+    assert (standing.interval.chain, standing.interval.start, standing.interval.stop) == (
+        "Arm", 20, 25
+    )  # fmt: skip
 
 
 # The analysis
