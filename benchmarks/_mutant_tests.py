@@ -239,10 +239,12 @@ class _Noted:
     def __init__(self, traced: coverage.Coverage) -> None:
         self.traced = traced
         self.seconds: dict[str, float] = {}
+        self.test = ""  # that runs
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        self.traced.switch_context(item.nodeid)
+        self.test = item.nodeid
+        self.traced.switch_context(self.test)
         before = time.process_time()
         result = yield
         self.seconds[item.nodeid] = time.process_time() - before
@@ -250,12 +252,10 @@ class _Noted:
         return result
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_fixture_setup(
-        self, fixturedef: pytest.FixtureDef[object], request: pytest.FixtureRequest
-    ) -> Iterator[None]:
+    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[object]) -> Iterator[None]:
         if fixturedef.scope != "function":
             self.traced.switch_context(SHARED)
         result = yield
         if fixturedef.scope != "function":
-            self.traced.switch_context(request.node.nodeid)
+            self.traced.switch_context(self.test)
         return result
