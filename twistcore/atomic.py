@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO
 
 from twistcore.errors import TwistError
+from twistcore.ordinary_files import read_file
 
 STANDARD_OUTPUT = Path("/dev/stdout")  # by this name also on systems that have no such file
 
@@ -197,7 +198,7 @@ def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
     """
     missing = {name: data for name, data in companions.items() if not (folder / name).exists()}
     for name in companions.keys() - missing.keys():
-        if (folder / name).read_bytes() != companions[name]:
+        if read_file(folder / name) != companions[name]:
             raise TwistError(
                 f"{folder / name}: expected the file of that name that lies beside the clip, "
                 "without which it means another motion"

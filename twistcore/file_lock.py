@@ -11,6 +11,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
+_AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # to open a FIFO would wait for its writer
 _FAR = 1 << 40  # Windows locks bytes, not files: one that nobody reads
 
 
@@ -35,7 +36,7 @@ def lock(handle: int) -> bool:
 def is_held(path: Path) -> bool:
     """Whether a living program has locked the file; False for one that cannot be opened."""
     try:
-        handle = os.open(path, os.O_RDONLY)
+        handle = os.open(path, os.O_RDONLY | _AT_ONCE)
     except OSError:
         return False
     try:

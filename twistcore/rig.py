@@ -19,6 +19,7 @@ from twistcore.encoding import encoded, escaped, unescaped
 from twistcore.errors import FormatError, TwistError
 from twistcore.limb import Limb, along, as_limb, bones, find_limbs, path
 from twistcore.motion import Motion, Skeleton
+from twistcore.ordinary_files import read_text_file
 from twistcore.rotation import normalise
 
 _ZERO = 1e-6  # of the skeleton's height
@@ -169,7 +170,7 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
 def read_rig(path: Path) -> Rig:
     """A rig from a TOML file; raises TwistError, FormatError for a damaged file."""
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = tomllib.loads(read_text_file(path))
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:

@@ -13,6 +13,7 @@ from inspector.lessons.lesson_conditions import Condition, hold_at_once, read_co
 from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import Place as Place
 from twistcore.errors import FormatError
+from twistcore.ordinary_files import read_text_file
 
 FENCE = "```lesson"
 KEYS = ("clip", *FIELDS, "done")  # of the settings of a page
@@ -52,7 +53,7 @@ class LessonFile:
 def read_lesson(path: Path) -> LessonFile:
     """Read a lesson; FormatError with file, line and what was expected."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text_file(path)
     except (OSError, UnicodeDecodeError) as error:
         why = tr("expected a lesson as UTF-8 text ({error})", error=error)
         raise FormatError(f"{path}: {why}") from None

@@ -20,6 +20,7 @@ from twistcore.export.replay import accepted_motion
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.formats import own_name
 from twistcore.motion import Motion
+from twistcore.ordinary_files import real_path
 from twistcore.progress import Tell, nobody
 from twistcore.refinement import stuck_joints
 from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
@@ -139,7 +140,7 @@ def check_targets(
     it, whatever the person says of the export itself.
     """
     path, replay = choice.path, replay_path(choice.path)
-    if path.resolve() == clip.path.resolve() or same_file(path, clip.path):
+    if real_path(path) == real_path(clip.path) or same_file(path, clip.path):
         told = tr("{path}: choose another name; the source is never overwritten.", path=path)
         raise TwistError(told)
     if path in own or replay in own:

@@ -21,6 +21,7 @@ from twistcore.atomic import free_name, write_atomically
 from twistcore.encoding import json_bytes
 from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
 from twistcore.formats import own_name, same_format
+from twistcore.ordinary_files import read_file, real_path
 
 _Made = TypeVar("_Made")
 
@@ -49,7 +50,7 @@ def is_session(path: Path) -> bool:
 
 def refuge_path(clip: Path) -> Path:
     """Where the session lies if the clip's folder cannot be written."""
-    mark = hashlib.sha256(os.fsencode(clip.resolve())).hexdigest()[:12]
+    mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
     return _refuge() / f"{own_name(clip)}-{mark}{SESSION_SUFFIX}"
 
 
@@ -85,7 +86,7 @@ def kept_sessions(clip: Path) -> list[Path]:
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
     with suppress(OSError, ValueError, TypeError, KeyError):
-        places.append(Path(json.loads(_pointer(refuge).read_bytes())["session"]))
+        places.append(Path(json.loads(read_file(_pointer(refuge)))["session"]))
     there = [
         p
         for p in dict.fromkeys(places)
@@ -158,7 +159,7 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     """
     told = ""
     if path.exists():
-        there = path.read_bytes()
+        there = read_file(path)
         if hashlib.sha256(there).hexdigest() != known.get(path):
             kept = free_name(path, ".earlier")
             write_atomically(kept, there)
@@ -176,7 +177,7 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
 def decided_in(clip: Path) -> tuple[int, int] | None:
     """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
     with suppress(IndexError, OSError, ValueError, KeyError, TypeError):
-        document = json.loads(kept_sessions(clip)[0].read_text(encoding="utf-8"))
+        document = json.loads(read_file(kept_sessions(clip)[0]))
         decisions = [i["decision"] for i in document["intervals"]]
         return sum(d != "undecided" for d in decisions), len(decisions)
     return None

@@ -18,6 +18,7 @@ from inspector.widgets.message_bar import Answers
 from twistcore.atomic import write_atomically
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
+from twistcore.ordinary_files import read_file, real_path
 from twistcore.rig import skeleton_mark
 from twistcore.tuning import Profile, read_profile
 from twistcore.tuning.learned_profile import LearnedProfile
@@ -67,17 +68,17 @@ class Performers:
         self._path = settings_path().parent / "performers.json"
         self._said: dict[str, str] = {}
         with suppress(OSError, ValueError):
-            document = json.loads(self._path.read_bytes())
+            document = json.loads(read_file(self._path))
             if isinstance(document, dict):
                 self._said = {str(k): v for k, v in document.items() if isinstance(v, str)}
 
     def of(self, clip: Path) -> str:
         """The performer of a clip, '' where nobody knows."""
-        return self._said.get(str(clip.resolve()), performer_of(clip.name))
+        return self._said.get(str(real_path(clip)), performer_of(clip.name))
 
     def name(self, clip: Path, performer: str) -> None:
         """Say who performs a clip; raises OSError. What its name says need not be kept."""
-        key = str(clip.resolve())
+        key = str(real_path(clip))
         self._said.pop(key, None)
         if performer != performer_of(clip.name):
             self._said[key] = performer

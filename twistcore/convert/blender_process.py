@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
+from twistcore.ordinary_files import real_path
 from twistcore.rotation import Array
 
 VARIABLE = "TWIST_BLENDER"
@@ -93,7 +94,7 @@ def read_scene(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         job, script = folder / "job.json", folder / "read_scene.py"
-        words = {"source": str(source.resolve()), "take": take, "figure": figure, "fps": fps}
+        words = {"source": str(real_path(source)), "take": take, "figure": figure, "fps": fps}
         job.write_text(json.dumps({**words, "out": str(folder)}))
         text = (files("twistcore.convert") / "read_scene.py.txt").read_text("utf-8")
         script.write_text(text, "utf-8")

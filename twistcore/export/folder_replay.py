@@ -19,6 +19,7 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.export.exports_beside import exports_among
 from twistcore.export.replay import replayed, uncorrected
 from twistcore.file_marks import file_mark
+from twistcore.ordinary_files import read_file, real_path
 from twistcore.tuning.folder_sessions import read_sessions
 
 WRITTEN = "applied.jsonl"  # in the folder written into: what this command wrote there
@@ -74,8 +75,10 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
     latest. What lies in `output` is no clip. TwistError where there is no clip, or no session.
     """
     there = clips_by_name(clips)
-    if (inside := output.resolve()).is_relative_to(clips.resolve()):
-        there = {n: p for n, p in there.items() if not (clips.resolve() / n).is_relative_to(inside)}
+    if (inside := real_path(output)).is_relative_to(real_path(clips)):
+        there = {
+            n: p for n, p in there.items() if not (real_path(clips) / n).is_relative_to(inside)
+        }
     exported = exports_among(there.values())
     exports = {name for name, path in there.items() if path in exported}
     files = _Clips(there, exports)
@@ -168,11 +171,14 @@ def replay_into(output: Path, own: Mapping[str, str], pair: Pair) -> Replayed:
 
 
 def read_written(output: Path) -> dict[str, str]:
-    """SHA-256 by name of what this command wrote into a folder; FormatError."""
+    """SHA-256 by name of what this command wrote into a folder; TwistError, FormatError."""
     path, own = output / WRITTEN, dict[str, str]()
-    if not path.exists():
+    try:
+        lines = read_file(path).decode("utf-8", "replace").split("\n")
+    except FileNotFoundError:
         return own
-    lines = path.read_text("utf-8", errors="replace").split("\n")
+    except OSError as error:
+        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     for number, line in enumerate(lines):
         entry = None
         with suppress(ValueError):  # a line cut short: what it told of is no longer known as ours

@@ -14,6 +14,7 @@ from typing import IO, Any
 import numpy as np
 
 from twistcore.errors import TwistError
+from twistcore.ordinary_files import read_file
 from twistcore.quamo.pickled_arrays import Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
@@ -46,7 +47,7 @@ def read_names(path: Path) -> dict[Any, Any]:
     """
     if path.stat().st_size > _LARGEST:
         raise _too_large(path)
-    data = path.read_bytes()
+    data = read_file(path)
     try:
         if data.startswith(b"PK"):
             found = _archive(path, data)

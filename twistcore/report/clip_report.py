@@ -14,6 +14,7 @@ from twistcore.errors import TwistError
 from twistcore.export.markers import blender_markers
 from twistcore.file_marks import file_mark
 from twistcore.formats import own_name
+from twistcore.ordinary_files import read_file
 from twistcore.report.clip_page import clip_page, pictures_of
 from twistcore.report.report_document import SCHEMA, Report, intervals_csv, report_to_json
 
@@ -104,7 +105,7 @@ def report_marks(listing: Path) -> dict[str, str]:
 def _listed(listing: Path) -> dict[str, Any]:
     """A report's JSON; empty for no file or anything else, TwistError if it cannot be read."""
     try:
-        document = json.loads(listing.read_bytes())
+        document = json.loads(read_file(listing))
         return dict(document) if document["schema"] == SCHEMA else {}
     except (FileNotFoundError, ValueError, KeyError, TypeError, RecursionError):
         return {}

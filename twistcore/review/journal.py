@@ -25,6 +25,7 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.file_lock import is_held, lock
 from twistcore.limb import Limb
 from twistcore.motion import Motion
+from twistcore.ordinary_files import read_file
 from twistcore.review.commands import (
     CarryOver,
     ChangeChains,
@@ -96,7 +97,7 @@ class Journal:
         Lines that could not be replayed are first put beside it, under a name of their own.
         """
         path = recovered.path
-        data = path.read_bytes()
+        data = read_file(path)
         if recovered.damaged:
             write_atomically(free_name(path, ".damaged"), data)
         try:  # a file of our own: another window may still have the old one open
@@ -194,7 +195,7 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
     clip: if it is the journal's own, entries about frames that it has not are damaged ones.
     """
     try:
-        lines = path.read_bytes().split(b"\n")
+        lines = read_file(path).split(b"\n")
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     try:

@@ -18,6 +18,7 @@ from twistcore.atomic import write_atomically
 from twistcore.detection import Interval
 from twistcore.encoding import csv_text, json_bytes
 from twistcore.errors import FormatError, TwistError
+from twistcore.ordinary_files import open_to_read
 from twistcore.review import Decision, Judged
 from twistcore.study.exercise import score
 from twistcore.synthesis import InjectedError
@@ -139,7 +140,7 @@ def schema_of(path: Path) -> str:
 
 def _document(path: Path, schema: str = "") -> Mapping[str, Any]:
     try:
-        with path.open("rb") as file:
+        with open_to_read(path) as file:
             data = file.read(_MOST_BYTES + 1)
         if len(data) > _MOST_BYTES:
             raise FormatError(f"{path}: expected a file of at most {_MOST_BYTES // 10**6} MB")

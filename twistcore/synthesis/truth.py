@@ -14,6 +14,7 @@ from twistcore.atomic import write_atomically
 from twistcore.detection import Kind
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
+from twistcore.ordinary_files import read_text_file
 from twistcore.synthesis.injection import InjectedError
 from twistcore.synthesis.protocol import parse_protocol
 
@@ -60,7 +61,7 @@ def write_truth(path: Path, truth: Truth) -> None:
 def read_truth(path: Path) -> Truth:
     """Read a truth file; FormatError or TwistError in one sentence."""
     try:
-        document: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        document: Mapping[str, Any] = json.loads(read_text_file(path))
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError as error:

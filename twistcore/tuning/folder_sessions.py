@@ -12,6 +12,7 @@ from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
 from twistcore.file_marks import file_mark
 from twistcore.formats import own_name
+from twistcore.ordinary_files import read_file
 from twistcore.review import Session, read_session
 
 _SESSION = ".twist.json"  # as the program names them; a person may choose another name
@@ -85,7 +86,7 @@ def _meant_for(path: Path) -> Path | None:
     Beside clips there are other documents, which have nothing to do with this.
     """
     try:
-        document = json.loads(path.read_bytes())
+        document = json.loads(read_file(path))
     except (OSError, ValueError, RecursionError):
         document = None
     said = document if isinstance(document, Mapping) else {}

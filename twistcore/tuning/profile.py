@@ -15,6 +15,7 @@ from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
 from twistcore.encoding import encoded, escaped, unescaped
 from twistcore.errors import FormatError, TwistError
+from twistcore.ordinary_files import read_text_file
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
 
@@ -111,7 +112,7 @@ def _text(text: str) -> str:
 def read_profile(path: Path) -> Profile:
     """A TOML file with a table for every joint, each with its tau_deg; raises TwistError."""
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = tomllib.loads(read_text_file(path))
         tau = {unescaped(name): math.radians(float(t["tau_deg"])) for name, t in document.items()}
         methods = {str(t["detector"]) for t in document.values() if "detector" in t}
     except OSError as error:
