@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +17,7 @@ from inspector.widgets.file_dialog import ask_where
 from inspector.widgets.message_bar import MessageBar
 from twistcore.atomic import write_atomically
 from twistcore.encoding import encoded
+from twistcore.with_parent import python_bound
 
 _PATTERN = tr("Tables (*.csv);;All files (*)")
 
@@ -81,12 +81,13 @@ class FolderActions:
     def _start_report(self, folder: Path) -> None:
         # A process: it reads every clip again and draws, while the window stays free.
         self._report = report = QProcess(self.window)
-        if (program := QCoreApplication.instance()) is not None:
-            program.aboutToQuit.connect(self._give_up)
+        if (application := QCoreApplication.instance()) is not None:
+            application.aboutToQuit.connect(self._give_up)
         report.finished.connect(lambda code: self._reported(folder, code))
         report.errorOccurred.connect(lambda error: self._not_started(folder, error))
         target = folder / "report"
-        report.start(sys.executable, ["-m", "twistcore", "report", str(folder), "-o", str(target)])
+        program, *words = python_bound("twistcore", "report", str(folder), "-o", str(target))
+        report.start(program, words)
 
     def _give_up(self) -> None:
         """The program ends: so does the process, whose pages are each whole or not there."""

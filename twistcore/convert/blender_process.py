@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from twistcore.errors import TwistError
 from twistcore.ordinary_files import real_path
 from twistcore.rotation import Array
+from twistcore.with_parent import bound
 
 VARIABLE = "TWIST_BLENDER"
 TIME_LIMIT = 600.0  # seconds
@@ -133,7 +134,7 @@ def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) 
     with (folder / "said.txt").open("w+b") as said:
         try:
             process = subprocess.Popen(
-                command,
+                bound(command),
                 env=own,
                 stdin=subprocess.DEVNULL,
                 stdout=said,
