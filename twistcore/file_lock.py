@@ -21,15 +21,20 @@ def lock(handle: int) -> bool:
     True on a file system that knows no locks.
     """
     try:
-        if sys.platform == "win32":
-            os.lseek(handle, _FAR, os.SEEK_SET)
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        else:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _lock(handle)
     except BlockingIOError:
         return False
     except OSError:
         return sys.platform != "win32"
+    return True
+
+
+def is_sure(handle: int) -> bool:
+    """Lock an open file; False also where that cannot be: on a file system that knows no locks."""
+    try:
+        _lock(handle)
+    except OSError:
+        return False
     return True
 
 
@@ -43,3 +48,11 @@ def is_held(path: Path) -> bool:
         return not lock(handle)
     finally:
         os.close(handle)
+
+
+def _lock(handle: int) -> None:
+    if sys.platform == "win32":
+        os.lseek(handle, _FAR, os.SEEK_SET)
+        msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+    else:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -30,6 +30,7 @@ JOURNAL_SUFFIX = ".journal"
 # A crash before an earlier journal was answered leaves another; the last is an older program's.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
+_LONGEST_NAME = 180  # bytes of a clip's name in those of its files in the refuge
 _POINTER_SUFFIX = ".elsewhere.json"
 
 
@@ -51,7 +52,10 @@ def is_session(path: Path) -> bool:
 def refuge_path(clip: Path) -> Path:
     """Where the session lies if the clip's folder cannot be written."""
     mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
-    return _refuge() / f"{own_name(clip)}-{mark}{SESSION_SUFFIX}"
+    name = own_name(clip)
+    if len(os.fsencode(name)) > _LONGEST_NAME:  # its journal's and lock's names have to fit, too
+        name = name[:20]
+    return _refuge() / f"{name}-{mark}{SESSION_SUFFIX}"
 
 
 def _refuge() -> Path:
