@@ -14,7 +14,7 @@ from typing import IO
 
 from twistcore.errors import TwistError
 from twistcore.file_lock import is_sure, lock
-from twistcore.ordinary_files import read_file
+from twistcore.ordinary_files import is_there, read_file
 
 STANDARD_OUTPUT = Path("/dev/stdout")  # by this name also on systems that have no such file
 
@@ -115,7 +115,7 @@ def is_standard_output(path: Path) -> bool:
 
 def same_file(a: Path, b: Path) -> bool:
     """Whether both lead to one file that is there, by links of either kind or other spellings."""
-    return a.exists() and b.exists() and a.samefile(b)
+    return is_there(a) and is_there(b) and a.samefile(b)
 
 
 def descriptor_number(end: Path) -> int | None:
@@ -262,7 +262,7 @@ def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
 
     Raises TwistError where one has other bytes there, before any is written; OSError.
     """
-    missing = {name: data for name, data in companions.items() if not (folder / name).exists()}
+    missing = {name: data for name, data in companions.items() if not is_there(folder / name)}
     for name in companions.keys() - missing.keys():
         if read_file(folder / name) != companions[name]:
             raise TwistError(

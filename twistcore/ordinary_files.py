@@ -5,8 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # to open a FIFO would wait for its writer
 _REFUSED = {
@@ -29,7 +29,7 @@ def read_text_file(path: Path | str) -> str:
     return read_file(path).decode("utf-8-sig")
 
 
-def open_to_read(path: Path | str) -> BinaryIO:
+def open_to_read(path: Path | str) -> BufferedReader:
     """A file to read from; raises OSError, also for what is none: a FIFO, a socket, a device.
 
     What this process was given open (/dev/stdin, /dev/fd/N, so a shell's `<(…)`) is read whatever
@@ -46,6 +46,19 @@ def open_to_read(path: Path | str) -> BinaryIO:
         os.close(handle)
         raise
     return os.fdopen(handle, "rb")
+
+
+def is_there(path: Path | str) -> bool:
+    """Whether a path leads to something; False where that cannot be told.
+
+    Which `Path.exists` raises: of a name that is too long, of a folder that may not be looked into.
+    """
+    return os.path.exists(path)  # noqa: PTH110
+
+
+def is_file(path: Path | str) -> bool:
+    """Whether a path leads to a file; False where that cannot be told."""
+    return os.path.isfile(path)  # noqa: PTH113
 
 
 def real_path(path: Path) -> Path:

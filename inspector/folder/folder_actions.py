@@ -17,6 +17,7 @@ from inspector.widgets.file_dialog import ask_where
 from inspector.widgets.message_bar import MessageBar
 from twistcore.atomic import write_atomically
 from twistcore.encoding import encoded
+from twistcore.ordinary_files import is_there
 from twistcore.with_parent import python_bound
 
 _PATTERN = tr("Tables (*.csv);;All files (*)")
@@ -48,7 +49,7 @@ class FolderActions:
     def save_clip_table_to(self, path: Path) -> None:
         """Write the table; all of the file or nothing."""
         clips = list(self.listed())
-        if path.exists() and path.suffix.lower() != ".csv":
+        if is_there(path) and path.suffix.lower() != ".csv":
             told = tr("{name}: expected a CSV file to write.", name=path.name)
             self.bar.show_message(told, True)
             return

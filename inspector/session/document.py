@@ -20,6 +20,7 @@ from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.detection import Interval
 from twistcore.formats import own_name
+from twistcore.ordinary_files import is_there
 from twistcore.refinement import Corrected
 from twistcore.review import (
     ChangeChains,
@@ -117,7 +118,7 @@ class Document(OpenClip):
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = own_name(clip) if own else clip.stem
         path, k = self.folder / f"{stem}{ending}", 2
-        while self.borrowed is not None and path.exists():
+        while self.borrowed is not None and is_there(path):
             path, k = self.folder / f"{stem}_{k}{ending}", k + 1
         return path
 

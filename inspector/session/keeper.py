@@ -24,6 +24,7 @@ from inspector.session.session_files import (
 from twistcore.atomic import free_name
 from twistcore.errors import TwistError
 from twistcore.file_lock import is_held
+from twistcore.ordinary_files import is_there
 from twistcore.review import Review
 from twistcore.review.session import session_bytes
 
@@ -97,7 +98,7 @@ class Keeper(QObject):
         self._watch(aside.kept)
         if self.read_only:
             return
-        self.leftovers = [left for left in aside.leftovers if left.path.exists()]
+        self.leftovers = [left for left in aside.leftovers if is_there(left.path)]
         if not aside.kept.review.saved:
             self.journal.go_on(aside.journal, aside.steps)
 

@@ -21,7 +21,7 @@ from twistcore.atomic import free_name, write_atomically
 from twistcore.encoding import json_bytes
 from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
 from twistcore.formats import own_name, same_format
-from twistcore.ordinary_files import read_file, real_path
+from twistcore.ordinary_files import is_there, read_file, real_path
 
 _Made = TypeVar("_Made")
 
@@ -94,7 +94,7 @@ def kept_sessions(clip: Path) -> list[Path]:
     there = [
         p
         for p in dict.fromkeys(places)
-        if p.exists() and same_format(clip_of_session(p) or clip, clip)
+        if is_there(p) and same_format(clip_of_session(p) or clip, clip)
     ]
     old = clip.with_name(clip.stem + SESSION_SUFFIX)
     if not there and clip_of_session(old) == clip.name:
@@ -162,7 +162,7 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     Raises OSError and leaves what is there as it was.
     """
     told = ""
-    if path.exists():
+    if is_there(path):
         there = read_file(path)
         if hashlib.sha256(there).hexdigest() != known.get(path):
             kept = free_name(path, ".earlier")

@@ -18,7 +18,7 @@ from inspector.widgets.message_bar import Answers
 from twistcore.atomic import write_atomically
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
-from twistcore.ordinary_files import read_file, real_path
+from twistcore.ordinary_files import is_there, read_file, real_path
 from twistcore.rig import skeleton_mark
 from twistcore.tuning import Profile, read_profile
 from twistcore.tuning.learned_profile import LearnedProfile
@@ -40,7 +40,7 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
     """
     for who in dict.fromkeys((performer, "")):
         path = profile_path(mark, who)
-        if not path.exists():
+        if not is_there(path):
             continue
         try:
             profile = read_profile(path)

@@ -50,9 +50,7 @@ def test_who_writes_meanwhile_is_left_alone(tmp_path):
     assert names(tmp_path) == ["x"]
 
 
-@pytest.mark.parametrize(
-    "kind", ["link", "astray", "folder", "fifo", "hard link", "another's"]
-)
+@pytest.mark.parametrize("kind", ["link", "astray", "folder", "fifo", "hard link", "another's"])
 def test_what_is_not_ours_under_that_name_stays(tmp_path, kind):
     path = tmp_path / "x"
     part = part_name(path)

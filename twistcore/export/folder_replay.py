@@ -19,7 +19,7 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.export.exports_beside import exports_among
 from twistcore.export.replay import replayed, uncorrected
 from twistcore.file_marks import file_mark
-from twistcore.ordinary_files import read_file, real_path
+from twistcore.ordinary_files import is_there, read_file, real_path
 from twistcore.tuning.folder_sessions import read_sessions
 
 WRITTEN = "applied.jsonl"  # in the folder written into: what this command wrote there
@@ -156,7 +156,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: Pair) -> Replayed:
     patch = rewritten(replay.clip, replay.motion)
     path = output / pair.name
     mark, before = hashlib.sha256(patch.data).hexdigest(), ""
-    if path.exists() or path.is_symlink():
+    if is_there(path) or path.is_symlink():
         before = file_mark(path)
         if before not in (mark, own.get(pair.name)):
             raise TwistError(f"{path}: expected nothing there, or what this command wrote")
@@ -193,7 +193,7 @@ def read_written(output: Path) -> dict[str, str]:
 def note_written(output: Path, name: str, sha256: str) -> None:
     """Remember that this command wrote a clip; raises OSError."""
     path = output / WRITTEN
-    new = not path.exists()
+    new = not is_there(path)
     head = json_text({"schema": _SCHEMA}, indent=None)
     line = json_text({"clip": name, "sha256": sha256}, indent=None)
     with path.open("a", encoding="utf-8") as file:
