@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -70,7 +70,7 @@ class Document(OpenClip):
         self.reviewer = ""
         # Of this clip: what was decided in this run by nobody named, by id and time.
         self._unsigned: set[tuple[int, str]] = set()
-        self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
+        self._drag = secrets.randbits(52)  # none that an earlier run has in its journal
 
     # -- one clip after the other ------------------------------------------------------------------
 

@@ -17,6 +17,8 @@ from inspector.session.session_files import (
     JOURNAL_SUFFIX,
     at_first,
     journals,
+    kept_sessions,
+    make_latest,
     remember_place,
     write_known,
     written,
@@ -206,6 +208,7 @@ class Keeper(QObject):
                 place=place,
             )
         kept.session_file = place
+        make_latest(place, kept_sessions(kept.clip.path))
         remember_place(kept.clip.path, place)
         kept.review.mark_saved()
         self.journal.give_up()

@@ -31,6 +31,7 @@ JOURNAL_SUFFIX = ".journal"
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
 _LONGEST_NAME = 180  # bytes of a clip's name in those of its files in the refuge
+_GRAIN_NS = 2_000_000_000  # the coarsest time that a file system keeps
 _POINTER_SUFFIX = ".elsewhere.json"
 
 
@@ -142,6 +143,17 @@ def written(path: Path) -> int:
         return path.stat().st_mtime_ns
     except OSError:
         return 0
+
+
+def make_latest(path: Path, others: Iterable[Path]) -> None:
+    """Give a file that was just written a later time than others have.
+
+    Which it has already, unless the clock was set back since, or theirs is another computer's.
+    """
+    newest = max((written(other) for other in others if other != path), default=0)
+    if written(path) <= newest:
+        with suppress(OSError):
+            os.utime(path, ns=(newest + _GRAIN_NS, newest + _GRAIN_NS))
 
 
 def set_aside(path: Path, why: str) -> str:
