@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -20,6 +20,7 @@ from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.detection import Interval
 from twistcore.formats import own_name
+from twistcore.ordinary_files import is_there
 from twistcore.refinement import Corrected
 from twistcore.review import (
     ChangeChains,
@@ -69,7 +70,7 @@ class Document(OpenClip):
         self.reviewer = ""
         # Of this clip: what was decided in this run by nobody named, by id and time.
         self._unsigned: set[tuple[int, str]] = set()
-        self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
+        self._drag = secrets.randbits(52)  # none that an earlier run has in its journal
 
     # -- one clip after the other ------------------------------------------------------------------
 
@@ -117,7 +118,7 @@ class Document(OpenClip):
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = own_name(clip) if own else clip.stem
         path, k = self.folder / f"{stem}{ending}", 2
-        while self.borrowed is not None and path.exists():
+        while self.borrowed is not None and is_there(path):
             path, k = self.folder / f"{stem}_{k}{ending}", k + 1
         return path
 

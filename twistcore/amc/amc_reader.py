@@ -16,6 +16,7 @@ from twistcore.bvh.numbers import LARGEST, BadNumberError, number, read_numbers
 from twistcore.clip import LONGEST, SHORTEST, ClipWarning, some_of, too_few_numbers
 from twistcore.errors import AmcError
 from twistcore.file_kinds import AMC, found_instead
+from twistcore.ordinary_files import read_file
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 
@@ -38,7 +39,7 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
     """
     path = Path(path)
     try:
-        data = path.read_bytes()
+        data = read_file(path)
         if instead := found_instead(data, AMC):
             raise AmcError(str(path), instead)
         asf = find_asf(path)

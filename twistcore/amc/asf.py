@@ -17,6 +17,7 @@ from twistcore.bvh.numbers import LARGEST, number
 from twistcore.clip import ClipWarning, some_of
 from twistcore.errors import AmcError
 from twistcore.motion import Skeleton
+from twistcore.ordinary_files import read_file
 from twistcore.rotation import Array, quaternion_from_euler
 
 ROOT = "root"
@@ -108,7 +109,7 @@ def read_asf(path: str | Path) -> Asf:
     """Read a skeleton file; AmcError where it cannot be."""
     path = Path(path)
     try:
-        return parse_asf(path.read_bytes(), path)
+        return parse_asf(read_file(path), path)
     except OSError as error:
         raise AmcError(str(path), f"cannot be read ({error.strerror})") from None
 

@@ -16,6 +16,7 @@ from twistcore.clip import LONGEST, SHORTEST, ClipWarning, too_few_numbers
 from twistcore.clip_suffixes import clip_suffix
 from twistcore.errors import BvhError
 from twistcore.file_kinds import BVH, found_instead
+from twistcore.ordinary_files import read_file
 from twistcore.progress import Tell, nobody
 
 _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
@@ -43,7 +44,7 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
     if (suffix := clip_suffix(path)) not in ("", ".bvh"):
         raise BvhError(str(path), f"expected a BVH file, which alone is taken here, found {suffix}")
     try:
-        data = path.read_bytes()
+        data = read_file(path)
     except FileNotFoundError:
         raise BvhError(str(path), "expected a BVH file, but there is no such file") from None
     except IsADirectoryError:

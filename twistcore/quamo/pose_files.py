@@ -13,6 +13,7 @@ import numpy as np
 
 from twistcore.errors import NpzError, TwistError
 from twistcore.npz.archive import LARGEST, npy_header, open_archive, room
+from twistcore.ordinary_files import read_file
 from twistcore.quamo.pickled_arrays import Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
@@ -45,7 +46,7 @@ def read_names(path: Path) -> dict[Any, Any]:
     """
     if path.stat().st_size > LARGEST:
         raise _too_large(path, LARGEST)
-    data = path.read_bytes()
+    data = read_file(path)
     try:
         if data.startswith(b"PK"):
             found = _archive(path, data)
