@@ -27,7 +27,6 @@ SCORE = "twistcore.exercise-score/1"
 KINDS = ("judge", "find")
 _MOST_BYTES = 10_000_000  # of a file: a student may hand in anything
 _MOST_FRAMES = 10_000_000  # in all intervals of a file: a day at 120 fps
-_FORMULA = ("=", "+", "-", "@")  # begin one; a tab or line end before it is gone by then
 _LONGEST_NAME = 100  # letters, in the table
 COLUMNS = (
     "name", "hits", "misses", "false_accepted", "false_rejected", "without_verdict", "seconds",
@@ -127,9 +126,8 @@ def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> 
 
 
 def _in_cell(name: str) -> str:
-    """On one line, and no formula: a spreadsheet takes what is behind an apostrophe as text."""
-    words = " ".join(name.split())[:_LONGEST_NAME]
-    return f"'{words}" if words.startswith(_FORMULA) else words
+    """On one line."""
+    return " ".join(name.split())[:_LONGEST_NAME]
 
 
 def schema_of(path: Path) -> str:
