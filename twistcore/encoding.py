@@ -9,7 +9,6 @@ that reading gives the same name again, elsewhere at least visible.
 from __future__ import annotations
 
 import csv
-import io
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -17,12 +16,12 @@ from typing import Any
 
 _ESCAPED = re.compile(r"\\u(dc[89a-f][0-9a-f])")
 # What a terminal, or whatever sets a line of text, obeys instead of showing it: control and escape
-# characters, line ends of Unicode, marks that turn the direction of writing, bytes that are no UTF-8.
+# characters, line ends of Unicode, marks that turn the direction of writing, bytes without UTF-8.
 _IN_LINE = "\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
 _OBEYED = re.compile(f"[{_IN_LINE}]")
 _OBEYED_IN_LINES = re.compile(f"(?![\n\t])[{_IN_LINE}]")
-# Where a spreadsheet would begin a formula: at a cell's start, and behind what some take for the end
-# of a cell, as those do that were told to part cells by semicolons.
+# Where a spreadsheet would begin a formula: at a cell's start, and behind what some take for its
+# end, as those do that were told to part cells by semicolons.
 _SIGNS = "=+\\-@\uff1d\uff0b\uff0d\uff20"
 _AT_START, _BEHIND = f"(?=[ ']*[{_SIGNS}\t\r\n])", f"(?=[ ']*[{_SIGNS}])"
 _FORMULA = re.compile(f"^{_AT_START}|(?<=[;\t\r\n]){_BEHIND}")
@@ -80,9 +79,18 @@ def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
 
 def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
     """The same of rows alone."""
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows([cell(x) for x in row] for row in rows)
-    return out.getvalue()
+    lines = _Lines()
+    # This end of a line has both characters quoted that a reader may take for one.
+    csv.writer(lines, lineterminator="\r\n").writerows([cell(x) for x in row] for row in rows)
+    return "".join(lines)
+
+
+class _Lines(list[str]):
+    """What is written line by line, each ending as a line of ours."""
+
+    def write(self, line: str) -> None:
+        """Take a line."""
+        self.append(line.removesuffix("\r\n") + "\n")
 
 
 def cell(value: Any) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from html import escape
+
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QScrollArea, QSizePolicy, QWidget
@@ -111,10 +113,11 @@ class TeachingPanel(QWidget):
         if chain is None:
             limb = selected_limb(document)
             whole = tr("{limb}: select a chain", limb=limb.label) if limb is not None else _EMPTY
-            self.title.setText(whole)
+            self.title.setText(escape(whole))
             return
         frame = document.frame + document.first_frame
-        self.title.setText(tr("{chain}, frame {frame}", chain=chain.label, frame=frame))
+        told = tr("{chain}, frame {frame}", chain=chain.label, frame=frame)
+        self.title.setText(escape(told))
 
     def _lit(self) -> None:
         lit = self._taught.lit
