@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -204,7 +203,7 @@ class DetailCard(QWidget):
 
     def says(self, text: str) -> bool:
         """Whether a sentence is to be read here."""
-        return self.why.text() == escape(text) and not self.visibleRegion().isEmpty()
+        return self.why.says(text) and not self.visibleRegion().isEmpty()
 
     def write(self, what: str) -> bool:
         """Give the 'start', 'stop', 'delta', 'note' the keyboard; False where there is none."""

@@ -65,9 +65,14 @@ class SteadyLabel(QLabel):
             self.setFixedSize(room)
 
 
+def as_rich(text: str) -> str:
+    """Rich text that is seen as the plain text."""
+    return escape(text, quote=False)
+
+
 def bold(text: str) -> str:
     """Rich text in bold of plain text."""
-    return f"<b>{escape(text)}</b>"
+    return f"<b>{as_rich(text)}</b>"
 
 
 def as_tip(text: str) -> str:
@@ -122,7 +127,11 @@ class Caption(QWidget):
 
     def set_plain(self, text: str) -> None:
         """The same of plain text."""
-        self.set_text(escape(text))
+        self.set_text(as_rich(text))
+
+    def says(self, text: str) -> bool:
+        """Whether it says this plain text."""
+        return self._text == as_rich(text)
 
     def set_short(self, short: bool) -> None:
         """A line of plain text, or all of it."""

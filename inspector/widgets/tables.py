@@ -190,9 +190,9 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         """Heads, their hints, and the side of what stands below them."""
         if orientation == Qt.Orientation.Horizontal:
             if role == Qt.ItemDataRole.DisplayRole:
-                return self.heads[section]
+                return legible(self.heads[section], lines=True)
             if role == Qt.ItemDataRole.ToolTipRole and self.head_tips:
-                return self.head_tips[section]
+                return as_tip(self.head_tips[section])
             if role == Qt.ItemDataRole.TextAlignmentRole:
                 return self.alignment(section)
         return None

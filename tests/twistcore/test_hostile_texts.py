@@ -6,6 +6,7 @@ Some of the texts are tried; all of them with TWIST_INSPECTOR_TEXTS=all.
 import ast
 import csv
 import io
+import math
 import os
 import subprocess
 import sys
@@ -35,6 +36,7 @@ from twistcore.report.clip_report import write_clip_report
 from twistcore.report.report_document import Report
 from twistcore.review import Annotate, Decide, Decision, Review, write_session
 from twistcore.review.model import constant
+from twistcore.tuning import Tuned, read_profile, write_profile
 
 SOURCE = ASSETS / "walk_injected.bvh"
 TEXTS = hostile_texts("/hostile-trap")
@@ -187,6 +189,15 @@ def test_tables_begin_no_formula(capsys, tmp_path, judged):
     named = list(csv.DictReader(io.StringIO(texts[2], newline="")))
     assert {text_in_cell(row["chain"]) for row in named} <= {n.encode("utf-8", "backslashreplace")
                                                             .decode() for n in chains}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_a_profile_says_no_more_than_it_was_given(tmp_path, text):
+    """Whatever its joints and the clips that it was tuned on are called."""
+    path = tmp_path / "profile.toml"
+    name = text if "\ud800" not in text else "x"
+    write_profile(path, {name: Tuned(3.0, 1.5, 0, 0)}, f"{text}\n[Spine]\ntau_deg = 1", "paper")
+    assert dict(read_profile(path).tau) == {name: pytest.approx(math.radians(3.0))}
 
 
 # -- browsers --------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from twistcore.atomic import write_atomically
 from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
-from twistcore.encoding import encoded, escaped, unescaped
+from twistcore.encoding import encoded, escaped, legible, unescaped
 from twistcore.errors import FormatError, TwistError
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
@@ -70,7 +70,8 @@ def write_profile(
     versions pass over what they do not know inside a table, and over nothing else. verdicts: what
     they say, by chain. The file is the old one or the new one, never half of either.
     """
-    lines = [f"# τ per joint for twistcore --profile, tuned on {source} with detector {method}."]
+    told = f"tuned on {legible(source)} with detector {legible(method)}"  # on this line
+    lines = [f"# τ per joint for twistcore --profile, {told}."]
     common = [f"detector = {_text(method)}", *_whose_lines(whose)]
     for name, t in profile.items():
         reasons = {
@@ -105,7 +106,8 @@ def _whose_lines(whose: Profile | None) -> list[str]:
 
 
 def _text(text: str) -> str:
-    return json.dumps(escaped(text), ensure_ascii=False)
+    """A string of TOML, which differs from JSON's in DEL: that is escaped."""
+    return json.dumps(escaped(text), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def read_profile(path: Path) -> Profile:
