@@ -44,6 +44,7 @@ from inspector.system_libraries import (
     missing_libraries,
 )
 from twistcore.clip_suffixes import clip_suffix
+from twistcore.encoding import legible
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -491,7 +492,7 @@ def show_clip(args: list[str], env: dict[str, str]) -> int:
     say("No screen here: a picture is taken on a virtual one, and nothing is decided.")
     status = start_unseen([*args, "--screenshot", str(OUT / "inspector.png")], env)
     if status == 0 and clip_suffix(args[0]):
-        say(f"Found in {args[0]}:")
+        say(f"Found in {legible(args[0])}:")
         status = start([str(PYTHON), "-m", "twistcore", "detect", args[0]], env, Path.cwd())
         # 1: there is no chain, which it has said; the picture is there all the same.
         status = 0 if status == 1 else status
@@ -521,7 +522,7 @@ def tell_results(began: float) -> None:
     }
     say(f"Left in {OUT}:")
     files = [f for f in sorted(OUT.rglob("*")) if f.is_file() and f.stat().st_mtime >= began]
-    names = [file.relative_to(OUT).as_posix() for file in files]
+    names = [legible(file.relative_to(OUT).as_posix()) for file in files]
     width = max(map(len, names), default=0)
     for file, name in zip(files, names, strict=True):
         say(f"  {name:<{width}}  {kinds.get(file.suffix.lower(), '')}".rstrip())
@@ -645,7 +646,7 @@ def run_forked(
 def command_check(args: list[str]) -> int:
     """Run every check, also after one failed, so that one run shows all that is wrong."""
     if args:
-        raise SetupError(f"check takes no arguments, but got: {' '.join(args)}")
+        raise SetupError(f"check takes no arguments, but got: {legible(' '.join(args))}")
     python = str(PYTHON)
     # Not the script lint-imports: its first line names a path that goes stale in a moved checkout.
     lint_imports = "from importlinter.cli import lint_imports_command as lint; lint()"
@@ -669,7 +670,7 @@ def command_bench(args: list[str]) -> int:
     names = sorted(file.stem for file in (ROOT / "benchmarks").glob("[!_]*.py"))
     if args and not args[0].startswith("-"):
         if args[0] not in names:
-            raise SetupError(f"No benchmark {args[0]!r}; there are: {', '.join(names) or 'none'}.")
+            raise SetupError(f"No benchmark {args[0]!a}; there are: {', '.join(names) or 'none'}.")
         names, args = args[:1], args[1:]
     status = 0
     with screen() as env:
@@ -688,7 +689,7 @@ def command_shot(args: list[str]) -> int:
 def command_docs(args: list[str]) -> int:
     """Build the site, where every warning is an error; with --links ask for what it links to."""
     if args not in ([], ["--links"]):
-        raise SetupError(f"docs takes --links or nothing, but got: {' '.join(args)}")
+        raise SetupError(f"docs takes --links or nothing, but got: {legible(' '.join(args))}")
     way, where = ("linkcheck", "build/links") if args else ("html", "build/site")
     # Warnings of a page are said when it is read: all are.
     words = ["-m", "sphinx", "-q", "-E", "-W", "--keep-going", "-n", "-b", way, "docs", where]
@@ -737,7 +738,7 @@ def main(argv: list[str]) -> int:
         say(__doc__.strip())
         return 0
     if name != "setup" and name not in COMMANDS:
-        say(f"No command {name!r}. There are: setup, {', '.join(COMMANDS)}.")
+        say(f"No command {name!a}. There are: setup, {', '.join(COMMANDS)}.")
         return 2
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the screen is put away
     try:

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NoReturn
 
 from inspector.language import codes
 from inspector.system_libraries import (
@@ -17,6 +18,7 @@ from inspector.system_libraries import (
     how_to_install,
     missing_libraries,
 )
+from twistcore.encoding import legible
 from twistcore.ordinary_files import is_file, is_there
 from twistcore.version import __version__
 
@@ -40,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist-inspector`; returns the exit code."""
     arguments = _parser().parse_args(argv)
     if trouble := _cannot_work(arguments) or _cannot_open():
-        print(f"twist-inspector: {trouble}", file=sys.stderr)
+        print(f"twist-inspector: {legible(trouble)}", file=sys.stderr)
         return 2
     if sys.platform.startswith("linux") and not has_font():
         print(
@@ -81,8 +83,13 @@ def _cannot_open() -> str:
     return "" if platform or has_screen() else _NO_SCREEN
 
 
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        super().error(legible(message))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="twist-inspector", description="See, judge and repair axial twist errors in a clip."
     )
     parser.add_argument("--version", action="version", version=f"twist-inspector {__version__}")

@@ -20,6 +20,7 @@ from inspector.timeline.tau_line import set_tau_at
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.axes import from_root_scale
+from inspector.widgets.labels import as_tip
 from inspector.widgets.later import Latest
 from inspector.widgets.signed_numbers import signed
 from twistcore.detection import Interval
@@ -281,7 +282,7 @@ class Gestures:
             view.unsetCursor()
         else:
             view.setCursor(_CURSORS.get(hit.part, Qt.CursorShape.SizeHorCursor))
-        view.setToolTip(self._hint(hit.judged, view.frame_at(event.pos())))
+        view.setToolTip(as_tip(self._hint(hit.judged, view.frame_at(event.pos()))))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:
         """What a tool tip says of a place."""

@@ -31,6 +31,7 @@ from inspector.tuning.verdict_evidence import VerdictEvidence
 from inspector.tuning.verdict_page import VerdictPage
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import Wrapping, action_button, hbox, hint, vbox
+from inspector.widgets.labels import bold
 from inspector.widgets.later import Burst, Latest, Stale
 from inspector.widgets.theme import Theme
 from twistcore.tuning import Tuned, tuned
@@ -93,7 +94,7 @@ class TuningPanel(QWidget):
         self._pages.addWidget(self.hint)
         content = QWidget()
         self._pages.addWidget(content)
-        self.title = QLabel()
+        self.title = QLabel(textFormat=Qt.TextFormat.RichText)
         self.box = QDoubleSpinBox(decimals=2, prefix="τ ", suffix="°")
         self.box.setRange(SMALLEST_TAU, LARGEST_TAU)
         self.box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
@@ -187,7 +188,7 @@ class TuningPanel(QWidget):
         if not ready:
             return
         if everything:
-            self.title.setText(f"<b>{of_core(document.find_chain(document.chain).label)}</b>")
+            self.title.setText(bold(of_core(document.find_chain(document.chain).label)))
             self.curves.show_chain()
         degrees = self._degrees()
         self.curves.show_tau(degrees, held=bool(self._drag))
