@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QEvent
 
-from benchmarks.alive import alive, heard
+from benchmarks.alive import heard
 from benchmarks.endurance import Sitting
 from inspector.session.opening import analyse
 from tests.gui.pictures import INJECTED, WALK
@@ -78,7 +78,7 @@ def test_a_drag_ends_with_its_clip(qtbot, document, next_clip, what, opens):
     with heard() as said:
         document.show_clip(analyse(next_clip))
         state = document.review.state
-        pull_on(qtbot, timeline, start)
+        pull_on(qtbot, timeline, spot(timeline, "strength", frame + 25, share - 0.3))
     assert document.review.state is state
     assert said.wrong == []
 
@@ -97,7 +97,7 @@ def test_a_command_for_an_interval_that_is_gone_is_dropped(document):
     document.show_clip(analyse(WALK))
     state, gone = document.review.state, 1 + max((j.id for j in document.intervals), default=0)
     told = []
-    document.message.connect(lambda text, wrong: told.append(wrong))
+    document.message.connect(lambda _text, wrong: told.append(wrong))
     document.edit(gone, constant(document.chain, 3, 9, 1.0))
     document.decide(Decision.ACCEPTED, [gone])
     document.select_interval(gone)
@@ -129,14 +129,14 @@ def test_as_much_is_alive_behind_every_round_of_reviews(show_window, clip):
     sitting = Sitting(window, clips, random.Random(1))
     counts = []
     with heard() as said:
-        for k in range(15):
+        for k in range(9):
             sitting.open(clips[k % len(clips)])
             sitting.judge()
             sitting.edit()
             sitting.drag_tau()
             if k % 3 == 0:
                 sitting.dialog("export_dialog")
-            if k % 5 == 4:
+            if k % 3 == 2:
                 counts.append(sitting.count())
     assert said.wrong == []
     first, *_, last = counts
