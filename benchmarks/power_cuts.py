@@ -1,10 +1,11 @@
 """The power cut at every byte of a journal and a session: python -m benchmarks.power_cuts.
 
 A review of seeded steps is kept in a journal. It is cut at every byte (--step: at every so many),
-and behind each cut stands nothing, a block of zeros, rubbish, or rubbish with line ends. What comes
-back must be the state after the last whole line, to the byte of its session; the journal must go on
-from there. The session file is cut likewise: it must be told, never read as another. Printed: the
-places tried, and how many failed; the exit code is 1 if any did.
+and behind the cut stands nothing; behind every eighth also (--tails) a block of zeros, rubbish, or
+rubbish with line ends. What comes back must be the state after the last whole line, to the byte of
+its session; the journal must go on from there. The session file is cut likewise: it must be told,
+never read as another. Printed: the places tried, and how many failed; the exit code is 1 if any
+did.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from twistcore.review.model import resized
 
 STEPS = 25
 _ZEROS = bytes(4096)
-_TAILS = (b"", _ZEROS, b"\xff\xfe{]\x00rubbish", b'{"do": "Decide", "ids": [1]\n\x00\xff\n')
+TAILS = (b"", _ZEROS, b"\xff\xfe{]\x00rubbish", b'{"do": "Decide", "ids": [1]\n\x00\xff\n')
 
 
 @dataclass(frozen=True)
@@ -72,11 +73,13 @@ def made_journal(folder: Path, seed: int) -> MadeJournal:
     return MadeJournal(path.read_bytes(), tuple(states))
 
 
-def cut_journal(journal: MadeJournal, places: Iterable[int], folder: Path) -> int:
+def cut_journal(
+    journal: MadeJournal, places: Iterable[int], folder: Path, tails: Iterable[bytes] = TAILS
+) -> int:
     """Cut at each place, with each tail; how many were tried. AssertionError where one fails."""
     path, tried = folder / "cut.journal", 0
     for place in places:
-        for tail in _TAILS:
+        for tail in tails:
             path.write_bytes(journal.data[:place] + tail)
             _check(journal, place, tail, path)
             tried += 1
@@ -103,12 +106,12 @@ def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
     assert kept.count(b"\n") == whole, where
 
 
-def cut_session(folder: Path, step: int = 1) -> int:
-    """Cut a session at every so many bytes, with each tail; how many were tried."""
+def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
+    """Cut a session at every so many bytes; how many were tried. tails: at every so many cuts."""
     path, tried = folder / "cut.twist.json", 0
     data = session_bytes(CLIP, fresh().state)
     for place in range(0, len(data) - 2, step):
-        for tail in _TAILS:
+        for tail in TAILS if place // step % tails == 0 else TAILS[:1]:
             path.write_bytes(data[:place] + tail)
             tried += 1
             try:
@@ -123,6 +126,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Print what was tried and what failed; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--step", type=int, default=1, help="bytes between cuts (default: 1)")
+    parser.add_argument("--tails", type=int, default=8, help="cuts from tail to tail (default: 8)")
     parser.add_argument("--seed", type=int, default=1, help="of the review's steps (default: 1)")
     words = parser.parse_args(argv)
     failed = 0
@@ -130,21 +134,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         folder = Path(name)
         journal = made_journal(folder, words.seed)
         (folder / "made.journal").unlink()
-        places = range(0, len(journal.data) + 1, words.step)
-        for place in places:
+        places, tried = range(0, len(journal.data) + 1, words.step), 0
+        for k, place in enumerate(places):
             try:
-                cut_journal(journal, (place,), folder)
+                tails = TAILS if k % words.tails == 0 else TAILS[:1]
+                tried += cut_journal(journal, (place,), folder, tails)
             except Exception as error:  # each that fails is told, and the next is tried
                 print(f"{type(error).__name__}: {error}", file=sys.stderr)
                 failed += 1
-        print(f"journal: {len(places)} places x {len(_TAILS)} tails, {failed} failed")
+        print(f"journal: {len(places)} places, {tried} files, {failed} failed", flush=True)
         wrong = 0
         try:
-            tried = cut_session(folder, words.step)
+            tried = cut_session(folder, words.step, words.tails)
         except Exception as error:
             print(f"{type(error).__name__}: {error}", file=sys.stderr)
             tried, wrong = 0, 1
-        print(f"session: {tried // len(_TAILS)} places x {len(_TAILS)} tails, {wrong} failed")
+        print(f"session: {tried} files, {wrong} failed")
     return int(bool(failed + wrong))
 
 
