@@ -64,9 +64,10 @@ def run(arguments: argparse.Namespace) -> int:
         window.close_unasked()
         app.exit(stopped)  # also where a dialog waits for an answer
 
-    for number in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
-        if signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it
-            signal.signal(number, end)
+    closed = getattr(signal, "SIGHUP", signal.SIGTERM)  # of the terminal that it was started in
+    heard = signal.getsignal(closed) != signal.SIG_IGN  # but by `nohup`
+    for number in (signal.SIGINT, signal.SIGTERM, *([closed] if heard else ())):
+        signal.signal(number, end)
     wake = QTimer()  # lets Python see signals while Qt waits
     wake.start(200)
     wake.timeout.connect(lambda: None)
