@@ -176,7 +176,7 @@ def is_alive(pid):
     return state != "Z"
 
 
-def killed_with_a_folder(place, seed, clips=6, patience_s=60.0):
+def killed_with_a_folder(place, seed, clips=6, patience_s=120.0):
     """No process stays behind; how many there were."""
     folder = place / "clips"
     folder.mkdir()

@@ -21,4 +21,5 @@ def main() -> None:
     QTest.qWait(600_000)
 
 
-main()
+if __name__ == "__main__":  # not in the processes that it spawns
+    main()
