@@ -5,8 +5,9 @@ in its real window and is killed among them; on the disk must be the state it to
 one, to the byte, and the next run must go on from there. Exports: it is killed while it exports;
 each file must be whole or not there, what is there must equal `twistcore apply` of its session, and
 the next export must leave nothing half written. Folders: it is killed while it surveys one; no
-process may stay behind. Printed: how many kills of each, and how many failed; the exit code is 1 if
-any did. --minutes: what was not begun by then is left out, and told.
+process may stay behind. --equal: exports without a kill, 15 by 15, each of the bytes that `apply`
+makes of its session. Printed: how many of each, and how many failed; the exit code is 1 if any did.
+--minutes: what was not begun by then is left out, and told.
 """
 
 from __future__ import annotations
@@ -19,7 +20,12 @@ import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from tests.gui.kills import killed_in_an_export, killed_twice_among_decisions, killed_with_a_folder
+from tests.gui.kills import (
+    equal_exports,
+    killed_in_an_export,
+    killed_twice_among_decisions,
+    killed_with_a_folder,
+)
 
 _Trial = Callable[[Path, int], object]
 
@@ -37,9 +43,9 @@ def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float
                 print(f"{name}, seed {seed}:", file=sys.stderr)
                 traceback.print_exc()
                 failed += 1
-        more = f", {found} processes" if found else ""
+        more = f", {found} processes" if name == "folders" else ""
         left = f" of {kills * len(seeds)}" if done < len(seeds) else ""
-        print(f"{name}: {kills * done}{left} kills{more}, {failed} failed", flush=True)
+        print(f"{name}: {kills * done}{left}{more}, {failed} failed", flush=True)
     return failed
 
 
@@ -49,6 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--decisions", type=int, default=60, help="kills among them (60; even)")
     parser.add_argument("--exports", type=int, default=40, help="kills in them (40)")
     parser.add_argument("--folders", type=int, default=40, help="kills with one open (40)")
+    parser.add_argument("--equal", type=int, default=150, help="exports (150)")
     parser.add_argument("--seed", type=int, default=0, help="the first of as many (0)")
     parser.add_argument("--minutes", type=float, default=1e6, help="after which no more are begun")
     words = parser.parse_args(argv)
@@ -58,6 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         ("folders", killed_with_a_folder, 1, words.folders),
         ("exports", killed_in_an_export, 1, words.exports),
         ("decisions", killed_twice_among_decisions, 2, words.decisions),
+        ("equal exports", equal_exports, 15, words.equal),
     ):
         seeds = range(words.seed, words.seed + count // kills)
         failed += run(name, trial, seeds, kills, until)

@@ -152,6 +152,28 @@ def killed_in_an_export(place, seed):
     assert not left, left
 
 
+def equal_exports(place, seed, count=15):
+    """Exports after seeded steps, each of the bytes that `twistcore apply` makes of its session."""
+    folder = place / "clips"
+    folder.mkdir()
+    clip = Path(shutil.copy(ASSETS / "walk_injected.bvh", folder / "walk.bvh"))
+    out, replay = (folder / f"walk_refined.{end}" for end in ("bvh", "replay.json"))
+    again, step = place / "again.bvh", random.Random(seed)
+    program = Program(clip, place / "state")
+    try:
+        for _ in range(count):
+            left = program.answer["decisions"].count("undecided")
+            wanted = ["undo", *["accept"] * 3] if left > 1 else ["undo"]
+            program.tell(*step.choices(wanted, k=step.randint(1, 2 if left > 1 else 5)))
+            out.unlink(missing_ok=True)
+            program.tell("export replace")
+            assert main(["--quiet", "apply", str(replay), str(clip), "-o", str(again)]) == 0
+            assert again.read_bytes() == out.read_bytes()
+    finally:
+        program.kill()
+    return count
+
+
 # -- in the midst of a folder's analysis ------------------------------------------------------
 
 

@@ -7,7 +7,12 @@ import sys
 
 import pytest
 
-from tests.gui.kills import killed_in_an_export, killed_twice_among_decisions, killed_with_a_folder
+from tests.gui.kills import (
+    equal_exports,
+    killed_in_an_export,
+    killed_twice_among_decisions,
+    killed_with_a_folder,
+)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -18,6 +23,10 @@ def test_killed_at_random_moments(tmp_path, seed):
 @pytest.mark.parametrize("seed", range(2))
 def test_killed_in_the_midst_of_an_export(tmp_path, seed):
     killed_in_an_export(tmp_path, seed)
+
+
+def test_exports_are_what_apply_makes_of_their_sessions(tmp_path):
+    assert equal_exports(tmp_path, 0, count=3) == 3
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="children are told by /proc")
