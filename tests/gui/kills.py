@@ -167,7 +167,7 @@ def equal_exports(place, seed, count=15):
             program.tell(*step.choices(wanted, k=step.randint(1, 2 if left > 1 else 5)))
             out.unlink(missing_ok=True)
             program.tell("export replace")
-            assert main(["--quiet", "apply", str(replay), str(clip), "-o", str(again)]) == 0
+            assert main(["apply", str(replay), str(clip), "-o", str(again), "-q"]) == 0
             assert again.read_bytes() == out.read_bytes()
     finally:
         program.kill()
