@@ -65,7 +65,9 @@ def run(arguments: argparse.Namespace) -> int:
         window.close_unasked()
         app.exit(stopped)  # also where a dialog waits for an answer
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    closed = getattr(signal, "SIGHUP", signal.SIGTERM)  # of the terminal that it was started in
+    heard = signal.getsignal(closed) != signal.SIG_IGN  # but by `nohup`
+    for number in (signal.SIGINT, signal.SIGTERM, *([closed] if heard else ())):
         signal.signal(number, end)
     wake = QTimer()  # lets Python see signals while Qt waits
     wake.start(200)

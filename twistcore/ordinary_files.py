@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from collections.abc import Callable
+from contextlib import suppress
 from io import BufferedReader
 from pathlib import Path
 
@@ -59,6 +61,18 @@ def is_there(path: Path | str) -> bool:
 def is_file(path: Path | str) -> bool:
     """Whether a path leads to a file; False where that cannot be told."""
     return os.path.isfile(path)  # noqa: PTH113
+
+
+def own_folder(find: Callable[[], Path]) -> Path:
+    """A folder of the person's own; where nobody knows a home, one that nothing can be put into.
+
+    find: of platformdirs; without a home it raises or, an older one, gives a path that begins with
+    '~', which would be made wherever the program was started.
+    """
+    with suppress(RuntimeError):
+        if (folder := find()).is_absolute():
+            return folder
+    return Path(os.devnull) / "twist-inspector"
 
 
 def real_path(path: Path) -> Path:

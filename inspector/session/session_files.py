@@ -10,6 +10,7 @@ import os
 import re
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -22,7 +23,7 @@ from twistcore.encoding import json_bytes
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
 from twistcore.formats import own_name, same_format
-from twistcore.ordinary_files import is_there, read_file, real_path
+from twistcore.ordinary_files import is_there, own_folder, read_file, real_path
 
 _Made = TypeVar("_Made")
 
@@ -61,7 +62,7 @@ def refuge_path(clip: Path) -> Path:
 
 
 def _refuge() -> Path:
-    return platformdirs.user_state_path("twist-inspector", appauthor=False)
+    return own_folder(partial(platformdirs.user_state_path, "twist-inspector", appauthor=False))
 
 
 def at_first(

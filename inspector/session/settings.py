@@ -9,6 +9,7 @@ import math
 import os
 import stat
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from inspector.language import tr
 from inspector.session import settings_checks as checks
 from inspector.session.settings_checks import Check
 from twistcore.atomic import free_name, write_atomically
-from twistcore.ordinary_files import read_file, real_path
+from twistcore.ordinary_files import own_folder, read_file, real_path
 
 RECENT = 10
 VIDEOS = 500
@@ -142,7 +143,8 @@ def settings_path() -> Path:
     """Where the settings live; the environment variable TWIST_INSPECTOR_SETTINGS moves them."""
     if moved := os.environ.get("TWIST_INSPECTOR_SETTINGS"):
         return Path(moved)
-    return Path(platformdirs.user_config_dir("twist-inspector", appauthor=False)) / "settings.json"
+    find = partial(platformdirs.user_config_path, "twist-inspector", appauthor=False)
+    return own_folder(find) / "settings.json"
 
 
 def load_settings(path: Path) -> tuple[Settings, str]:

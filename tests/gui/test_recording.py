@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 
 import imageio_ffmpeg
 import numpy as np
@@ -134,13 +135,18 @@ def test_the_form_says_what_it_will_make(qtbot, window):
     assert dialog.choice().path.name == "name.svg"
 
 
-def test_a_writer_whose_ffmpeg_fails_ends_and_says_so(tmp_path):
-    writer = FilmWriter(tmp_path / "none" / "x.mp4", (64, 64), 30.0)
+def test_a_writer_whose_ffmpeg_fails_ends_and_says_so(tmp_path, monkeypatch):
+    with pytest.raises(FileNotFoundError):
+        FilmWriter(tmp_path / "none" / "x.mp4", (64, 64), 30.0)
+    fails = [sys.executable, "-c", "import sys; sys.exit('it has no room')"]
+    monkeypatch.setattr("inspector.recording.film._command", lambda *_: fails)
+    writer = FilmWriter(tmp_path / "x.mp4", (64, 64), 30.0)
     for _ in range(3):
         writer.offer(bytes(64 * 64 * 3))
     writer.finish()
-    with pytest.raises(OSError, match="No such file"):
+    with pytest.raises(OSError, match="it has no room"):
         writer.keep()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_film_goes_where_a_link_leads(tmp_path):

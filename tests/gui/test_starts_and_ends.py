@@ -150,7 +150,9 @@ def test_closing_the_window_ends_what_is_being_opened(tmp_path, share_seen):
 
 
 @needs_real_screen
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)]
+)
 def test_a_signal_ends_it_while_it_asks(tmp_path, number):
     """Decisions that are not saved, nor by themselves, wait in the journal."""
     clip = shutil.copy(INJECTED, tmp_path / "mine.bvh")

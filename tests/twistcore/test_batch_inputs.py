@@ -209,7 +209,7 @@ def test_a_shard_goes_by_names_wherever_the_folder_lies(tmp_path):
 
 
 def test_clips_and_results_at_urls(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("platformdirs.user_cache_dir", lambda *_: str(tmp_path / "cache"))
+    monkeypatch.setattr("platformdirs.user_cache_path", lambda *_: tmp_path / "cache")
     clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 2, 40)
     url = f"file://{tmp_path}/out"
     words = ["batch", f"file://{tmp_path}/in", "-o", url, "--refine", "--workers", "1"]

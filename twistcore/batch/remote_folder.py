@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import platformdirs
@@ -17,6 +18,7 @@ from twistcore.batch.remote_files import find_remote, read_remote, write_remote
 from twistcore.errors import TwistError
 from twistcore.file_lock import is_held
 from twistcore.file_marks import sha256_of
+from twistcore.ordinary_files import own_folder
 
 _UPLOADED = ".uploaded.json"  # SHA-256 of what lies at the URL, by path below it
 
@@ -34,7 +36,7 @@ def working_folder(output: str) -> Iterator[Path]:
         return
     url = output.rstrip("/")
     name = hashlib.sha256(url.encode()).hexdigest()[:16]
-    folder = Path(platformdirs.user_cache_dir("twist-inspector")) / "batch" / name
+    folder = own_folder(partial(platformdirs.user_cache_path, "twist-inspector")) / "batch" / name
     folder.mkdir(parents=True, exist_ok=True)
     if not is_held(folder / LOCK):  # else the run there is told so, and changes nothing
         _take_over(url, folder)

@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import platformdirs
@@ -16,7 +17,7 @@ from twistcore.cli.output import counter, problem, refuse_overwrite, say_all, te
 from twistcore.detection import DETECTORS
 from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import TwistError
-from twistcore.ordinary_files import real_path
+from twistcore.ordinary_files import own_folder, real_path
 from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown
 from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows, rows_to_csv
@@ -64,7 +65,8 @@ def partial_path(folder: Path, json_file: Path | None, settings: Settings) -> Pa
         return json_file.with_name(f"{json_file.name}.partial.jsonl")
     words = json.dumps([str(real_path(folder)), settings.to_json()])
     name = hashlib.sha256(words.encode()).hexdigest()[:16]
-    return Path(platformdirs.user_cache_dir("twist-inspector")) / "benchmark" / f"{name}.jsonl"
+    folder = own_folder(partial(platformdirs.user_cache_path, "twist-inspector"))
+    return folder / "benchmark" / f"{name}.jsonl"
 
 
 def _protocols(names: Sequence[str]) -> tuple[str, ...]:

@@ -6,8 +6,10 @@ import argparse
 import contextlib
 import io
 import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from twistcore.atomic import is_standard_output
@@ -25,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     document = getattr(arguments, "json", None) is True
     voice = Voice(arguments.quiet, arguments.verbose, document)
     try:
-        with speaking(voice), step(arguments.command):
+        with _ended_by_signals(), speaking(voice), step(arguments.command):
             code = _run(arguments)
         sys.stdout.flush()  # a reader that has gone is noticed here, not at the interpreter's end
     except TwistError as error:
@@ -37,10 +39,43 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         problem(f"{error.filename or 'file'}: {error.strerror}")
         return 2
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         problem("stopped")
-        return 130
+        return 128 + (error.number if isinstance(error, _EndedError) else signal.SIGINT)
     return code
+
+
+class _EndedError(KeyboardInterrupt):
+    """The system, or whoever closed the terminal, wants an end: as Ctrl+C does."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+@contextlib.contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP, where nobody else hears them, be an exception: files are tidied up.
+
+    A second one ends the process at once.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def end(number: int, _frame: object) -> None:
+        signal.signal(number, signal.SIG_DFL)
+        raise _EndedError(number)
+
+    numbers = (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
+    heard = [n for n in dict.fromkeys(numbers) if signal.getsignal(n) == signal.SIG_DFL]
+    for number in heard:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in heard:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _run(arguments: argparse.Namespace) -> int:
