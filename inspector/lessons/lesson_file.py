@@ -56,10 +56,8 @@ def read_lesson(path: Path) -> LessonFile:
     """Read a lesson; FormatError with file, line and what was expected."""
     try:
         text = bytes_of(path, _MOST_BYTES).decode("utf-8-sig")
-    except TwistError as error:
-        raise FormatError(of_core(str(error))) from None
-    except UnicodeDecodeError as error:
-        why = tr("expected a lesson as UTF-8 text ({error})", error=error)
+    except (TwistError, UnicodeDecodeError) as error:
+        why = tr("expected a lesson as UTF-8 text ({error})", error=of_core(error))
         raise FormatError(f"{path}: {why}") from None
     lines = text.splitlines()
     head, first = _front_matter(path, lines)
