@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from inspector.bundled import ASSETS
-from inspector.language import tr
+from inspector.language import of_core, tr
 from inspector.lessons.lesson_conditions import Condition, hold_at_once, read_conditions
 from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import Place as Place
 from twistcore.document_values import bytes_of, shown
-from twistcore.errors import FormatError
+from twistcore.errors import FormatError, TwistError
 from twistcore.ordinary_files import is_file
 
 FENCE = "```lesson"
@@ -56,8 +56,8 @@ def read_lesson(path: Path) -> LessonFile:
     """Read a lesson; FormatError with file, line and what was expected."""
     try:
         text = bytes_of(path, _MOST_BYTES).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        why = tr("expected a lesson as UTF-8 text ({error})", error=error)
+    except (TwistError, UnicodeDecodeError) as error:
+        why = tr("expected a lesson as UTF-8 text ({error})", error=of_core(error))
         raise FormatError(f"{path}: {why}") from None
     lines = text.splitlines()
     head, first = _front_matter(path, lines)

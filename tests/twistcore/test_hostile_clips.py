@@ -15,7 +15,7 @@ from twistcore.clip import rewritten
 from twistcore.errors import AmcError, BvhError, TwistError
 from twistcore.limb import find_limbs
 
-SLOW = 2.0  # seconds of processor time; by the square of their size all of these take minutes
+SLOW = 2.0  # seconds of processor time; by the square of their size most of these take many
 XYZ = "Xrotation Yrotation Zrotation"
 
 
