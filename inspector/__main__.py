@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NoReturn
 
 from inspector.language import codes
 from inspector.system_libraries import (
@@ -17,6 +18,8 @@ from inspector.system_libraries import (
     how_to_install,
     missing_libraries,
 )
+from twistcore.encoding import legible
+from twistcore.ordinary_files import is_file, is_there
 from twistcore.version import __version__
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # what Qt writes
@@ -39,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist-inspector`; returns the exit code."""
     arguments = _parser().parse_args(argv)
     if trouble := _cannot_work(arguments) or _cannot_open():
-        print(f"twist-inspector: {trouble}", file=sys.stderr)
+        print(f"twist-inspector: {legible(trouble)}", file=sys.stderr)
         return 2
     if sys.platform.startswith("linux") and not has_font():
         print(
@@ -58,14 +61,14 @@ def _cannot_work(arguments: argparse.Namespace) -> str:
         return f"--language takes {', '.join(codes())} or system, not {arguments.language}."
     if picture and folder:
         return "--demo leaves a picture, too; give either --demo or --screenshot."
-    if (picture or folder) and file and not file.exists():
+    if (picture or folder) and file and not is_there(file):
         return f"{file}: there is no such file."
     if picture and picture.is_dir():
         return f"{picture}: is a folder; --screenshot takes the name of a picture."
     if picture and picture.suffix.lower() not in _PICTURES:
         return f"{picture}: a picture's name ends with {' or '.join(_PICTURES)}."
     target = folder or (picture.parent if picture else None)
-    if target and (wrong := next((p for p in (target, *target.parents) if p.is_file()), None)):
+    if target and (wrong := next((p for p in (target, *target.parents) if is_file(p)), None)):
         return f"{wrong}: is a file; results need a folder."
     return ""
 
@@ -80,8 +83,13 @@ def _cannot_open() -> str:
     return "" if platform or has_screen() else _NO_SCREEN
 
 
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        super().error(legible(message))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="twist-inspector", description="See, judge and repair axial twist errors in a clip."
     )
     parser.add_argument("--version", action="version", version=f"twist-inspector {__version__}")

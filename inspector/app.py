@@ -26,6 +26,7 @@ from inspector.session.settings import load_settings, settings_path
 from inspector.widgets.background import wait_for_tasks
 from inspector.widgets.icons import program_icon
 from inspector.widgets.theme import apply_theme, system_theme
+from twistcore.encoding import legible
 
 if TYPE_CHECKING:
     import argparse
@@ -89,7 +90,7 @@ def _begin(window: MainWindow, path: Path | None) -> None:
 
 def _say(window: MainWindow, complaint: str) -> None:
     """Say it now and, since a clip that is opened has sentences of its own, behind these."""
-    print(complaint, file=sys.stderr)
+    print(legible(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)
     later = partial(QTimer.singleShot, 0, window, again)

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from twistcore.errors import FormatError, TwistError
+from twistcore.ordinary_files import open_to_read
 
 MOST_FRAMES = 20_000_000  # of a clip, two days at 115 fps: beyond them a number is damaged
 DEGREES = 1e6  # of an angle, either way: beyond them it is damaged
@@ -38,7 +39,7 @@ _SHOWN.maxlevel, _SHOWN.maxlist, _SHOWN.maxdict = 2, 4, 3
 def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
     """The bytes of a document's file; TwistError where it cannot be read or has too many."""
     try:
-        with path.open("rb") as file:
+        with open_to_read(path) as file:
             status = os.fstat(file.fileno())
             whole_file = stat.S_ISREG(status.st_mode) and status.st_size <= most
             # To read so many bytes at most takes the room for them, however few there are.

@@ -9,13 +9,24 @@ that reading gives the same name again, elsewhere at least visible.
 from __future__ import annotations
 
 import csv
-import io
 import json
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 _ESCAPED = re.compile(r"\\u(dc[89a-f][0-9a-f])")
+# What a terminal, or whatever sets a line of text, obeys instead of showing it: control and escape
+# characters, line ends of Unicode, marks that turn the direction of writing, bytes without UTF-8.
+_IN_LINE = "\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
+_OBEYED = re.compile(f"[{_IN_LINE}]")
+_OBEYED_IN_LINES = re.compile(f"(?![\n\t])[{_IN_LINE}]")
+# Where a spreadsheet would begin a formula: at a cell's start, and behind what some take for its
+# end, as those do that were told to part cells by semicolons.
+_SIGNS = "=+\\-@\uff1d\uff0b\uff0d\uff20"
+_AT_START, _BEHIND = f"(?=[ ']*[{_SIGNS}\t\r\n])", f"(?=[ ']*[{_SIGNS}])"
+_FORMULA = re.compile(f"^{_AT_START}|(?<=[;\t\r\n]){_BEHIND}")
+_DEFUSED = re.compile(f"^'{_AT_START}|(?<=[;\t\r\n])'{_BEHIND}")
+_NUMBER = re.compile(r"-?\d+(\.\d*)?(e[+-]?\d+)?", re.ASCII)
 
 
 def encoded(text: str) -> bytes:
@@ -33,6 +44,20 @@ def unescaped(text: str) -> str:
     return _ESCAPED.sub(lambda found: chr(int(found[1], 16)), text)
 
 
+def legible(text: object, *, lines: bool = False) -> str:
+    r"""A text of which all is seen and nothing obeyed: what would be is escaped, as `\x1b`.
+
+    lines: line ends and tabs stay as they are.
+    """
+    obeyed = _OBEYED_IN_LINES if lines else _OBEYED
+    return obeyed.sub(lambda found: repr(found[0])[1:-1], str(text))
+
+
+def legible_json(text: str) -> str:
+    r"""A line of JSON with the same in JSON's own escapes, as `\u001b`: what it says stays."""
+    return _OBEYED.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+
 def json_text(document: Any, *, indent: int | None = 1) -> str:
     """A JSON document; ValueError where a number is not finite."""
     return escaped(json.dumps(document, indent=indent, ensure_ascii=False, allow_nan=False))
@@ -44,9 +69,40 @@ def json_bytes(document: Any, *, indent: int | None = 1) -> bytes:
 
 
 def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
-    """A line of column names, then one a row; None is empty."""
-    out = io.StringIO()
-    writer = csv.DictWriter(out, list(columns), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return out.getvalue()
+    """A line of column names, then one a row; None is empty.
+
+    A text that a spreadsheet would take for a formula stands behind an apostrophe (:func:`cell`).
+    """
+    names = list(columns)
+    return csv_lines([names, *([row.get(name) for name in names] for row in rows)])
+
+
+def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
+    """The same of rows alone."""
+    lines = _Lines()
+    # This end of a line has both characters quoted that a reader may take for one.
+    csv.writer(lines, lineterminator="\r\n").writerows([cell(x) for x in row] for row in rows)
+    return "".join(lines)
+
+
+class _Lines(list[str]):
+    """What is written line by line, each ending as a line of ours."""
+
+    def write(self, line: str) -> None:
+        """Take a line."""
+        self.append(line.removesuffix("\r\n") + "\n")
+
+
+def cell(value: Any) -> Any:
+    """A value as a cell of CSV: an apostrophe wherever a spreadsheet would begin a formula in it.
+
+    :func:`text_in_cell` gives every text again. Numbers stay as they are, also those below 0.
+    """
+    if not isinstance(value, str) or _NUMBER.fullmatch(value):
+        return value
+    return _FORMULA.sub("'", value)
+
+
+def text_in_cell(text: str) -> str:
+    """The reverse of :func:`cell`."""
+    return text if _NUMBER.fullmatch(text) else _DEFUSED.sub("", text)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from inspector.bundled import LANGUAGES, LESSONS
+from twistcore.encoding import legible
 
 if TYPE_CHECKING:
     import polib
@@ -87,15 +88,18 @@ def entries_of_core() -> list[tuple[str, str]]:
 
 
 def tr(text: str, /, **values: object) -> str:
-    """A text in the chosen language, `values` put in by name as `str.format` does."""
+    """A text in the chosen language, `values` put in by name as `str.format` does.
+
+    What texts among them have somebody else may have written: nothing in it is obeyed, all is seen.
+    """
     found = _texts.get(("", text), text)
-    return found.format(**values) if values else found
+    return found.format(**_seen(values)) if values else found
 
 
 def tr_as(meaning: str, text: str, /, **values: object) -> str:
     """A text that has several meanings, such as 'Open': `meaning` tells a translator which."""
     found = _texts.get((meaning, text), text)
-    return found.format(**values) if values else found
+    return found.format(**_seen(values)) if values else found
 
 
 def plural(one: str, many: str, number: float, /, **values: object) -> str:
@@ -104,7 +108,12 @@ def plural(one: str, many: str, number: float, /, **values: object) -> str:
     single = number == 1
     forms = _plurals.get(one)
     text = (one if single else many) if forms is None else forms[0 if single else 1]
-    return text.format(**values)
+    return text.format(**_seen(values))
+
+
+def _seen(values: dict[str, object]) -> dict[str, object]:
+    texts = {k: legible(v, lines=True) for k, v in values.items() if isinstance(v, str | Path)}
+    return values | texts
 
 
 def _read(file: Path) -> polib.POFile:

@@ -11,6 +11,7 @@ import re
 from functools import lru_cache
 
 from inspector.language.catalogue import SOURCE, chosen_language, entries_of_core
+from twistcore.encoding import legible
 
 # Why the system could not read or write, which it says in English.
 OF_SYSTEM = (
@@ -23,6 +24,7 @@ OF_SYSTEM = (
     "Not a directory",
     "Permission denied",
     "Read-only file system",
+    "Too many levels of symbolic links",
 )
 # What chains and limbs are called, and their joints.
 LABELS = (
@@ -42,8 +44,9 @@ def of_core(said: object) -> str:
     """A sentence of twistcore in the chosen language; as it is where its form is not known.
 
     said: words, or an error that has them. What is joined of several is translated part by part.
+    Nothing in it is obeyed by what sets it: all is seen.
     """
-    language, sentence = chosen_language(), str(said)
+    language, sentence = chosen_language(), legible(said, lines=True)
     return sentence if language == SOURCE else _translated(language, sentence)[0]
 
 

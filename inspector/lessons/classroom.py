@@ -16,8 +16,8 @@ from twistcore.clip import Clip
 from twistcore.detection import Interval
 from twistcore.document_values import shown_words
 from twistcore.errors import ClipMismatchError, FormatError
-from twistcore.file_marks import is_there
 from twistcore.motion import Motion
+from twistcore.ordinary_files import is_file
 from twistcore.review import Review
 from twistcore.study.class_exercise import (
     SCORE,
@@ -92,7 +92,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     """A class's exercise, on a copy of its clip."""
     exercise = read_exercise(path)
     beside = path.with_name(exercise.clip)
-    if not is_there(beside):
+    if not is_file(beside):
         why = tr("its clip {clip} is not beside it.", clip=shown_words(exercise.clip))
         raise ClipMismatchError(f"{path.name}: {why}")
     data = to_review(Path(shutil.copy(beside, folder)), exercise.listed)

@@ -23,6 +23,7 @@ from inspector.lessons.scene_of_page import present_place
 from inspector.teaching.five_trackers_dialog import FiveTrackers
 from inspector.widgets.building import bring_to_front
 from inspector.widgets.file_dialog import ask_files
+from inspector.widgets.labels import as_entry
 from twistcore.errors import TwistError
 
 _GUIDE_WIDTH = 330  # pixels
@@ -144,7 +145,7 @@ class LessonActions:
 
     def _lead(self, title: str) -> None:
         self._list_as_before = self.program.list_all()  # what a page speaks of is listed
-        self.dock.setWindowTitle(title)
+        self.dock.setWindowTitle(as_entry(title))
         bring_to_front(self.dock)
         self.window.statusBar().clearMessage()
         self.window.resizeDocks([self.above, self.dock], [1, 3], Qt.Orientation.Vertical)

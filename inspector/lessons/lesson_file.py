@@ -14,7 +14,7 @@ from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import Place as Place
 from twistcore.document_values import bytes_of, shown
 from twistcore.errors import FormatError, TwistError
-from twistcore.file_marks import is_there
+from twistcore.ordinary_files import is_file
 
 FENCE = "```lesson"
 KEYS = ("clip", *FIELDS, "done")  # of the settings of a page
@@ -172,7 +172,7 @@ def _clip(path: Path, line: int, name: str) -> Path:
     if Path(name).name != name or "\\" in name:
         raise _error(path, line, tr("a BVH file's name without a folder"), name)
     for folder in (path.parent, ASSETS):
-        if is_there(clip := folder / name) and clip.suffix.lower() == ".bvh":
+        if is_file(clip := folder / name) and clip.suffix.lower() == ".bvh":
             return clip
     raise _error(path, line, tr("a BVH file beside the lesson or one that is bundled"), name)
 

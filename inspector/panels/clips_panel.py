@@ -25,6 +25,7 @@ from inspector.folder.queued_clip import ClipState, QueuedClip, reason_told
 from inspector.language import plural, tr, tr_as
 from inspector.session.document import Document
 from inspector.widgets.building import hbox, soft, vbox
+from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.review import Decision
@@ -281,7 +282,7 @@ class ClipsPanel(QWidget):
         self.stop.setVisible(self._queue.running)
         told = self._progress() if self._queue.running else self._totals()
         self.status.setText(told)
-        self.status.setToolTip(told)
+        self.status.setToolTip(as_tip(told))
         exports = len(self._queue.exports)
         left = plural("{n} export not listed", "{n} exports not listed", exports)
         told = f"τ: {self._queue.profile_told}" + (f"; {left}" if exports else "")
@@ -289,7 +290,7 @@ class ClipsPanel(QWidget):
         names = "\n".join(sorted(path.name for path in self._queue.exports)[:20])
         change = tr("Tuning, Use τ for the folder: the τ of the open clip for all of them")
         left = tr("Not listed:")
-        self.tau.setToolTip(f"{change}\n\n{left}\n{names}" if exports else change)
+        self.tau.setToolTip(as_tip(f"{change}\n\n{left}\n{names}") if exports else change)
         self._mark_open()
 
     def _progress(self) -> str:

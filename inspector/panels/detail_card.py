@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,7 @@ from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
 from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
-from inspector.widgets.labels import Caption, Headline
+from inspector.widgets.labels import Caption, Headline, as_tip, bold
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
 from twistcore.chain import Chain
@@ -173,11 +172,11 @@ class DetailCard(QWidget):
         count = plural("{n} frame", "{n} frames", interval.frames)
         assert self._document.data is not None
         joints = joints_of(chain, self._document.data.motion.skeleton)
-        self.title.setToolTip(f"{label}{what} · {count}{varies}\n{joints}")
-        self.title.setText(f"<b>{label}</b>{what} · {count}{varies}")
+        self.title.setToolTip(as_tip(f"{label}{what} · {count}{varies}\n{joints}"))
+        self.title.setText(f"{bold(label)}{what} · {count}{varies}")
         first = self._document.first_frame
-        self.why.setToolTip(_figures(judged, chain))
-        self.why.set_text(escape(explanation(self._document.told(judged), chain, first)))
+        self.why.setToolTip(as_tip(_figures(judged, chain)))
+        self.why.set_plain(explanation(self._document.told(judged), chain, first))
         if isinstance(chain, Limb):
             self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
@@ -200,11 +199,11 @@ class DetailCard(QWidget):
         self.title.setText(asked if outside else none)
         nothing = _NEXT if document.data is not None else _OPEN
         text = told(document, reason) if reason else nothing
-        self.why.set_text(escape(text))
+        self.why.set_plain(text)
 
     def says(self, text: str) -> bool:
         """Whether a sentence is to be read here."""
-        return self.why.text() == escape(text) and not self.visibleRegion().isEmpty()
+        return self.why.says(text) and not self.visibleRegion().isEmpty()
 
     def write(self, what: str) -> bool:
         """Give the 'start', 'stop', 'delta', 'note' the keyboard; False where there is none."""

@@ -7,7 +7,7 @@ import numpy as np
 from inspector.language import of_core, tr
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
-from inspector.widgets.labels import ElidedLine, SteadyLabel
+from inspector.widgets.labels import ElidedLine, SteadyLabel, as_tip
 from inspector.widgets.signed_numbers import signed
 
 _LONGEST_JOINTS = 26  # letters; the rest is in the tip
@@ -80,7 +80,7 @@ class PositionLine(SteadyLabel):
             own = f"{own[: _LONGEST_JOINTS - 1]}…"
         label = of_core(found.label)
         label = f"{label} ({own})" if own else label
-        self.setToolTip(joints_of(found, skeleton))
+        self.setToolTip(as_tip(joints_of(found, skeleton)))
         strength = f"{np.degrees(size[frame]):6.2f}°"
         taken = tr("offset {angle}", angle=off)
         self.setText(f"{label}   {names[0]} {angle}   {names[1]} {strength}   {taken}")

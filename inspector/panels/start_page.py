@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 from inspector.language import tr
 from inspector.widgets.building import hbox, hint, soft, vbox
 from inspector.widgets.icons import SIDE, icon
+from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.theme import Theme
 
 _RECENT = 5
@@ -91,7 +92,7 @@ class StartPage(QScrollArea):
             path = Path(name)
             button = QPushButton(_told(path), flat=True)
             button.setObjectName("recent")
-            button.setToolTip(name)
+            button.setToolTip(as_tip(name))
             button.clicked.connect(partial(self._open, path))
             self._recent.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
         self._heading.setVisible(bool(paths))
@@ -132,4 +133,4 @@ def _told(path: Path) -> str:
     if len(parts) > _PARTS:
         parts = (*parts[:2], "…", *parts[-2:])
     name = path.name if len(path.name) <= _LONGEST else f"{path.name[:_LONGEST]}…"
-    return f"{name}   ({Path(*parts)})".replace("&", "&&")
+    return as_entry(f"{name}   ({Path(*parts)})")

@@ -16,7 +16,7 @@ from inspector.quality.track_page import TrackPage
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
 from inspector.widgets.building import hint, vbox
-from inspector.widgets.labels import Caption, inked, plain_text
+from inspector.widgets.labels import Caption, bold, inked, plain_text
 from inspector.widgets.later import Stale
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Theme
@@ -229,7 +229,7 @@ class QualityPanel(QWidget):
             self.plot.show_lines(())
             on_place = self.table.currentIndex().isValid()
             self.curve_words.set_text(
-                f"<b>{self.model.place}</b> &nbsp;{tr('no measure is of it')}"
+                f"{bold(self.model.place)} &nbsp;{tr('no measure is of it')}"
                 if on_place
                 else tr("Select a joint.")
             )
@@ -253,7 +253,7 @@ class QualityPanel(QWidget):
             return
         value = known.curve(self.measure, joint)[frame]
         now = f"{value:.3g} {measure.curve_unit}" if np.isfinite(value) else "–"
-        self.curve_words.set_text(f"<b>{self.model.names[joint]}</b> &nbsp;{measure.curve}: {now}")
+        self.curve_words.set_text(f"{bold(self.model.names[joint])} &nbsp;{measure.curve}: {now}")
         self._rest.start()
 
     def _describe(self) -> None:

@@ -25,7 +25,7 @@ from inspector.language import of_core, plural, tr, tr_as
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
 from inspector.widgets.building import Wrapping, action_button, hbox, soft, tool_button, vbox
-from inspector.widgets.labels import Caption, inked, plain_text
+from inspector.widgets.labels import Caption, as_tip, bold, inked, plain_text
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.export.tracking import DEMONSTRATION, WARNING, Traces, knows_learned, weights_mark
@@ -238,7 +238,7 @@ class TrackPage(QWidget):
         listed = tr("Selected: {joints}", joints=_listed(chosen, place))
         said = listed if chosen else tr("Select joints in the table")
         self.joints.setText(said)
-        self.joints.setToolTip(said)
+        self.joints.setToolTip(as_tip(said))
         self.all.setEnabled(len(chosen) < len(rows))
         self.done.setVisible(result is not None)
         if result is not None:
@@ -246,7 +246,7 @@ class TrackPage(QWidget):
             done = (*names, place) if tracking.place else names
             rest = tuple(name for name in rows if name not in done)
             done_words, rest_words = _listed(done, place), _listed(rest, place) or tr("nothing")
-            self.done.set_text(
+            self.done.set_plain(
                 tr("Tracked causally: {done}; untracked: {rest}", done=done_words, rest=rest_words)
                 if tracking.causal
                 else tr(
@@ -296,7 +296,7 @@ class TrackPage(QWidget):
         k = traces.names.index(self._joint)
         gains = zip(_GAINS, _GAIN_ROLES, traces.gains[row, k], strict=True)
         self.gain_words.set_text(
-            f"<b>{self._joint}</b> "
+            f"{bold(self._joint)} "
             + " ".join(self._key(role, f"{g[0]} {v:.0f}") for g, role, v in gains)
         )
         parts = zip(_PARTS, _PART_ROLES, traces.parts[row, k], strict=True)

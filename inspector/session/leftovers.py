@@ -26,6 +26,7 @@ from twistcore.clip import Clip
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_lock import is_held
 from twistcore.limb import Limb
+from twistcore.ordinary_files import is_there
 from twistcore.review import Judged, Recovered, Review, ReviewState, recover
 from twistcore.review.left_out import joined, missing_from
 from twistcore.review.session import session_document
@@ -74,7 +75,7 @@ def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
     found = []
     for clip in clips:
         counted = ((clip, path, n) for path in waiting(clip) if (n := decisions_in(path)))
-        if (latest := next(counted, None)) and clip.exists():
+        if (latest := next(counted, None)) and is_there(clip):
             found.append(latest)
     return found
 

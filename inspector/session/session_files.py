@@ -21,8 +21,8 @@ from twistcore.document_values import bytes_of, has, items, parsed_json, path_te
 from twistcore.encoding import json_bytes
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
-from twistcore.file_marks import is_there
 from twistcore.formats import own_name, same_format
+from twistcore.ordinary_files import is_there, read_file, real_path
 
 _Made = TypeVar("_Made")
 
@@ -31,6 +31,8 @@ JOURNAL_SUFFIX = ".journal"
 # A crash before an earlier journal was answered leaves another; the last is an older program's.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
+_LONGEST_NAME = 180  # bytes of a clip's name in those of its files in the refuge
+_GRAIN_NS = 2_000_000_000  # the coarsest time that a file system keeps
 _POINTER_SUFFIX = ".elsewhere.json"
 
 
@@ -51,8 +53,11 @@ def is_session(path: Path) -> bool:
 
 def refuge_path(clip: Path) -> Path:
     """Where the session lies if the clip's folder cannot be written."""
-    mark = hashlib.sha256(os.fsencode(clip.resolve())).hexdigest()[:12]
-    return _refuge() / f"{own_name(clip)}-{mark}{SESSION_SUFFIX}"
+    mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
+    name = own_name(clip)
+    if len(os.fsencode(name)) > _LONGEST_NAME:  # its journal's and lock's names have to fit, too
+        name = name[:20]
+    return _refuge() / f"{name}-{mark}{SESSION_SUFFIX}"
 
 
 def _refuge() -> Path:
@@ -142,6 +147,17 @@ def written(path: Path) -> int:
         return 0
 
 
+def make_latest(path: Path, others: Iterable[Path]) -> None:
+    """Give a file that was just written a later time than others have.
+
+    Which it has already, unless the clock was set back since, or theirs is another computer's.
+    """
+    newest = max((written(other) for other in others if other != path), default=0)
+    if written(path) <= newest:
+        with suppress(OSError):
+            os.utime(path, ns=(newest + _GRAIN_NS, newest + _GRAIN_NS))
+
+
 def set_aside(path: Path, why: str) -> str:
     """Rename a file that is of no use; returns the sentence that says so."""
     aside = free_name(path, ".damaged")
@@ -160,8 +176,8 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     Raises OSError and leaves what is there as it was.
     """
     told = ""
-    if path.exists():
-        there = path.read_bytes()
+    if is_there(path):
+        there = read_file(path)
         if hashlib.sha256(there).hexdigest() != known.get(path):
             kept = free_name(path, ".earlier")
             write_atomically(kept, there)

@@ -26,7 +26,7 @@ from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.scene import AXES, Scene
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.labels import inked
+from inspector.widgets.labels import bold, inked
 from inspector.widgets.typeset import Typesetter
 from twistcore.rotation import Array, conjugate, multiply, rotate
 
@@ -79,7 +79,7 @@ class GizmoGuest:
     def legend(self) -> str:
         """Rich text for the corner."""
         theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
-        name = f"<b>{chain.label}</b>&nbsp;&nbsp; " if chain is not None else ""
+        name = f"{bold(chain.label)}&nbsp;&nbsp; " if chain is not None else ""
         captured = f"{inked('□', theme.before)}&nbsp;{tr('as captured')}"
         if stage is not None:
             return (

@@ -19,7 +19,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import action_button, hbox, vbox
-from inspector.widgets.labels import Headline
+from inspector.widgets.labels import Headline, as_rich
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
@@ -111,10 +111,11 @@ class TeachingPanel(QWidget):
         if chain is None:
             limb = selected_limb(document)
             whole = tr("{limb}: select a chain", limb=limb.label) if limb is not None else _EMPTY
-            self.title.setText(whole)
+            self.title.setText(as_rich(whole))
             return
         frame = document.frame + document.first_frame
-        self.title.setText(tr("{chain}, frame {frame}", chain=chain.label, frame=frame))
+        told = tr("{chain}, frame {frame}", chain=chain.label, frame=frame)
+        self.title.setText(as_rich(told))
 
     def _lit(self) -> None:
         lit = self._taught.lit

@@ -13,7 +13,7 @@ from inspector.tuning.verdict_evidence import CLIP, FOLDER, RIG, VerdictEvidence
 from inspector.tuning.verdict_page import NARROW
 from inspector.tuning.verdict_plots import ReliabilityPlot
 from inspector.widgets.building import Wrapping, hbox, hint, tool_button, vbox
-from inspector.widgets.labels import Caption, inked, plain_text
+from inspector.widgets.labels import Caption, as_tip, inked, plain_text
 from inspector.widgets.theme import Theme
 from twistcore.tuning.learned_confidence import ENOUGH
 from twistcore.tuning.learned_profile import LearnedProfile
@@ -162,9 +162,11 @@ class ConfidencePage(QWidget):
         self.remember.setToolTip(
             borrowed.why
             if borrowed
-            else tr(
-                "Keep τ and learned confidence ({whose}); offered when such a clip opens",
-                whose=whose,
+            else as_tip(
+                tr(
+                    "Keep τ and learned confidence ({whose}); offered when such a clip opens",
+                    whose=whose,
+                )
             )
             if found
             else tr("From 10 accepted intervals on there is a τ to remember")
@@ -194,4 +196,4 @@ class ConfidencePage(QWidget):
             rejected=confidence.rejected,
         )
         again = tr("What is used now was learned before: tick again to take this.")
-        self.words.set_text(f"{told} {again}" if stale else told)
+        self.words.set_plain(f"{told} {again}" if stale else told)

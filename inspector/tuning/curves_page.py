@@ -139,9 +139,9 @@ class CurvesPage(QWidget):
             self.state.setToolTip(of_core(band_words(cost)))
         if not limb and (progress := self.progress()):
             parts.append(progress)
-        self.state.set_text(" · ".join(parts))
+        self.state.set_plain(" · ".join(parts))
         self.histogram.setAccessibleDescription(plain_text(self.strength_words.text()))
-        self.cost.setAccessibleDescription(self.state.text())
+        self.cost.setAccessibleDescription(plain_text(self.state.text()))
 
     def _strength_text(self, degrees: float) -> str:
         document, theme = self._document, self._theme

@@ -119,7 +119,7 @@ class ProfilesPage(QWidget):
         both = self._tables.currentWidget() is self.both_table
         (self.detectors if both else self.model).refresh()
         note = _BOTH if both else self.model.note
-        self.note.set_text(note)
+        self.note.set_plain(note)
         self.note.setVisible(bool(note))
         self._fit(self.both_table if both else self.table)
 

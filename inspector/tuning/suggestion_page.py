@@ -97,7 +97,7 @@ class SuggestionPage(QWidget):
         coming = tr("Measuring, {known} of {total} chains …", known=there, total=total)
         waiting = "" if known else coming
         labels = {c.name: of_core(c.label) for c in data.chains}
-        self.shared.set_text(of_core(shared.words(labels)) if shared else waiting)
+        self.shared.set_plain(of_core(shared.words(labels)) if shared else waiting)
         self.left_out.set_text(self._left_out_words())
 
     def _left_out_words(self) -> str:

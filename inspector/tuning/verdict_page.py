@@ -15,7 +15,7 @@ from inspector.session.document import Document
 from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
 from inspector.tuning.verdict_plots import PrecisionPlot
 from inspector.widgets.building import hbox, hint, tool_button, vbox
-from inspector.widgets.labels import Caption, inked, plain_text
+from inspector.widgets.labels import Caption, as_tip, inked, plain_text
 from inspector.widgets.tables import Row, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, score
@@ -282,13 +282,13 @@ class VerdictPage(QWidget):
             legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))
         self.legend.set_text(" &nbsp; ".join(legend))
         self.plot.setAccessibleDescription(plain_text(self.legend.text()))
-        self.words.set_text(self._said(scope, self._labels.get))
+        self.words.set_plain(self._said(scope, self._labels.get))
         tau = self.suggested()
         now = self._document.review.state.tau
         self.use.setEnabled(any(abs(now[name] - t) > 1e-6 for name, t in tau.items()))
         label = self._labels.get(scope.chain, scope.chain)
         self.use.setToolTip(
-            tr("Detect with the suggested τ in {chain}, one step", chain=label)
+            as_tip(tr("Detect with the suggested τ in {chain}, one step", chain=label))
             if label
             else tr("Detect with the suggested τ in {n} chains, one step", n=len(tau))
         )

@@ -16,9 +16,10 @@ from inspector.video.screen import Screen
 from inspector.video.video_reader import Picture, VideoReader
 from inspector.widgets.background import OneTask, Task
 from inspector.widgets.building import action_button, hbox, soft, tool_button, vbox
-from inspector.widgets.labels import ElidedLabel, SteadyLabel
+from inspector.widgets.labels import ElidedLabel, SteadyLabel, as_tip
 from inspector.widgets.signed_numbers import SignedBox
 from inspector.widgets.theme import Theme
+from twistcore.ordinary_files import real_path
 
 _FPS = tr_as("frames per second", "fps")
 NO_VIDEO = tr("No video for this clip.\nFile → Open witness video…, or drop one here.")
@@ -129,7 +130,7 @@ class VideoPanel(QWidget):
 
     def _clip(self) -> str:
         data = self._document.data
-        return str(data.clip.path.resolve()) if data else ""
+        return str(real_path(data.clip.path)) if data else ""
 
     def _remember(self) -> None:
         if self.reader is not None and (clip := self._clip()):
@@ -231,7 +232,7 @@ class VideoPanel(QWidget):
             text = f"{reader.fps:.4g} {_FPS} · {reader.width}×{reader.height} · {reader.path.name}"
             tip = f"{reader.path}\n{reader.duration:.2f} s"
         self.facts.setText(text)
-        self.facts.setToolTip(tip)
+        self.facts.setToolTip(as_tip(tip))
         self._tell_time()
 
     def _tell_time(self) -> None:

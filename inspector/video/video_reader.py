@@ -168,7 +168,7 @@ class VideoReader:
         import av
 
         try:
-            self._container = av.open(str(self.path), metadata_errors="replace")
+            self._container = av.open(str(self.path.absolute()), metadata_errors="replace")
             if not self._container.streams.video:
                 told = tr("{path}: there is no picture in this file.", path=self.path)
                 raise VideoError(told)

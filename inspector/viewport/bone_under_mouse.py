@@ -13,6 +13,7 @@ from inspector.viewport.camera_moves import Steering
 from inspector.viewport.frame_drawing import FrameDrawing
 from inspector.viewport.limb_circle import limb_bones
 from inspector.viewport.solid_and_ghost import Pose
+from inspector.widgets.labels import as_tip
 from twistcore.chain import Chain
 from twistcore.limb import Limb
 from twistcore.rotation import Array, rotate
@@ -53,7 +54,7 @@ class Pointing(QObject):
             found = self._found(joint)
             if isinstance(found, Limb):
                 name += "\n" + tr("click: {limb}, the whole limb", limb=of_core(found.label))
-            QToolTip.showText(self._view.mapToGlobal(at.toPoint()), name, self._view)
+            QToolTip.showText(self._view.mapToGlobal(at.toPoint()), as_tip(name), self._view)
 
     def _found(self, joint: int | None) -> Chain | None:
         """What a click on a joint's bone selects: its chains and limbs one after the other."""

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from inspector.language import tr
 from inspector.session.open_clip import Show
 from inspector.viewport.bone_colours import scale_colour
-from inspector.widgets.labels import inked
+from inspector.widgets.labels import bold, inked
 from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import Theme
 
@@ -123,7 +123,7 @@ def legend_text(
         )
         if jump:
             words = tr("jumps by {angle}", angle=angle)
-        text += f"&nbsp;&nbsp;&nbsp; <b>{_unbroken(chain)}</b>&nbsp; "
+        text += f"&nbsp;&nbsp;&nbsp; {_unbroken(bold(chain))}&nbsp; "
         text += inked(_unbroken(words), colour)
     if tracked:
         text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, tr('tracked'))}"

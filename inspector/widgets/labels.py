@@ -6,6 +6,7 @@ once more for each step of a drag.
 
 from __future__ import annotations
 
+import re
 from html import escape
 
 from PySide6.QtCore import QEvent, QRect, QSize, Qt, QTimer
@@ -19,6 +20,9 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
+from twistcore.encoding import legible
+
+_TAG = re.compile("[<&]")
 _LARGE = 2000  # pixels: no label is larger
 _ASIDE = 4  # pixels beside a line of the status bar
 _STILL_MS = 400  # a line that has not changed for so long is told to screen readers
@@ -61,6 +65,30 @@ class SteadyLabel(QLabel):
             self.setFixedSize(room)
 
 
+def as_rich(text: str) -> str:
+    """Rich text that is seen as the plain text."""
+    return escape(text, quote=False)
+
+
+def bold(text: str) -> str:
+    """Rich text in bold of plain text."""
+    return f"<b>{as_rich(text)}</b>"
+
+
+def as_tip(text: str) -> str:
+    """Plain text as a tool tip has it; nothing in it is HTML, and nothing is obeyed.
+
+    Qt guesses of a tool tip whether it is HTML. A word joiner, which is not seen, behind what a tag
+    or the sign for '<' begins with leaves nothing to be guessed.
+    """
+    return _TAG.sub("\\g<0>\u2060", legible(text, lines=True))
+
+
+def as_entry(text: str) -> str:
+    """Plain text as menus and buttons have it: no key is made of what is behind '&'."""
+    return legible(text).replace("&", "&&")
+
+
 def inked(text: str, colour: str) -> str:
     """Rich text in a colour, '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
@@ -92,10 +120,18 @@ class Caption(QWidget):
         return self._text
 
     def set_text(self, text: str) -> None:
-        """Say something else."""
+        """Say something else, as rich text."""
         if text != self._text:
             self._text = text
             self._fit(self.height())
+
+    def set_plain(self, text: str) -> None:
+        """The same of plain text."""
+        self.set_text(as_rich(text))
+
+    def says(self, text: str) -> bool:
+        """Whether it says this plain text."""
+        return self._text == as_rich(text)
 
     def set_short(self, short: bool) -> None:
         """A line of plain text, or all of it."""
@@ -121,7 +157,8 @@ class Caption(QWidget):
             line = self.fontMetrics().elidedText(whole, end, self.width())
             shown = escape(line)
             rest = [self._text, escape(self.toolTip()).replace("\n", "<br>")]
-            self.label.setToolTip("<p>".join(filter(None, rest)) if line != whole else "")
+            told = "<p>".join(filter(None, rest))
+            self.label.setToolTip(f"<qt>{told}</qt>" if line != whole else "")
         if shown != self.label.text():
             self.label.setText(shown)
         if not self._short:
@@ -149,10 +186,14 @@ class ElidedLabel(QLabel):
 
 
 class Headline(QLabel):
-    """'<b>what</b> more' in a line that makes nothing wider: where room is short more ends in …"""
+    """'<b>what</b> more' in a line that makes nothing wider: where room is short more ends in …
+
+    Rich text; without anything in bold plain text will do, where what stands for a sign of HTML in
+    it is escaped.
+    """
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(textFormat=Qt.TextFormat.RichText)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def minimumSizeHint(self) -> QSize:

@@ -27,7 +27,9 @@ from PySide6.QtWidgets import (
     QTableView,
 )
 
+from inspector.widgets.labels import as_tip
 from inspector.widgets.theme import Theme
+from twistcore.encoding import legible
 
 _Thing = TypeVar("_Thing")
 _Feature = QStyleOptionViewItem.ViewItemFeature
@@ -188,9 +190,9 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         """Heads, their hints, and the side of what stands below them."""
         if orientation == Qt.Orientation.Horizontal:
             if role == Qt.ItemDataRole.DisplayRole:
-                return self.heads[section]
+                return legible(self.heads[section], lines=True)
             if role == Qt.ItemDataRole.ToolTipRole and self.head_tips:
-                return self.head_tips[section]
+                return as_tip(self.head_tips[section])
             if role == Qt.ItemDataRole.TextAlignmentRole:
                 return self.alignment(section)
         return None
@@ -203,7 +205,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return self.alignment(column)
         if role == Qt.ItemDataRole.DisplayRole:
-            return self.row(index.row()).texts[column]
+            return legible(self.row(index.row()).texts[column])
         if role == Qt.ItemDataRole.ForegroundRole:
             colour = self.row(index.row()).colours.get(column)
             return None if colour is None else QColor(colour)
@@ -212,7 +214,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
             return None if tick is None else _tick(tick)
         if role == Qt.ItemDataRole.ToolTipRole:
             tips = self.row(index.row()).tips
-            return tips[column % len(tips)] if tips else None
+            return as_tip(tips[column % len(tips)]) if tips else None
         if role == Qt.ItemDataRole.AccessibleTextRole:
             return self.spoken(index.row(), column)
         if role == SORT_ROLE:

@@ -129,7 +129,9 @@ def figures_font(size: float = 0.0) -> QFont:
     return font
 
 
+# A label does not guess from its text whether that is HTML: one that has any says so, as RichText.
 _STYLE = """
+QLabel[textFormat="AutoText"] {{ qproperty-textFormat: PlainText; }}
 * {{ dialogbuttonbox-buttons-have-icons: 0; }}
 QDockWidget {{ font-weight: 600; }}
 QDockWidget::title {{ background: {window}; padding: 6px 8px; }}

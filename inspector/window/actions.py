@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
 from inspector.language import chosen_language, tr, tr_as
 from inspector.session.settings import Settings
+from inspector.widgets.labels import as_entry
 
 _TITLES = {  # of menus; &: the letter that opens one
     "File": tr_as("menu", "&File"),
@@ -97,6 +98,7 @@ def name_step(action: QAction, title: str, step: str) -> None:
     """Let undo or redo say which step it takes back or does again, '' for none."""
     if chosen_language() == "en":  # other languages have their nouns as they stand
         step = step[:1].lower() + step[1:]
+    step = as_entry(step)
     wanted = tr("{undo_or_redo} {step}", undo_or_redo=title, step=step) if step else title
     # A changed action lays its tool bar out anew.
     if (wanted, bool(step)) != (action.text(), action.isEnabled()):

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 from inspector.folder.queued_clip import ClipState
 from inspector.session.export_files import ExportChoice
 from inspector.window.main_window import MainWindow
+from twistcore.encoding import legible
 from twistcore.review import Decision
 
 _SETTLE_MS = 350  # the views redraw once an event-loop turn; give them a few
@@ -62,7 +63,7 @@ class Script(QObject):
     def fail(self, text: str) -> None:
         """Say what went wrong and end."""
         if not self._over:
-            print(text)
+            print(legible(text))
             self.code = 2
             self._finish()
 
@@ -168,7 +169,7 @@ def demo(window: MainWindow, folder: Path, path: Path) -> Script:
             window.files.export(ExportChoice(target, replace=True))  # of an earlier run
             window.exporter.finish()
             if not script.code:
-                print(window.bar.label.text())
+                print(legible(window.bar.label.text()))
 
         shoot = partial(script.shoot, folder / "inspector.png")
         first = partial(review.step_interval, +1)

@@ -67,6 +67,7 @@ from inspector.window.review_actions import ReviewActions
 from inspector.window.settings_keeper import SettingsKeeper
 from inspector.window.toolbar import ToolBar
 from inspector.window.usual_layout import DOCKS, UsualLayout
+from twistcore.encoding import legible
 from twistcore.review import Decision
 
 _Area = Qt.DockWidgetArea
@@ -323,7 +324,8 @@ class MainWindow(Parts):
             self.actions_by_id[f"use_{review.state.method}"].setChecked(True)
         title = "Twist Inspector"
         look = tr(" (look only)") if self.document.keeper.read_only else ""
-        self.setWindowTitle(f"{data.clip.name}[*]{look} – {title}" if data else title)
+        name = legible(data.clip.name).replace("[*]", "[*][*]") if data else ""  # twice is once
+        self.setWindowTitle(f"{name}[*]{look} – {title}" if data else title)
         waits = review is not None and not review.saved and self.document.borrowed is None
         self.setWindowModified(waits)
         intervals = self.document.intervals
@@ -384,7 +386,7 @@ class MainWindow(Parts):
         self.video.let_go()
         self.quality.close_clip()
         if trouble := self._kept_settings.end():  # the window is going: a terminal may be there
-            print(trouble, file=sys.stderr)
+            print(legible(trouble), file=sys.stderr)
         self.viewport.close()
         super().closeEvent(event)
 

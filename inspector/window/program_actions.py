@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMessageBox, QWidget
 
@@ -14,10 +15,13 @@ from inspector.session.settings import Settings
 from inspector.widgets import theme as themes
 from inspector.widgets.building import bring_to_front
 from inspector.widgets.guide_page import GuidePage
+from inspector.widgets.icons import program_icon
 from inspector.window.actions import Menus, apply_keys
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
 from twistcore.version import __version__
+
+_ICON = 64  # pixels
 
 
 @dataclass(eq=False)
@@ -85,14 +89,20 @@ class ProgramActions:
 
     def show_about(self) -> None:
         """Version, method and data."""
-        QMessageBox.about(
-            self.window,
-            "Twist Inspector",
+        box = QMessageBox(self.window)
+        box.setWindowTitle("Twist Inspector")
+        box.setIconPixmap(program_icon().pixmap(_ICON))
+        box.setTextFormat(Qt.TextFormat.RichText)
+        box.setText(
             tr(
                 "<b>Twist Inspector {version}</b><p>Finds intervals in which a joint and its "
                 "child twist against each other, after Choi, Jang and Kim, J. Sens. Sci. Technol. "
                 "35(1), 2026.</p><p>Sample data obtained from mocap.cs.cmu.edu, created with "
-                "funding from NSF EIA-0196217.</p>",
+                "funding from NSF EIA-0196217.</p><p>MIT licence. It uses Qt under the LGPL; the "
+                "licences of all parts are listed in the guide, Start → Packages and bundles → "
+                "Licences.</p>",
                 version=__version__,
-            ),
+            )
         )
+        box.exec()
+        box.deleteLater()

@@ -77,7 +77,8 @@ COLUMNS: Mapping[str, _Check] = {
 
 def column(name: str, value: Any) -> Any:
     """A value of a column; most hold a text."""
-    return COLUMNS.get(name, text)(value, name)
+    check: _Check = COLUMNS.get(name, text)
+    return check(value, name)
 
 
 def result_of(document: str) -> dict[str, Any]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import re
 import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,15 +16,10 @@ from pathlib import Path
 from typing import IO, Any
 
 from twistcore.atomic import destination, is_stream, same_file
-from twistcore.encoding import json_text
+from twistcore.encoding import json_text, legible, legible_json
 from twistcore.errors import TwistError
 from twistcore.progress import TellName, clip_counter, uncounted
 
-# What a terminal obeys instead of showing it: control and escape characters, line ends of Unicode,
-# marks that turn the direction of writing; and bytes of a name that are no UTF-8.
-_OBEYED = re.compile(
-    "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
-)
 _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 
@@ -62,7 +56,7 @@ def is_quiet() -> bool:
 
 def shown(text: object) -> str:
     r"""A text as a terminal may have it: what it would obey is escaped, as `\x1b`."""
-    return _OBEYED.sub(lambda found: repr(found[0])[1:-1], str(text))
+    return legible(text)
 
 
 # -- a line each -----------------------------------------------------------------------------------
@@ -141,8 +135,7 @@ def print_json(document: dict[str, Any]) -> None:
     text = json_text(document)
     if (sys.stdout.encoding or "utf-8").lower() != "utf-8":
         text = json.dumps(json.loads(text), indent=1)  # what it cannot write, escaped
-    lines = (_OBEYED.sub(lambda found: f"\\u{ord(found[0]):04x}", x) for x in text.split("\n"))
-    print("\n".join(lines))
+    print("\n".join(map(legible_json, text.split("\n"))))
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import math
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from twistcore.atomic import write_atomically
 from twistcore.cli.clip_inputs import analysed, clip_name, failed_to_json, look_at, open_clip
 from twistcore.cli.interval_words import tell_no_chain
 from twistcore.cli.output import print_json, refuse_overwrite, step, tell_problems
-from twistcore.encoding import encoded
+from twistcore.encoding import csv_lines, encoded
 from twistcore.errors import TwistError
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
@@ -63,15 +62,16 @@ def _values(s: TwistSignals) -> Array:
 
 
 def _table(found: list[tuple[str, ClipAnalysis]], *, several: bool) -> str:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*(["clip"] if several else []), "chain", "frame", *_COLUMNS])
+    return csv_lines(_rows(found, several=several))
+
+
+def _rows(found: list[tuple[str, ClipAnalysis]], *, several: bool) -> Iterator[list[Any]]:
+    yield [*(["clip"] if several else []), "chain", "frame", *_COLUMNS]
     for clip, analysis in found:
         for name, curves in analysis.signals.items():
             begin = [clip, name] if several else [name]
             for frame, row in enumerate(_values(curves).tolist()):
-                writer.writerow([*begin, frame, *(f"{v:.{_DECIMALS}f}" for v in row)])
-    return out.getvalue()
+                yield [*begin, frame, *(f"{v:.{_DECIMALS}f}" for v in row)]
 
 
 def _to_json(name: str, analysis: ClipAnalysis) -> dict[str, Any]:

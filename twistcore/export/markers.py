@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -43,9 +42,9 @@ def blender_markers(
         for j in intervals
         if j.decision.value != "rejected"
     ]
-    listed = "[\n" + "".join(f"    ({json.dumps(n)}, {a}, {b}),\n" for n, a, b in rows) + "]"
-    # The clip's name stands in a docstring: nothing in it may end that.
-    safe = clip.replace("\\", "/").replace('"', "'")
+    listed = "[\n" + "".join(f"    ({n!a}, {a}, {b}),\n" for n, a, b in rows) + "]"
+    # The clip's name stands in a docstring: nothing in it may end that, or turn what is read there.
+    safe = ascii(clip)[1:-1].replace("\\", "/").replace('"', "'")
     return _BLENDER.format(clip=safe, intervals=listed)
 
 

@@ -36,6 +36,7 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.file_lock import is_held, lock
 from twistcore.limb import Limb
 from twistcore.motion import Motion
+from twistcore.ordinary_files import read_file
 from twistcore.review.commands import (
     CarryOver,
     ChangeChains,
@@ -100,7 +101,7 @@ class Journal:
         Lines that could not be replayed are first put beside it, under a name of their own.
         """
         path = recovered.path
-        data = path.read_bytes()
+        data = read_file(path)
         if recovered.damaged:
             write_atomically(free_name(path, ".damaged"), data)
         try:  # a file of our own: another window may still have the old one open

@@ -36,6 +36,7 @@ from twistcore.document_values import (
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_kinds import JSON, SESSION, found_instead
+from twistcore.ordinary_files import is_there
 from twistcore.review.left_out import spans_from_json
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
 from twistcore.rig import AS_FOUND, rig_from_json, rig_to_json
@@ -123,7 +124,7 @@ def read_session(path: Path) -> Session:
 
 def read_session_file(path: Path) -> tuple[Session, str]:
     """The same, and the SHA-256 of the bytes that were read."""
-    if not path.exists():
+    if not is_there(path):
         raise TwistError(f"{path}: expected a session file, but there is no such file")
     data = bytes_of(path)
     with saying(path):

@@ -41,7 +41,6 @@ KINDS = ("judge", "find")
 _MOST_BYTES = 10_000_000  # of a file: a student may hand in anything
 _MOST_FRAMES = 10_000_000  # of its clip: a day at 120 fps
 _MOST_INTERVALS = 1000
-_FORMULA = ("=", "+", "-", "@")  # begin one; a tab or line end before it is gone by then
 _LONGEST_NAME = 100  # letters, in the table
 _Thing = TypeVar("_Thing")
 COLUMNS = (
@@ -137,9 +136,8 @@ def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> 
 
 
 def _in_cell(name: str) -> str:
-    """On one line, and no formula: a spreadsheet takes what is behind an apostrophe as text."""
-    words = " ".join(name.split())[:_LONGEST_NAME]
-    return f"'{words}" if words.startswith(_FORMULA) else words
+    """On one line."""
+    return " ".join(name.split())[:_LONGEST_NAME]
 
 
 def schema_of(path: Path) -> str:

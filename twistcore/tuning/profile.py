@@ -24,7 +24,7 @@ from twistcore.document_values import (
     unexpected,
     whole,
 )
-from twistcore.encoding import encoded, escaped, unescaped
+from twistcore.encoding import encoded, escaped, legible, unescaped
 from twistcore.errors import FormatError
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
@@ -82,7 +82,8 @@ def write_profile(
     versions pass over what they do not know inside a table, and over nothing else. verdicts: what
     they say, by chain. The file is the old one or the new one, never half of either.
     """
-    lines = [f"# τ per joint for twistcore --profile, tuned on {source} with detector {method}."]
+    told = f"tuned on {legible(source)} with detector {legible(method)}"  # on this line
+    lines = [f"# τ per joint for twistcore --profile, {told}."]
     common = [f"detector = {_text(method)}", *_whose_lines(whose)]
     for name, t in profile.items():
         reasons = {
@@ -117,7 +118,8 @@ def _whose_lines(whose: Profile | None) -> list[str]:
 
 
 def _text(text: str) -> str:
-    return json.dumps(escaped(text), ensure_ascii=False)
+    """A string of TOML, which differs from JSON's in DEL: that is escaped."""
+    return json.dumps(escaped(text), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def read_profile(path: Path) -> Profile:
