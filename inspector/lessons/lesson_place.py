@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -142,8 +143,8 @@ def _share(text: str) -> float:
 
 def _direction(text: str) -> tuple[float, ...]:
     x, y, z = _numbers(text, 3, tr("a direction x y z after 'toward'"))
-    length = float(np.linalg.norm((x, y, z)))
-    if length < 1e-9:
+    length = math.hypot(x, y, z)  # which a large number does not overflow
+    if not 1e-9 <= length < math.inf:
         raise ValueError(tr("a direction other than 0 0 0 after 'toward'"))
     return (x / length, y / length, z / length)
 

@@ -12,7 +12,7 @@ import sys
 import time
 from pathlib import Path
 
-from tests.fuzz.trial import Outcome, child, files_of, kind_named, kinds, trial, tried, write_files
+from tests.fuzz.trial import Outcome, child, files_of, kind_of, kinds, trial, tried, write_files
 
 SHOWN = 20  # failures of a kind that are shown in full
 
@@ -20,8 +20,8 @@ SHOWN = 20  # failures of a kind that are shown in full
 def main() -> int:
     """Run and print the counts."""
     if "--child" in sys.argv:
-        name, *_, first, stop = sys.argv[1:]
-        child(kind_named(name), int(sys.argv[3]), int(first), int(stop))
+        name, _, seed, _, room, _, first, stop = sys.argv[1:]
+        child(kind_of(room, name), int(seed), int(first), int(stop))
         return 0
     known = kinds()
     parser = argparse.ArgumentParser("python -m tests.fuzz", description=__doc__)

@@ -95,7 +95,9 @@ def _replaced(old: Any, rng: random.Random) -> Any:
              [old], bool(old), old + 0.5)
         )  # fmt: skip
     if isinstance(old, str) and like < 0.5:
-        return rng.choice((old + "x", old[:-1], old.upper(), [old], rng.choice(TEXTS), old * 300))
+        return rng.choice(
+            (old + "x", old[:-1], old.upper(), [old], rng.choice(TEXTS), old[:9000] * 300)
+        )
     if isinstance(old, list) and like < 0.5:
         some = list(old)
         change = rng.randrange(5)

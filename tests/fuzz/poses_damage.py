@@ -68,7 +68,7 @@ def archive(arrays: Mapping[str, Any], rng: random.Random) -> bytes:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", compress, compresslevel=1) as made:
         for name, raw in members.items():
-            made.writestr(name, raw)
+            made.writestr(zipfile.ZipInfo(name), raw, compress)  # with no time of its own
     data = out.getvalue()
     if rng.random() < 0.2:
         data = _odd_directory(data, rng)

@@ -13,7 +13,7 @@ from tests.fuzz.trial import (
     TRACEBACK,
     UNWORDED,
     files_of,
-    kind_named,
+    kind_of,
     kinds,
     trial,
 )
@@ -35,7 +35,9 @@ LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the bounds are those
     ],
 )
 def test_every_way_to_fail_is_seen(name, outcome):
-    report = trial(kind_named(f"failing-{name}"), 3, 5, wait=10 if name == "hung" else 60)
+    report = trial(
+        kind_of("tests.fuzz.failing", f"failing-{name}"), 3, 5, wait=10 if name == "hung" else 60
+    )
     assert report.counts == {READ: 2, outcome: 1}
     assert [one.case for one in report.failures] == ([] if outcome == REFUSED else [1])
 

@@ -8,8 +8,10 @@ the bound ("large"), no end ("hung"), or the end of the process ("ended").
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
+import pkgutil
 import queue
 import random
 import re
@@ -43,7 +45,7 @@ FAILED = (TRACEBACK, UNWORDED, SLOW, LARGE, HUNG, ENDED)
 
 SLOW_S = 2.0  # of processor time
 HUNG_S = 20.0  # of processor time, at which a case is ended
-WAIT_S = 120.0  # of the clock, for a case that waits and computes nothing
+WAIT_S = 900.0  # of the clock, for a case that waits and computes nothing: a machine may be busy
 SPACE = 1 << 30  # bytes of address space beyond what the programs take that are loaded
 GROWTH = 128 << 20  # bytes in memory that any file may take …
 GROWTH_PER_BYTE = 40  # … and for each of its bytes: a list in a list has 3 there and 64 in memory
@@ -250,7 +252,8 @@ def trial(
 
 def _of_child(kind: Kind, seed: int, first: int, stop: int, wait: float) -> Iterator[Outcome]:
     """The outcomes of one process, until it is through or a case is its end."""
-    words = [kind.name, "--seed", str(seed), "--child", str(first), str(stop)]
+    room = kind.make.__module__
+    words = [kind.name, "--seed", str(seed), "--room", room, "--child", str(first), str(stop)]
     one_thread = {"OPENBLAS_NUM_THREADS": "1", "QT_QPA_PLATFORM": "offscreen"}
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
@@ -295,8 +298,10 @@ def _lines(process: subprocess.Popen[bytes], wait: float) -> Iterator[str]:
     thread.start()
     try:
         with suppress(queue.Empty):
-            while line := lines.get(timeout=wait):
+            patience = WAIT_S  # to begin with: much is loaded
+            while line := lines.get(timeout=patience):
                 yield line.decode("utf-8").strip()
+                patience = wait
             return
         yield ""  # silent for too long
     finally:
@@ -304,24 +309,17 @@ def _lines(process: subprocess.Popen[bytes], wait: float) -> Iterator[str]:
         thread.join()
 
 
-def kind_named(name: str) -> Kind:
-    """A kind by its name, one of those that are there to fail, too."""
-    if name.startswith("failing-"):
-        from tests.fuzz.failing import KINDS
-
-        return next(kind for kind in KINDS if kind.name == name)
-    return kinds()[name]
+def kind_of(room: str, name: str) -> Kind:
+    """A kind by its module and name, without the others, which take their time to load."""
+    there = getattr(importlib.import_module(room), "KINDS", ())
+    return next((kind for kind in there if kind.name == name), None) or kinds()[name]
 
 
 def kinds() -> dict[str, Kind]:
     """Every kind by its name: KINDS of the modules here whose names end with _kinds."""
-    import importlib
-    import pkgutil
-
-    import tests.fuzz as room
-
     found: dict[str, Any] = {}
-    for module in pkgutil.iter_modules(room.__path__, f"{room.__name__}."):
+    room = __name__.rpartition(".")[0]
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)], f"{room}."):
         if module.name.endswith("_kinds"):
             found |= {kind.name: kind for kind in importlib.import_module(module.name).KINDS}
     return found

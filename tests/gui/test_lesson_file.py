@@ -9,7 +9,7 @@ import pytest
 from inspector.bundled import ASSETS, DOCS, LESSONS, SAMPLE
 from inspector.lessons.lesson_conditions import CONDITIONS, Condition, read_conditions
 from inspector.lessons.lesson_file import KEYS, read_lesson
-from inspector.lessons.lesson_place import Camera, Place, settings
+from inspector.lessons.lesson_place import FIELDS, Camera, Place, settings
 from inspector.lessons.page_in_clip import chain_of
 from inspector.session.opening import analysed
 from inspector.teaching.symbols import SYMBOLS
@@ -304,3 +304,10 @@ def test_the_table_of_bundled_lessons_is_right():
         lesson = read_lesson(path)
         assert f"| {len(lesson.pages)} |" in row
         assert lesson.title in row
+
+
+def test_a_direction_of_large_numbers_is_one_like_any_other():
+    toward = FIELDS["what-if"]("toward 3e200 0 4e200")["what_if"].toward
+    assert toward == pytest.approx((0.6, 0.0, 0.8))
+    with pytest.raises(ValueError, match="direction"):
+        FIELDS["what-if"]("toward 1.7e308 1.7e308 0")
