@@ -216,7 +216,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
             tips = self.row(index.row()).tips
             return as_tip(tips[column % len(tips)]) if tips else None
         if role == Qt.ItemDataRole.AccessibleTextRole:
-            return self.spoken(index.row(), column)
+            return legible(self.spoken(index.row(), column))
         if role == SORT_ROLE:
             row = self.row(index.row())
             return (row.sort or row.texts)[column]
